@@ -15,6 +15,9 @@ constexpr std::size_t kLeastStored = 20;
 constexpr double kStoredAll = 0.8;  // share above which nothing worth mention was left out
 constexpr std::size_t kLeastAtOnce = 8;
 constexpr double kAtOnceScale = 1.0 / 0.9;
+// 5 % quantile over median of what was stored at once: 0.1 where values were stored whatever they were, 0.5
+// behind a door.
+constexpr double kAnyValue = 0.33;
 constexpr double kAllScale = 0.9;
 constexpr double kOnLine = 0.15;          // of the samples of a filled record
 constexpr double kRising = 4.0;           // tolerances in two samples
@@ -97,7 +100,12 @@ ArchivedSignal judge(const Points& stored, double tick_s, double share) {
   found.kind = ArchiveKind::swinging_door;
   if (at_once.size() >= kLeastAtOnce) {
     std::sort(at_once.begin(), at_once.end());
-    found.deviation = kAtOnceScale * numeric::quantile_in_place(at_once, 0.05);
+    const double least = numeric::quantile_in_place(at_once, 0.05);
+    if (least < kAnyValue * numeric::quantile_in_place(at_once, 0.5)) {
+      found.kind = ArchiveKind::unknown;
+      return found;
+    }
+    found.deviation = kAtOnceScale * least;
   } else {
     std::sort(all.begin(), all.end());
     found.deviation = kAllScale * numeric::quantile_in_place(all, 0.25);

@@ -13,6 +13,7 @@
 //   swinging door   small differences occur as well. A stored value B between A and C that was followed by C at once was
 //                   stored because of C: |B - chord AC| > deviation. Deviation = the 5 % quantile of these / 0.9; where
 //                   C came at once in fewer than eight places, 0.9 of the lower quartile of all |B - chord AC|.
+//                   Where these reach down to 0 (5 % quantile below a third of the median) no door stored them: `unknown`.
 //
 // In a record on a constant period that a historian has filled again, the stored values are the ends of repeats or of
 // straight lines, exact to the last digit that was written. For lines: more of the samples lie on the line between

@@ -153,7 +153,6 @@ std::vector<double> outside_output(const LoopColumns& c, const Feedback& f,
 
 PiGains find_pi_gains(const LoopColumns& c, double period_s) {
   PiGains gains;
-  if (c.sp.empty()) return gains;
   const auto [low, high] = std::minmax_element(c.co.begin(), c.co.end());
   std::vector<std::size_t> rows;
   for (std::size_t k = 1; k < c.co.size(); ++k) {
@@ -162,18 +161,22 @@ PiGains find_pi_gains(const LoopColumns& c, double period_s) {
   }
   if (rows.size() < 10) return gains;
   const auto n = static_cast<Eigen::Index>(rows.size());
-  Eigen::MatrixXd columns(n, 2);
+  const bool sp_known = !c.sp.empty();
+  const auto sp = [&](std::size_t k) { return sp_known ? c.sp[k] : c.pv.front(); };
+  Eigen::MatrixXd columns(n, sp_known ? 2 : 3);
   Eigen::VectorXd move(n);
   for (Eigen::Index r = 0; r < n; ++r) {
     const std::size_t k = rows[static_cast<std::size_t>(r)];
-    const double e = c.sp[k] - c.pv[k];
-    columns(r, 0) = e - (c.sp[k - 1] - c.pv[k - 1]);
+    const double e = sp(k) - c.pv[k];
+    columns(r, 0) = e - (sp(k - 1) - c.pv[k - 1]);
     columns(r, 1) = e * period_s;
+    if (!sp_known) columns(r, 2) = period_s;
     move(r) = c.co[k] - c.co[k - 1];
   }
   const Regression found = regress(columns, move);
   gains.kp = found.solved(0);
   gains.ki = found.solved(1);
+  if (!sp_known && gains.ki != 0.0) gains.set_point = c.pv.front() + found.solved(2) / gains.ki;
   const double all = move.squaredNorm();
   gains.explained = all > 0.0 ? std::clamp(1.0 - found.left.squaredNorm() / all, 0.0, 1.0) : 0.0;
   return gains;

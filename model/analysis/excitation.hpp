@@ -54,11 +54,12 @@ std::vector<double> outside_output(const LoopColumns& columns, const Feedback& f
                                    const plant::ProcessParameters& process, double period_s);
 
 // Gains of u = kp e + ki integral(e), e = SP - PV, by least squares on the differences of CO; their sign is that
-// of the controller's action.
+// of the controller's action. Without SP a constant one is found with them.
 struct PiGains {
   double kp = 0.0;         // CO units/PV unit
   double ki = 0.0;         // CO units/(PV unit s)
   double explained = 0.0;  // share of the moves of CO, 0 to 1
+  double set_point = 0.0;  // PV units, where SP was not given
 };
 PiGains find_pi_gains(const LoopColumns& columns, double period_s);
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "model/analysis/excitation.hpp"
+#include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
 
 namespace loopwarden::analysis {
@@ -16,6 +17,7 @@ using Values = std::vector<double>;
 constexpr std::size_t kFewestSamples = 30;
 constexpr std::size_t kMostSamples = 20'000;
 constexpr double kMostOutsideMargin = 0.2;  // of the gain
+constexpr double kSpanOverBand = 4.0;       // of CO's range over the band of a cycle, at least
 constexpr double kMostFactor = 2.0;         // from the gain to the ends of its interval
 constexpr double kSamplesALag = 20.0;       // a thinned record keeps
 
@@ -245,6 +247,33 @@ ProcessFit described(const Samples& s, const PredictionFit& fit, const Intervals
   return out;
 }
 
+// The process behind the valve of a limit cycle, as a fit of one lag.
+ProcessFit behind_valve(const StickingCycle& cycle) {
+  ProcessFit fit;
+  fit.gain = cycle.gain;
+  fit.time_constant_s = cycle.time_constant_s;
+  fit.dead_time_s = cycle.dead_time_s;
+  fit.noise_order = 1;
+  fit.rest_pv = cycle.level;
+  fit.prediction_rms = cycle.noise_rms;
+  fit.rmse = cycle.rmse;
+  fit.fit_percent = cycle.fit_percent;
+  fit.free_run = cycle.free_run;
+  return fit;
+}
+
+// Why the gain's interval gives no number; empty: it does.
+std::string too_wide(const Estimate& gain) {
+  const double near = std::min(std::abs(gain.low), std::abs(gain.high));
+  const double far = std::max(std::abs(gain.low), std::abs(gain.high));
+  if (gain.low * gain.high > 0.0 && kMostFactor * near >= std::abs(gain.value) &&
+      far <= kMostFactor * std::abs(gain.value)) {
+    return {};
+  }
+  return "The gain lies between " + number(gain.low, 3) + " and " + number(gain.high, 3) +
+         " (95 %): too wide for a model.";
+}
+
 constexpr const char* kStepIt =
     "Step the set point by 3 to 5 % of its span twice in each direction, each step held until PV "
     "has settled; or step CO in manual.";
@@ -263,8 +292,9 @@ plant::ProcessParameters ProcessFit::process() const {
   return p;
 }
 
-Identification identify(const IdentificationRecord& record) {
-  const Columns c = columns_of(record);
+namespace {
+
+Identification by_outside_moves(const Columns& c) {
   const ControllerRows rows = controller_rows(c);
   const Feedback feedback = find_feedback(rows.loop());
   Identification out;
@@ -345,13 +375,8 @@ Identification identify(const IdentificationRecord& record) {
     out.settle = kStepIt;
     return out;
   }
-  const Estimate& gain = chosen.gain;
-  const double near = std::min(std::abs(gain.low), std::abs(gain.high));
-  const double far = std::max(std::abs(gain.low), std::abs(gain.high));
-  if (gain.low * gain.high <= 0.0 || kMostFactor * near < std::abs(gain.value) ||
-      far > kMostFactor * std::abs(gain.value)) {
-    out.reason = "The gain lies between " + number(gain.low, 3) + " and " + number(gain.high, 3) +
-                 " (95 %): too wide for a model.";
+  out.reason = too_wide(chosen.gain);
+  if (!out.can_tell()) {
     out.settle = kStepIt;
     return out;
   }
@@ -359,11 +384,60 @@ Identification identify(const IdentificationRecord& record) {
   return out;
 }
 
+}  // namespace
+
+Identification identify(const IdentificationRecord& record) {
+  const Columns c = columns_of(record);
+  Identification out = by_outside_moves(c);
+  if (out.can_tell()) return out;
+  out.cycle = find_sticking_cycle(c.co, c.pv, c.period_s);
+  if (!out.cycle) return out;
+  const StickingCycle& cycle = *out.cycle;
+  out.notes.push_back("the valve sticks, s " + number(cycle.s.value, 3) + " and j " +
+                      number(cycle.j.value, 3) +
+                      " CO units: it and the process were identified together from the cycle");
+  out.reason = too_wide(cycle.gain);
+  if (!out.can_tell()) {
+    out.reason +=
+        " The stem comes to rest after each slip, and a slip shows gain times slip jump alone: " +
+        number(cycle.gain.value * cycle.j.value, 3) + " PV units.";
+    return out;
+  }
+  out.settle.clear();
+  out.used = {.from = 0, .thinned = cycle.every, .count = cycle.free_run.size()};
+  out.fits = {behind_valve(cycle)};
+  out.preferred = 0;
+  return out;
+}
+
+std::pair<double, double> assumed_range(std::span<const double> column) {
+  const numeric::Range range = numeric::range_of(column);
+  if (range.low >= 0.0 && range.high <= 100.0 && range.high > 10.0) return {0.0, 100.0};
+  if (range.low >= 0.0 && range.high <= 10.0 && range.high > 1.0) return {0.0, 10.0};
+  const double more = 0.1 * (range.high - range.low);
+  return {range.low - more, range.high + more};
+}
+
+plant::LoopModel stem_follows_output(std::span<const double> co, double sample_time_s) {
+  constexpr double kAtOnce = 0.1;  // of a sample
+  plant::LoopModel model;
+  model.sample_time_s = sample_time_s;
+  model.process = {.gain = 1.0, .time_constant_s = kAtOnce * sample_time_s};
+  const auto [low, high] = assumed_range(co);
+  model.controller.pid.gains = {.kp = 1.0};  // of no account: the measured CO counts
+  model.controller.pid.output_low = model.controller.output.low = low;
+  model.controller.pid.output_high = model.controller.output.high = high;
+  model.transmitter.low = model.controller.set_point.low = low;
+  model.transmitter.high = model.controller.set_point.high = high;
+  return model;
+}
+
 AssumedModel assumed_model(const IdentificationRecord& record) {
   AssumedModel out;
   out.identification = identify(record);
-  if (!out.identification.can_tell()) return out;
-  const ProcessFit& best = out.identification.best();
+  const std::optional<StickingCycle>& cycle = out.identification.cycle;
+  if (!out.identification.can_tell() && !cycle) return out;
+  const ProcessFit best = cycle ? behind_valve(*cycle) : out.identification.best();
   const Columns c = columns_of(record);
   plant::LoopModel model;
   model.sample_time_s = record.sample_time_s;
@@ -382,18 +456,22 @@ AssumedModel assumed_model(const IdentificationRecord& record) {
                            ? usual.time_constant
                            : relative(best.time_constant_s, usual.time_constant),
       .dead_time = relative(best.dead_time_s, usual.dead_time)};
-  out.assumptions.push_back(std::string("process: ") + to_text(best.form) +
-                            ", identified from this record");
-  // Ranges: 0 to 100 where what was measured lies within, else what was measured and a tenth more.
-  const auto range_of = [](const Values& column) {
-    const auto [low, high] = std::minmax_element(column.begin(), column.end());
-    if (*low >= 0.0 && *high <= 100.0 && *high > 10.0) return std::pair{0.0, 100.0};
-    if (*low >= 0.0 && *high <= 10.0 && *high > 1.0) return std::pair{0.0, 10.0};
-    const double more = 0.1 * (*high - *low);
-    return std::pair{*low - more, *high + more};
-  };
-  const auto [co_low, co_high] = range_of(c.co);
-  const auto [pv_low, pv_high] = range_of(c.pv);
+  out.assumptions.push_back(
+      std::string("process: ") + to_text(best.form) +
+      (cycle ? ", identified together with a valve that sticks" : ", identified from this record"));
+  if (cycle) {
+    const double bias = cycle->level - best.gain.value * cycle->mean_co;
+    model.transmitter_effects.push_back({"output_bias", {{"bias", bias}}});
+    out.assumptions.push_back("level: PV " + number(cycle->level) + " at CO " +
+                              number(cycle->mean_co) + ", as in this record");
+  }
+  auto [co_low, co_high] = assumed_range(c.co);
+  if (cycle) {  // which a band fills: the range is wider than what was used
+    const double more = std::max(0.0, kSpanOverBand * cycle->s.value - (co_high - co_low)) / 2.0;
+    co_low -= more;
+    co_high += more;
+  }
+  const auto [pv_low, pv_high] = assumed_range(c.pv);
   model.controller.pid.output_low = model.controller.output.low = co_low;
   model.controller.pid.output_high = model.controller.output.high = co_high;
   model.transmitter.low = model.controller.set_point.low = pv_low;
@@ -411,9 +489,16 @@ AssumedModel assumed_model(const IdentificationRecord& record) {
                                   .ki = std::max(0.0, direct ? -gains.ki : gains.ki)};
     out.assumptions.push_back("controller: PI with kp " + number(gains.kp, 4) + " and ki " +
                               number(gains.ki, 4) + ", as CO follows SP and PV");
+    if (c.sp.empty()) {
+      model.scenario.set_point = {{0.0, gains.set_point}};
+      out.assumptions.push_back("SP: " + number(gains.set_point) +
+                                " throughout; it is not in the record");
+    }
   } else {
-    model.controller.pid.gains = {};
-    out.assumptions.emplace_back("controller: not known; only the measured CO counts");
+    model.controller.pid.gains = {.kp = 1.0 / std::max(std::abs(best.gain.value), 1e-9)};
+    out.assumptions.emplace_back(
+        "controller: not known; only the measured CO counts, and a proportional one stands in its "
+        "place");
   }
   out.assumptions.emplace_back("valve: no effect at all");
   out.model = std::move(model);

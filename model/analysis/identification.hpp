@@ -15,8 +15,11 @@
 //
 // Errors: IdentificationError where the record holds nothing to look at: too few samples, PV or CO that never
 // moves.
-// What it can't do: valves with friction or play: gain too small, dead time too long (studies/identify has
-// figures). Intervals assume that the form is right and that the load is noise through a linear filter.
+// Where that leaves no number, the record is tried as the limit cycle of a sticking valve (sticking_cycle.hpp), which
+// needs nothing from outside, nor SP.
+//
+// What it can't do: valves with friction or play in other records: gain too small, dead time too long (studies/identify
+// has figures). Intervals assume that the form is right and that the load is noise through a linear filter.
 //
 // Sources: Ljung, System Identification (1999), ch. 13 (closed loop).
 // Tangent: Ziegler and Nichols (1942); Sewdass, thesis, figure 6.4.
@@ -28,9 +31,11 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/analysis/prediction_error.hpp"
+#include "model/analysis/sticking_cycle.hpp"
 #include "model/plant/loop_model.hpp"
 #include "model/plant/process.hpp"
 
@@ -81,6 +86,8 @@ struct Identification {
   std::string reason;            // why it can't tell, a sentence; empty where it can
   std::string settle;            // what would help
   std::vector<std::string> notes;
+  // The valve of a limit cycle; `fits` then holds the process behind it alone, if its gain can be told.
+  std::optional<StickingCycle> cycle;
   // What of the gain the outside moves alone would leave open, relative, 95 %.
   double outside_margin = 0.0;
 
@@ -90,16 +97,22 @@ struct Identification {
 
 Identification identify(const IdentificationRecord& record);
 
-// A loop model that a record alone suggests: the identified process, the controller as CO follows from SP and PV,
-// ranges from what was measured. What was assumed stands in `assumptions`, one sentence each. Nothing where the
-// process can't be told.
+// A loop model that a record alone suggests: the identified process, the controller as CO follows from SP and PV (SP a
+// constant where it is not in the record), ranges from what was measured. What was assumed stands in `assumptions`, one
+// sentence each. Behind a valve that sticks the process may have a gain as uncertain as the cycle leaves it. Nothing
+// where the process can't be told.
 struct AssumedModel {
   std::optional<plant::LoopModel> model;
   Identification identification;
   std::vector<std::string> assumptions;
-  bool controller_known = false;  // else its gains are 0, and only the measured CO counts
+  bool controller_known =
+      false;  // else a proportional one stands in its place, and only the measured CO counts
 };
 AssumedModel assumed_model(const IdentificationRecord& record);
+// The range of a signal by what was measured: 0 to 100 or 0 to 10 where that fits, else a tenth more on either side.
+std::pair<double, double> assumed_range(std::span<const double> column);
+// A valve alone: its stem follows CO, both in CO units. `co` has a value where CO is known.
+plant::LoopModel stem_follows_output(std::span<const double> co, double sample_time_s);
 
 // The tangent at the steepest point of PV after one step of CO. The slope is that of a line through the
 // samples of a tenth of the time from 20 to 85 % of the answer, at least three.

@@ -188,6 +188,11 @@ class Commissioner {
         assumed.identification.reason = e.what();
       }
     }
+    // A twin is of a healthy valve.
+    if (assumed.identification.cycle) {
+      assumed.identification.reason = "The valve sticks in this record.";
+      assumed.model.reset();
+    }
     if (!request_.model) {
       if (!assumed.model) {
         return refuse(Outcome::not_enough_movement,
@@ -366,16 +371,19 @@ class Commissioner {
     const Stage end = runs.stage("twin", model_);
     gap::Result result = last;
     // What a better model leaves is no floor.
-    result.noise_floor_rmse =
-        std::min(last.noise_floor_rmse, std::max(last.check.noise_rms, end.holdout_rmse));
+    // The load of a healthy record is the twin's own: it counts whether SP moved or not.
+    const double noise = last.check.noise_rms;
+    const double quiet = std::min(last.rest.quiet_rmse, std::max(noise, end.holdout_rmse));
+    result.floor.transmitter_rmse = noise;
+    result.floor.load_rmse = std::sqrt(std::max(0.0, quiet * quiet - noise * noise));
+    const double floor = result.floor.rmse();
     result.model = out_.given;
     result.effects = out_.effects;
-    result.before = runs.misfit(out_.stages.front(), result.noise_floor_rmse);
-    result.after = runs.misfit(end, result.noise_floor_rmse);
+    result.before = runs.misfit(out_.stages.front(), floor);
+    result.after = runs.misfit(end, floor);
     result.series.pv_before = out_.stages.front().pv;
     result.series.pv_after = end.pv;
-    out_.closed = gap::gap_closed(result.before.holdout_rmse, result.after.holdout_rmse,
-                                  result.noise_floor_rmse);
+    out_.closed = gap::gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, floor);
     if (out_.stages.back().pv != end.pv) out_.stages.push_back(end);
 
     const LoopModel whole = refitted(model_, record_);
@@ -430,7 +438,7 @@ class Commissioner {
   void judge(const Runs& runs, const gap::Result& last) {
     finish(runs, last);
     const double left = out_.gap->after.holdout_rmse;
-    const double floor = out_.gap->noise_floor_rmse;
+    const double floor = out_.gap->floor.rmse();
     if (std::isfinite(out_.closed) && out_.closed < kLeastClosed) {
       refuse(
           Outcome::not_explained,
@@ -471,7 +479,8 @@ class Commissioner {
         return;
       }
       const bool differs = result.outcome == gap::Outcome::unexplained &&
-                           result.before.holdout_rmse > kFewFloors * result.noise_floor_rmse;
+                           result.before.holdout_rmse >
+                               kFewFloors * std::max(result.floor.rmse(), result.rest.quiet_rmse);
       if (differs) {
         refuse(Outcome::not_explained,
                text("Record %d does not agree with the twin that the first one gives, and nothing "
@@ -480,7 +489,7 @@ class Commissioner {
         return;
       }
       out_.notes.push_back(text("record %d: rmse %.4g PV units, noise floor %.4g", number,
-                                result.before.rmse, result.noise_floor_rmse));
+                                result.before.rmse, result.floor.rmse()));
     }
   }
 

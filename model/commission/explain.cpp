@@ -99,7 +99,7 @@ Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std
   const gap::Record newest{record.period_s, part(record.pv), part(record.sp), part(record.co)};
   out.result = gap::find_gap(newest, twin, {}, parallel, [](double) {});
   out.closed = gap::gap_closed(out.result.before.holdout_rmse, out.result.after.holdout_rmse,
-                               out.result.noise_floor_rmse);
+                               out.result.floor.rmse());
   return out;
 }
 

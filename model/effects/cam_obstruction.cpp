@@ -13,6 +13,22 @@ void check(const SpecReader& read, const EffectContext&) {
   }
 }
 
+// CO must have come into the band from above and from below, each time from beyond another band.
+bool shows_place(Candidate::Values v, Candidate::Values co) {
+  const auto beyond = [&](double u) {
+    return u > v[0] + 2.0 * v[1] ? 1 : u < v[0] - 2.0 * v[1] ? -1 : 0;
+  };
+  bool from_above = false;
+  bool from_below = false;
+  int side = 0;
+  for (const double u : co) {
+    if (const int now = beyond(u); now != 0) side = now;
+    if (side > 0 && u < v[0] + v[1]) from_above = true;
+    if (side < 0 && u > v[0] - v[1]) from_below = true;
+  }
+  return from_above && from_below;
+}
+
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   const double middle = c.used_middle();
   const double used = c.used_span();
@@ -30,6 +46,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
               Candidate::Deviations& named) {
              named["jump"] = numeric::root_sum_square(v[2] * spread[1], v[1] * spread[2]);
            },
+       .shows_place = shows_place,
        .friction = true});
 }
 

@@ -97,6 +97,10 @@ struct Candidate {
   std::size_t columns = 0;
   void (*fill)(Values searched, double period_s, Columns& columns) = nullptr;  // null: stays 1
 
+  // An effect at one place of the travel: whether this CO left the place and came back to it, on both sides. Where it did
+  // not, the place can't be told from everywhere, and the effect is no more than an alternative. Null: it has no place.
+  bool (*shows_place)(Values searched, Values co) = nullptr;
+
   bool friction = false;       // one valve has one of these
   bool slips = false;          // found by short runs, each from where the record stands
   bool solves_gain = false;    // the process gain's own column stands for it

@@ -122,6 +122,8 @@ struct Descriptor {
   void (*candidates)(const SearchContext& context, std::vector<Candidate>& all) = nullptr;
   int valve_rank = 4;     // place in the valve: the actuator before the friction, the plug last
   bool is_noise = false;  // wanders by chance: no part of a free run
+  // Two effects that belong together and are this one: `gap` names them as its alternative.
+  std::vector<const char*> made_of{};
   // How far from CO the stem can rest, CO units; null: nowhere but where CO puts it.
   double (*resting_band)(const SpecReader& read) = nullptr;
   // The law of a healthy valve's little friction and fast actuator; one effect has it, and where a

@@ -13,10 +13,18 @@ bool EffectSet::has(std::string_view name) const noexcept {
 }
 
 bool worth_adding(const Addition& a) noexcept {
-  const double gain = a.first ? kFirstGain : kFurtherGain;
-  return a.score_with - a.score_without > std::max(gain, kLeastPart * a.score_without) &&
-         a.moves_pv > a.least_rms &&
-         (a.first || (a.rmse_with < a.rmse_without && (a.at_one_moment || a.block_t > kLeastT)));
+  const double gain = a.score_with - a.score_without;
+  if (!(a.moves_pv > a.least_rms)) return false;
+  if (a.first) return gain > kFirstGain;
+  const bool clear = a.at_one_moment || (a.left_out_nats > kFurtherGain && a.block_t > kLeastT);
+  return gain > kFurtherGain && clear &&
+         closes_a_part(a.rmse_with, a.rmse_without, a.rmse_model, a.noise_rms);
+}
+
+bool closes_a_part(double rmse_with, double rmse_without, double rmse_model,
+                   double noise_rms) noexcept {
+  const double gap = rmse_model * rmse_model - noise_rms * noise_rms;
+  return rmse_without * rmse_without - rmse_with * rmse_with > kLeastPart * std::max(gap, 0.0);
 }
 
 bool leaves_more(double rmse, const Scale& scale) noexcept {
@@ -27,12 +35,21 @@ bool superfluous(double score_with, double score_without) noexcept {
   return score_with - score_without < kFurtherGain;
 }
 
+bool replaces(const EffectSet& rest, const EffectSet& chosen, double rmse_model,
+              double noise_rms) noexcept {
+  const auto closes = [&](double rmse, double without) {
+    return closes_a_part(rmse, without, rmse_model, noise_rms);
+  };
+  return rest.score > chosen.score || (closes(rest.training_rmse, chosen.training_rmse) &&
+                                       !closes(chosen.training_rmse, rmse_model));
+}
+
 std::vector<double> leads(const EffectSet& chosen, std::span<const EffectSet> tried) {
   std::vector<double> out;
   for (const std::string& name : chosen.names) {
     double rival = 0.0;  // the model alone
     for (const EffectSet& other : tried) {
-      if (other.names.size() <= chosen.names.size() && !other.has(name)) {
+      if (other.placed && other.names.size() <= chosen.names.size() && !other.has(name)) {
         rival = std::max(rival, other.score);
       }
     }

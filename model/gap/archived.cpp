@@ -103,6 +103,7 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
   Options now = options;
   now.search.several = false;
   Result result;
+  Floor floor;
   double floor_rmse = 0.0;
   bool dropped = false;
   std::string alike;  // named before, and no better within what the archive hides
@@ -111,7 +112,13 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
       progress((static_cast<double>(search) + share) / static_cast<double>(kMostSearches));
     });
     if (!result.check.usable) return result;
-    if (search == 0) floor_rmse = std::hypot(result.noise_floor_rmse, kept_from);
+    if (search == 0) {
+      floor = result.floor;
+      floor.transmitter_rmse = std::hypot(floor.transmitter_rmse, kept_from);
+      floor.load_rmse =
+          std::sqrt(std::max(0.0, floor.load_rmse * floor.load_rmse - kept_from * kept_from));
+      floor_rmse = floor.rmse();
+    }
     if (result.before.rmse <= kWithin * floor_rmse &&
         result.before.holdout_rmse <= kWithin * floor_rmse) {
       say_so(result, Outcome::no_gap, model);
@@ -165,7 +172,7 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
     break;
   }
   progress(1.0);
-  result.noise_floor_rmse = floor_rmse;
+  result.floor = floor;
   for (FoundEffect& effect : result.effects) {
     effect.confidence = std::min(effect.confidence, kMostConfidence);
     if (alike.empty()) continue;
@@ -181,7 +188,11 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
   }
   result.check.notes.push_back(
       {"compressed",
-       deviations.known
+       deviations.known && narrowest == 0.0
+           ? std::string(
+                 "An archive kept only a part of the samples, by a rule that can't be told: "
+                 "PV is compared where a value was stored, CO is taken as held in between.")
+       : deviations.known
            ? text("An archive kept PV to about %.2g and CO to about %.2g of their units: "
                   "what is narrower than %.2g CO units "
                   "can't be seen in this record.",

@@ -7,7 +7,7 @@
 // d_PV, d_CO: deviations or dead bands; K: the model's gain, 0 where the process integrates; the third for errors that
 // are equally likely anywhere in the interval. Then
 //
-//   floor = sqrt(noise floor^2 + c^2)
+//   floor = sqrt(noise floor^2 + c^2)             c counts as the transmitter's; a load is what is more than that
 //
 // and no more is said than that allows:
 //   the model as given misses PV by no more than 1.5 floors                              no gap

@@ -107,12 +107,19 @@ CheckedRecord check(const Record& given, const plant::LoopModel& model) {
   out.used = usable_samples(record, out.model);
   out.training_end = training_samples(record.size());
   out.reading = examine_reading(record.pv);
+  out.measured = measured_samples(out);
+  // What stands at an end or is repeated hides the noise. Of a held reading only the renewals are left, one by one.
   std::vector<double> measurements;
   for (std::size_t k = 0; k < record.size(); ++k) {
-    if (out.reading.measured[k]) measurements.push_back(record.pv[k]);
+    if (out.measured[k]) {
+      measurements.push_back(record.pv[k]);
+    } else if (!out.reading.held) {
+      measurements.push_back(kNone);
+    }
   }
-  if (measurements.size() < record.size()) out.quality.noise_rms = noise_of(measurements);
-  out.measured = measured_samples(out);
+  if (out.measured != out.used && !record.pv_as_stored) {
+    out.quality.noise_rms = noise_of(measurements);
+  }
   out.training = out.measured;
   std::fill(out.training.begin() + static_cast<std::ptrdiff_t>(out.training_end),
             out.training.end(), false);

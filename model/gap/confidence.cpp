@@ -55,18 +55,18 @@ double share_right(const ConfidenceRow& row) noexcept {
 
 }  // namespace
 
-Residuals examine(const Fitter& fitter, const SearchResult& search, const std::vector<double>& co,
-                  double record_noise, double period_s) {
-  const Fit& fit = search.chosen.fit;
+Residuals examine(const Fitter& fitter, const Hypothesis& hypothesis, double base_rmse,
+                  const std::vector<double>& co, double record_noise, double period_s) {
+  const Fit& fit = hypothesis.fit;
   Residuals left;
   left.noise_ratio = record_noise > 0.0 ? fit.noise_rms / record_noise : 1.0;
   const double ratio = fitter.load_ratio(fit);
   left.load_intensity = fit.noise_rms * ratio / std::sqrt(period_s);
   const double load_rms = left.load_intensity * std::sqrt(LoadFilter::kReturnTime_s / 2.0);
   const double valve_rms = fit.noise_rms * fitter.valve_ratio(fit);
-  left.floor_rmse = std::min(
+  left.quiet_rmse = std::min(
       numeric::root_sum_square(numeric::root_sum_square(fit.noise_rms, load_rms), valve_rms),
-      search.chosen.training_rmse);
+      hypothesis.training_rmse);
   const std::vector<double> e = fitter.innovations(fit);
   double fourth = 0.0;
   double second = 0.0;
@@ -77,9 +77,9 @@ Residuals examine(const Fitter& fitter, const SearchResult& search, const std::v
   const auto count = static_cast<double>(e.size());
   left.tail = (fourth / count) / std::max((second / count) * (second / count), 1e-12);
   left.answer = answer_to_moves(e, co);
-  const double before = search.base_rmse * search.base_rmse - fit.noise_rms * fit.noise_rms;
+  const double before = base_rmse * base_rmse - fit.noise_rms * fit.noise_rms;
   const double after =
-      search.chosen.training_rmse * search.chosen.training_rmse - fit.noise_rms * fit.noise_rms;
+      hypothesis.training_rmse * hypothesis.training_rmse - fit.noise_rms * fit.noise_rms;
   left.closed = before > 0.0 ? 1.0 - std::max(after, 0.0) / before : 1.0;
   left.adequate = is_noise(left.noise_ratio, left.tail, left.answer, fitter.load_at_limit(fit));
   left.believable = left.adequate || left.closed > kEnoughClosed;

@@ -35,7 +35,7 @@ extern const ConfidenceTable kConfidenceTable;
 struct Residuals {
   double noise_ratio = 1.0;  // innovations' noise over the record's own, 1 where all is explained
   double load_intensity = 0.0;  // PV units per root second
-  double floor_rmse = 0.0;      // PV units: noise, and what the load adds to a free run
+  double quiet_rmse = 0.0;      // PV units: of the free run's, by noise, load and a healthy valve
   double tail = 0.0;            // kurtosis of the innovations, 3 for Gaussian noise
   double answer = 0.0;          // F ratio of the innovations regressed on past moves of CO
   double closed = 0.0;     // share of the gap that the hypothesis closes on the data of the fit
@@ -43,8 +43,9 @@ struct Residuals {
   bool believable = true;  // adequate, or so much is explained that the name stands
 };
 
-Residuals examine(const Fitter& fitter, const SearchResult& search, const std::vector<double>& co,
-                  double record_noise, double period_s);
+// Of `hypothesis`; `base_rmse` in PV units: of the model alone, first two thirds.
+Residuals examine(const Fitter& fitter, const Hypothesis& hypothesis, double base_rmse,
+                  const std::vector<double>& co, double record_noise, double period_s);
 
 bool is_noise(double noise_ratio, double tail, double answer, bool load_at_limit) noexcept;
 

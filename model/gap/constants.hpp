@@ -49,6 +49,10 @@ inline constexpr double kLeastControllerRms = 0.002;
 inline constexpr double kSameSettings = 0.03;
 // Other settings must leave less of the difference than that. By hand.
 inline constexpr double kSettingsLeave = 0.3;
+// With a filter on PV or a dead band no more may be left than that many times what matters, and less than such a part of
+// what other gains alone leave. By hand: a controller's law is exact, and an error that is ignored explains much.
+inline constexpr double kInletMatters = 2.0;
+inline constexpr double kInletLeaves = 0.5;
 
 // fit --------------------------------------------------------------------------------------------------
 // What an effect moves PV by at least, rms: of the PV span, and of the record's noise. By hand.
@@ -65,10 +69,10 @@ inline constexpr double kHealthyValveLeaves = 0.003;
 inline constexpr double kFirstGain = 5.0;
 // Nats for each further one. By hand: the misfit of the first one's own law is taken for a second below.
 inline constexpr double kFurtherGain = 12.0;
-// Of the score before: less is the first one's own misfit. By hand.
+// Of the gap: a further effect that closes less is the first one's own misfit. By definition (gap.json).
 inline constexpr double kLeastPart = 0.05;
-// Student's t of the gain over the blocks of the record. By hand, a little below the one-sided 5 % of 11
-// degrees of freedom, 1.80.
+// Student's t of the gain over the blocks of the record, each left out of the fit. By hand, a little below the
+// one-sided 5 % of 11 degrees of freedom, 1.80.
 inline constexpr double kLeastT = 1.7;
 inline constexpr std::size_t kGainBlocks = 12;
 // An effect that is more than a simpler one at less than this share of the samples is the simpler one. By hand.
@@ -83,10 +87,15 @@ inline constexpr double kMostTail = 5.0;         // kurtosis of the innovations;
 inline constexpr double kMostAnswer = 6.0;       // F ratio of the innovations on the moves of CO
 // So large a share of the gap closed, and the name stands although more than noise is left. By hand.
 inline constexpr double kEnoughClosed = 0.85;
-// Where more than noise is left, the floor is taken at so many times the record's noise. By hand.
-inline constexpr double kNoiseFloor = 1.5;
 // A PV that moves by less than so many noise floors has no fit percent. By definition (gap.json).
 inline constexpr double kFewestFloors = 3.0;
+
+// independence -----------------------------------------------------------------------------------------
+// Of the gap: less that follows SP is the misfit of the names that were given. By hand, as of a further effect.
+inline constexpr double kFollowingPart = 0.05;
+// Most confidence of a name where what is left follows SP or CO, and where that could not be tested. By definition.
+inline constexpr double kMostFollowing = 0.7;
+inline constexpr double kMostUntested = 0.8;
 
 // prove ------------------------------------------------------------------------------------------------
 // Gap closed on the holdout = (before^2 - after^2)/(before^2 - floor^2). By definition (gap.json): where the
@@ -105,6 +114,10 @@ inline constexpr double kWorstHoldout = 0.8;
 // learn ------------------------------------------------------------------------------------------------
 // A form with fewer numbers may leave so many times the least on the blocks left out, squared. By hand.
 inline constexpr double kAsGood = 1.2;
+// By so much more of the gap on blocks left out a law ousts names: on all together, or on so many of those with a gap.
+// By definition.
+inline constexpr double kOusts = 0.2;
+inline constexpr double kOustsOn = 2.0 / 3.0;
 // Most confidence of what was learned: it has no name that could be right. By hand.
 inline constexpr double kMostLearned = 0.89;
 

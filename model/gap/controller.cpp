@@ -42,13 +42,29 @@ struct Slopes {
 // The controller beside the record: replayed with any settings, and what the moves of CO say of them.
 class Replay {
  public:
-  explicit Replay(const Record& record)
+  // What the controller may do to PV and the error before its law.
+  struct Inlet {
+    double filter_s = 0.0;   // s
+    double dead_band = 0.0;  // PV units
+  };
+
+  explicit Replay(const Record& record) : Replay(record, {}) {}
+  Replay(const Record& record, const Inlet& inlet)
       : record_(record),
         sp_(held(record.sp)),
         pv_(held(record.pv)),
         co_(held(record.co)),
         stretches_(known_stretches(record)),
-        training_end_(training_samples(record.size())) {}
+        training_end_(training_samples(record.size())) {
+    const double keep = inlet.filter_s > 0.0 ? std::exp(-record.period_s / inlet.filter_s) : 0.0;
+    double filtered = pv_.empty() ? 0.0 : pv_.front();
+    for (std::size_t k = 0; k < pv_.size(); ++k) {
+      filtered = keep * filtered + (1.0 - keep) * pv_[k];
+      pv_[k] = filtered;
+      const double error = sp_[k] - filtered;
+      pv_[k] += std::clamp(error, -inlet.dead_band, inlet.dead_band);
+    }
+  }
 
   bool possible() const noexcept { return !stretches_.empty(); }
   const std::vector<double>& measured() const noexcept { return co_; }
@@ -156,6 +172,46 @@ control::PidSettings refined(const Replay& replay, const control::PidSettings& s
   return at(x);
 }
 
+struct Settings {
+  control::PidSettings pid;
+  Slopes slopes;
+  Replay::Inlet inlet;
+  std::vector<double> output;  // CO units
+  double apart = std::numeric_limits<double>::infinity();
+};
+
+// The gains that go best with such an inlet; nothing where they are none of a controller.
+std::optional<Settings> with_inlet(const Record& record, const control::PidSettings& settings,
+                                   const Replay::Inlet& inlet) {
+  const Replay replay(record, inlet);
+  const std::optional<Slopes> slopes = replay.from_moves(settings);
+  if (!slopes || slopes->kp <= 0.0 || slopes->ki < 0.0) return std::nullopt;
+  Settings out{refined(replay, settings, *slopes), *slopes, inlet, {}};
+  out.output = replay.run(out.pid);
+  out.apart = replay.apart_in_training(out.output);
+  return out;
+}
+
+// The one filter or dead band that leaves least: places a factor of two apart, then between them.
+std::optional<Settings> other_inlet(const Record& record, const control::PidSettings& settings,
+                                    double error_rms) {
+  std::optional<Settings> best;
+  const auto offer = [&](const Replay::Inlet& inlet) {
+    std::optional<Settings> tried = with_inlet(record, settings, inlet);
+    if (tried && (!best || tried->apart < best->apart)) best = std::move(tried);
+  };
+  for (double factor = 1.0; factor <= 128.0; factor *= 2.0) {
+    offer({.filter_s = factor * record.period_s});
+    offer({.dead_band = error_rms * factor / 64.0});
+  }
+  for (double by = std::sqrt(2.0); best && by > 1.01; by = std::sqrt(by)) {
+    const Replay::Inlet middle = best->inlet;
+    offer({middle.filter_s * by, middle.dead_band * by});
+    offer({middle.filter_s / by, middle.dead_band / by});
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<double> replay_controller(const control::PidSettings& settings, double period_s,
@@ -200,21 +256,41 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
   const std::optional<Slopes> slopes = replay.from_moves(settings);
   found.unexplained = !slopes || slopes->kp <= 0.0 || slopes->ki < 0.0;
   if (found.unexplained) return found;
-  const control::PidSettings other = refined(replay, settings, *slopes);
-  const double kp = other.gains.kp;
-  const double ki = other.gains.ki;
-  const std::vector<double> after = replay.run(other);
+  Settings other{refined(replay, settings, *slopes), *slopes, {}, {}};
+  other.output = replay.run(other.pid);
+  other.apart = replay.apart_in_training(other.output);
+  if (other.apart > least) {
+    double squares = 0.0;
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < record.size(); ++k) {
+      const double error = record.sp[k] - record.pv[k];
+      if (!std::isfinite(error)) continue;
+      squares += error * error;
+      ++count;
+    }
+    std::optional<Settings> inlet =
+        other_inlet(record, settings, std::sqrt(squares / static_cast<double>(count)));
+    if (inlet && inlet->apart < kInletLeaves * other.apart &&
+        inlet->apart < kInletMatters * least) {
+      other = std::move(*inlet);
+    }
+  }
+  const double kp = other.pid.gains.kp;
+  const double ki = other.pid.gains.ki;
+  const std::vector<double>& after = other.output;
   const bool other_settings =
+      other.inlet.filter_s > 0.0 || other.inlet.dead_band > 0.0 ||
       std::abs(kp / settings.gains.kp - 1.0) > kSameSettings ||
       std::abs(ki - settings.gains.ki) > kSameSettings * std::max(settings.gains.ki, 1e-12);
-  found.mismatch = other_settings &&
-                   replay.apart_in_training(after) < kSettingsLeave * found.training_rmse_before;
+  found.mismatch = other_settings && other.apart < kSettingsLeave * found.training_rmse_before;
   found.unexplained = !found.mismatch;
   if (found.unexplained) return found;
   found.kp = kp;
   found.ki = ki;
-  found.kp_spread = std::max(slopes->kp_spread, 1e-3 * kp);
-  found.ki_spread = std::max(slopes->ki_spread, 1e-3 * ki);
+  found.filter_s = other.inlet.filter_s;
+  found.dead_band = other.inlet.dead_band;
+  found.kp_spread = std::max(other.slopes.kp_spread, 1e-3 * kp);
+  found.ki_spread = std::max(other.slopes.ki_spread, 1e-3 * ki);
   found.after = after;
   found.after_rmse = replay.apart(after);
   return found;

@@ -6,8 +6,13 @@
 //   u(k) - u(k-1) = Kp (e(k) - e(k-1)) + Ki h e(k)
 // by least squares over the samples away from the limits, then refined on the replayed output itself.
 //
+// Where other gains leave much of the difference, a filter on PV and a dead band of the error are tried beside them:
+//   T y' = PV - y in the place of PV     e - clamp(e, -D, D) in the place of e
+// and one of the two is found if it leaves next to nothing.
+//
 // A difference that another anti-windup explains is reported as such and never as other settings.
-// What it can't do: no filter on PV, no set-point weighting, no manual periods.
+// What it can't do: filter and dead band together, set-point weighting, manual periods. The controller of a loop model
+// has neither filter nor dead band: a corrected model takes the gains over, not these.
 #pragma once
 
 #include <string>
@@ -24,6 +29,8 @@ struct ControllerFinding {
   bool unexplained = false;                 // CO differs, and nothing known explains it
   std::string anti_windup;                  // explained by this instead of the model's; empty: no
   double kp = 0.0, ki = 0.0;                // as found, CO units / PV unit, CO units / PV unit s
+  double filter_s = 0.0;                    // T, s; 0: none
+  double dead_band = 0.0;                   // D, PV units; 0: none
   double kp_spread = 0.0, ki_spread = 0.0;  // standard deviations
   double before_rmse = 0.0, after_rmse = 0.0;  // CO units, whole record
   double training_rmse_before = 0.0;           // CO units

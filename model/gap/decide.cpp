@@ -3,20 +3,15 @@
 
 #include <algorithm>
 
-#include "model/numeric/root_sum_square.hpp"
 #include "model/gap/constants.hpp"
 
 namespace loopwarden::gap {
 namespace {
 
-EffectSet effect_set_of(const Hypothesis& hypothesis) {
-  return {names_in_order(hypothesis.fit), hypothesis.score, hypothesis.training_rmse};
-}
-
-std::vector<std::string> alternatives_to(const std::string& name, const Competition& competition) {
-  const EffectSet& chosen = competition.chosen;
+std::vector<std::string> alternatives_to(const std::string& name, const EffectSet& chosen,
+                                         const std::vector<EffectSet>& rivals) {
   std::vector<std::string> out;
-  for (const EffectSet& other : competition.tried) {
+  for (const EffectSet& other : rivals) {
     if (other.names.size() != chosen.names.size() || other.has(name)) continue;
     if (chosen.score - other.score > kTooClose) continue;
     for (const std::string& instead : other.names) {
@@ -25,6 +20,16 @@ std::vector<std::string> alternatives_to(const std::string& name, const Competit
       }
     }
   }
+  return out;
+}
+
+// Where the choice closes a part of the gap, what closes none is no explanation, however likely a load makes it.
+std::vector<EffectSet> rivals_in(const Competition& c, double noise_rms) {
+  const auto closes = [&](const EffectSet& set) {
+    return closes_a_part(set.training_rmse, c.model_rmse, c.model_rmse, noise_rms);
+  };
+  std::vector<EffectSet> out = c.tried;
+  if (closes(c.chosen)) std::erase_if(out, [&](const EffectSet& set) { return !closes(set); });
   return out;
 }
 
@@ -41,17 +46,15 @@ Decision decide(const Competition& competition, const Residuals& left,
                 const ConfidenceTable& table) {
   Decision out;
   out.other_settings = controller.mismatch;
-  // Load counts as floor only where a quiet one accounts for what is left.
-  const double floor = left.adequate ? left.floor_rmse : kNoiseFloor * scale.noise_rms;
-  // What the model's own uncertainty covers is no gap.
-  const bool material = competition.model_rmse > numeric::root_sum_square(floor, scale.least_rms);
-  out.unexplained = controller.unexplained || (material && !left.adequate);
+  out.unexplained =
+      controller.unexplained || (!left.adequate && leaves_more(competition.model_rmse, scale));
   out.believable = left.believable;
-  const std::vector<double> by = leads(competition.chosen, competition.tried);
+  const std::vector<EffectSet> rivals = rivals_in(competition, scale.noise_rms);
+  const std::vector<double> by = leads(competition.chosen, rivals);
   for (std::size_t i = 0; i < by.size(); ++i) {
     const std::string& name = competition.chosen.names[i];
-    out.named.push_back(
-        {name, by[i], confidence(by[i], left.adequate, table), alternatives_to(name, competition)});
+    out.named.push_back({name, by[i], confidence(by[i], left.adequate, table),
+                         alternatives_to(name, competition.chosen, rivals)});
   }
   return out;
 }
@@ -63,10 +66,10 @@ double confidence_after(double confidence, Proof proof) noexcept {
 Outcome outcome_of(const Decision& decision, Proof proof) noexcept {
   if (decision.by_reading) return Outcome::missing_effect;
   const bool named = !decision.named.empty();
-  const bool taken_back = named && proof == Proof::refuted;
-  if (taken_back && decision.believable) return Outcome::unexplained;
-  if ((named && !taken_back) || decision.other_settings) return Outcome::missing_effect;
-  return decision.unexplained ? Outcome::unexplained : Outcome::no_gap;
+  if (named && proof != Proof::refuted) return Outcome::missing_effect;
+  // Other settings of the controller close nothing of a gap of the plant.
+  if (decision.unexplained || (named && decision.believable)) return Outcome::unexplained;
+  return decision.other_settings ? Outcome::missing_effect : Outcome::no_gap;
 }
 
 }  // namespace loopwarden::gap

@@ -524,6 +524,15 @@ bool Fitter::tells(const Fit& fit) const {
   return true;
 }
 
+bool Fitter::shows_places(const Fit& fit) const {
+  const std::span<const double> co(free_run_.output().data(), training_end_);
+  for (std::size_t i = 0; i < fit.terms.size(); ++i) {
+    const Candidate& term = *fit.terms[i];
+    if (term.shows_place != nullptr && !term.shows_place(fit.point.searched[i], co)) return false;
+  }
+  return true;
+}
+
 std::vector<double> Fitter::simulate(const Fit& fit) const {
   std::vector<std::vector<double>> columns;
   free_run_.columns(fit.terms, fit.point, columns);
@@ -556,7 +565,7 @@ double Fitter::training_rmse(const Fit& fit) const {
   return std::sqrt(sum / static_cast<double>(fit.samples));
 }
 
-std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
+Eigen::MatrixXd Fitter::jacobian(const Fit& fit) const {
   Work work;
   const LoadFilter& filter = filters_[fit.load];
   const auto n = static_cast<Eigen::Index>(filter.count());
@@ -590,7 +599,44 @@ std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
     filter.whiten(difference, white);
     jacobian.col(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::VectorXd>(white.data(), n);
   }
-  const Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
+  return jacobian;
+}
+
+std::vector<double> Fitter::left_out_innovations(const Fit& fit, std::size_t blocks) const {
+  const std::vector<double> e = innovations(fit);
+  Eigen::MatrixXd slopes = jacobian(fit) / fit.noise_rms;
+  // What stands at a bound stays there.
+  const std::vector<double> x = positions(fit);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (x[i] <= 0.0 || x[i] >= 1.0) slopes.col(static_cast<Eigen::Index>(i)).setZero();
+  }
+  const double uncertainty = free_run_.model().uncertainty.gain;
+  if (!solves_gain(fit.terms) && std::abs(fit.solved[0] - 1.0) >= uncertainty * (1.0 - 1e-9)) {
+    slopes.col(static_cast<Eigen::Index>(x.size())).setZero();
+  }
+  Eigen::MatrixXd whole = slopes.transpose() * slopes;
+  // What shows in one block only (the state at the start) is known without it, a little.
+  constexpr double kKnown = 0.01;
+  whole.diagonal() *= 1.0 + kKnown;
+  std::vector<double> out = e;
+  for (std::size_t block = 0; block < blocks; ++block) {
+    const std::size_t from = block * e.size() / blocks;
+    const std::size_t to = (block + 1) * e.size() / blocks;
+    const auto rows =
+        slopes.middleRows(static_cast<Eigen::Index>(from), static_cast<Eigen::Index>(to - from));
+    const Eigen::Map<const Eigen::VectorXd> left(e.data() + from, rows.rows());
+    const Eigen::VectorXd moved =
+        solve_normal(whole - rows.transpose() * rows, rows.transpose() * left);
+    Eigen::Map<Eigen::VectorXd>(out.data() + from, rows.rows()) += rows * moved;
+  }
+  return out;
+}
+
+std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
+  const std::vector<double> x = positions(fit);
+  const std::size_t searched = x.size();
+  const Eigen::MatrixXd slopes = jacobian(fit);
+  const Eigen::MatrixXd normal = slopes.transpose() * slopes;
   const Eigen::MatrixXd covariance =
       fit.noise_rms * fit.noise_rms *
       solve_normal(normal, Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));

@@ -12,6 +12,7 @@
 // J. Global Optimization 11 (1997) 341-359 (differential evolution).
 #pragma once
 
+#include <Eigen/Dense>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -70,11 +71,16 @@ class Fitter {
 
   // Whether each effect is more than a simpler one under this CO.
   bool tells(const Fit& fit) const;
+  // Whether this CO shows the place of each effect that is bound to one.
+  bool shows_places(const Fit& fit) const;
 
   // PV in free run, from the fit's own state at the first sample.
   std::vector<double> simulate(const Fit& fit) const;
   // Innovations of the used samples in units of their standard deviation, and which samples they are.
   std::vector<double> innovations(const Fit& fit) const;
+  // The same of blocks of the samples used, each left out of the fit: what the others say of it, to first order in the
+  // parameters; what stands at a bound is held there.
+  std::vector<double> left_out_innovations(const Fit& fit, std::size_t blocks) const;
   // Of the free run over the samples used. Samples from `training_end` on were never used.
   double training_rmse(const Fit& fit) const;
   std::size_t training_end() const noexcept { return training_end_; }
@@ -103,6 +109,8 @@ class Fitter {
   std::vector<Fit> sticking_starts(const Fit& with, const std::vector<double>* hint) const;
   void lead_on(StickingStart& from, const Sticking& sticking, std::size_t longer) const;
   std::vector<double> first_steps(const Fit& fit) const;
+  // What the filter makes of PV's change with each position and each solved number, in this order.
+  Eigen::MatrixXd jacobian(const Fit& fit) const;
   Point with_positions(const Terms& terms, const std::vector<double>& x) const;
   std::vector<double> positions(const Fit& fit) const;
 

@@ -14,6 +14,11 @@ namespace {
 // Where PV's ends are taken, so that its noise is left out.
 constexpr double kEndQuantile = 0.01;
 
+Level level_of(const CheckedRecord& r, const SearchOptions& options) {
+  if (r.closed_loop) return Level::of_nobody;
+  return options.level_of_record ? Level::of_record : Level::of_model;
+}
+
 std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOptions& options) {
   const control::PidSettings& pid = r.model.controller.pid;
   const auto [co_low, co_high] =
@@ -43,7 +48,7 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOption
       return candidate.block == plant::Block::valve || candidate.block == plant::Block::process;
     });
   }
-  if (r.closed_loop) {
+  if (level_of(r, options) != Level::of_model) {
     std::erase_if(all, [](const Candidate& c) { return c.is_level; });
   }
   return all;
@@ -51,27 +56,33 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOption
 
 double pv_span(const CheckedRecord& r) { return r.model.transmitter.span(); }
 
-AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& options,
-                             double largest_load) {
-  const double noise = r.quality.noise_rms;
-  if (!options.load || !(noise > 0.0)) return {};
-  const control::PidSettings& pid = r.model.controller.pid;
-  const double friction = kHealthyValveLeaves * pid.output_span();  // CO units
+// What a healthy valve leaves, PV units.
+double healthy_valve_rms(const CheckedRecord& r) {
+  const double friction = kHealthyValveLeaves * r.model.controller.pid.output_span();  // CO units
   // An integrating process turns an offset of the valve into a slope, for as long as the loop lets it.
   const double gain =
       std::abs(r.model.process.gain) *
       (r.model.process.integrating() ? std::max(plant::answer_s(r.model), r.record.period_s) : 1.0);
+  return friction * gain;
+}
+
+AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& options,
+                             double largest_load) {
+  const double noise = r.quality.noise_rms;
+  if (!options.load || !(noise > 0.0)) return {};
   return {.load = largest_load * pv_span(r) * std::sqrt(r.record.period_s) / noise,
-          .valve = options.allowances ? friction * gain / noise : 0.0};
+          .valve = options.allowances ? healthy_valve_rms(r) / noise : 0.0};
 }
 
 }  // namespace
 
 ModelFit::ModelFit(const CheckedRecord& record, const SearchOptions& options, double largest_load)
-    : run(record.model, record.co, !record.closed_loop),
+    : run(record.model, record.co, level_of(record, options)),
       searched(candidates_for(record, options)),
       least_rms(
           std::max(kLeastEffect * pv_span(record), kLeastEffectNoise * record.quality.noise_rms)),
+      valve_rms(healthy_valve_rms(record)),
+      largest_load_rms(largest_load * pv_span(record) * std::sqrt(LoadFilter::kReturnTime_s / 2.0)),
       record_(record),
       options_(options),
       allowed_(allowed_wander(record, options, largest_load)),

@@ -28,7 +28,9 @@ class ModelFit {
 
   const FreeRun run;
   const std::vector<Candidate> searched;
-  const double least_rms;  // PV units: what an effect moves PV by at least
+  const double least_rms;         // PV units: what an effect moves PV by at least
+  const double valve_rms;         // PV units: what a healthy valve leaves
+  const double largest_load_rms;  // PV units: what a quiet load adds to a free run at the most
 
  private:
   const CheckedRecord& record_;

@@ -41,6 +41,17 @@ void place_in_valve(std::vector<EffectSpec>& valve, EffectSpec spec) {
   valve.insert(behind, std::move(spec));
 }
 
+void add_bias(std::vector<EffectSpec>& transmitter, double bias) {
+  constexpr const char* kName = "output_bias";
+  const auto own = std::find_if(transmitter.begin(), transmitter.end(),
+                                [](const EffectSpec& s) { return s.name == kName; });
+  if (own == transmitter.end()) {
+    transmitter.insert(transmitter.begin(), EffectSpec{kName, {{"bias", bias}}});
+  } else {
+    own->parameters["bias"] += bias;
+  }
+}
+
 EffectSpec with_actuator(const Candidate& candidate, EffectSpec spec, const Point& point) {
   if (candidate.with_momentum == nullptr || point.actuator_frequency <= 0.0) return spec;
   return candidate.with_momentum(std::move(spec), point.actuator_frequency, point.actuator_damping);
@@ -69,13 +80,13 @@ double start_offset(const Candidate& candidate, const std::vector<double>& searc
 
 }  // namespace
 
-FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, bool level_known)
+FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, Level level)
     : model_(std::move(model)),
       context_{.sample_time_s = model_.sample_time_s,
                .output_low = model_.controller.pid.output_low,
                .output_high = model_.controller.pid.output_high},
       co_(std::move(co)),
-      level_known_(level_known),
+      level_(level),
       disturbances_(chain_of(model_.disturbances, Block::disturbance, context_)),
       transmitter_effects_(transmitter_chain(false)),
       reading_effects_(transmitter_chain(true)),
@@ -171,7 +182,7 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   const double h = model_.sample_time_s;
   columns.resize(column_count(terms));
   for (std::size_t i = 0; i < base_columns(); ++i) columns[i].resize(n);
-  if (!level_known_) std::fill(columns[3].begin(), columns[3].end(), 1.0);
+  if (level_ != Level::of_model) std::fill(columns[3].begin(), columns[3].end(), 1.0);
 
   auto [valve_chain, process_chain, with_dead_time] = chains(terms, point);
   const double offset = start_offset(terms, point);
@@ -367,6 +378,9 @@ plant::LoopModel FreeRun::corrected(const Terms& terms, const Point& point,
   const bool gain_changed =
       std::any_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->solves_gain; });
   if (!gain_changed) model.process.gain *= solved[0];
+  if (level_ == Level::of_record) {
+    add_bias(model.transmitter_effects, solved[3]);
+  }
   std::size_t next = base_columns();
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const Candidate& term = *terms[i];

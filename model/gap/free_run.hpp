@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -40,22 +41,27 @@ struct Point {
   std::vector<std::vector<double>> searched;  // one list a term
 };
 
+// What says where PV stands at a given CO.
+enum class Level : std::uint8_t {
+  of_model,
+  of_record,  // the model does not know: a constant is solved for, and corrected() has it as output_bias
+  of_nobody,  // CO was not measured but replayed, from a constant that nobody knows: solved for, and left out again
+};
+
 class FreeRun {
  public:
   // `model` without noise. `co` complete. Throws effects::EffectError for a model that can't be stepped.
-  // Where CO was not measured but replayed, nobody knows the constant it began with: `level_known` false
-  // adds a column for it.
-  FreeRun(plant::LoopModel model, std::vector<double> co, bool level_known = true);
+  FreeRun(plant::LoopModel model, std::vector<double> co, Level level = Level::of_model);
 
   std::size_t size() const noexcept { return co_.size(); }
   const std::vector<double>& offset() const noexcept { return offset_; }
   const std::vector<double>& output() const noexcept { return co_; }  // CO units
   const plant::LoopModel& model() const noexcept { return model_; }
 
-  // z, m1, m2, the level where it is unknown, then the columns of each term, for at least the first `samples` samples.
+  // z, m1, m2, the level where the model does not say it, then the columns of each term, for at least the first `samples` samples.
   std::size_t column_count(const Terms& terms) const noexcept;
   // Those before the terms' own.
-  std::size_t base_columns() const noexcept { return level_known_ ? 3 : 4; }
+  std::size_t base_columns() const noexcept { return level_ == Level::of_model ? 3 : 4; }
   void columns(const Terms& terms, const Point& point, std::vector<std::vector<double>>& columns,
                std::size_t samples = std::numeric_limits<std::size_t>::max()) const;
   // c1, c2 of a model without terms whose columns these are, from the samples that still remember the start; of an
@@ -107,7 +113,7 @@ class FreeRun {
   plant::LoopModel model_;
   effects::EffectContext context_;
   std::vector<double> co_;  // CO units
-  bool level_known_;
+  Level level_;
   std::vector<double> offset_;  // PV units
   plant::EffectChain disturbances_;
   plant::EffectChain transmitter_effects_;

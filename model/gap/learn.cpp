@@ -225,7 +225,7 @@ class Blocks {
         for (Eigen::Index i = 0; i < size_; ++i) {
           rows(row, i) = counts[k] ? columns[static_cast<std::size_t>(i)][k] : 0.0;
         }
-        if (counts[k]) ++samples_;
+        if (counts[k]) samples_[b] += 1.0;
       }
       normal_[b] = rows.transpose() * rows;
       right_[b] = rows.transpose() * right;
@@ -249,19 +249,27 @@ class Blocks {
     return size.asDiagonal() * unit.ldlt().solve(size.asDiagonal() * right);
   }
 
+  // Sum of squares of what is left of a block when it is left out.
+  double left_of(std::size_t block) const {
+    const Eigen::VectorXd c = solve(block);
+    return square_[block] - 2.0 * c.dot(right_[block]) + c.dot(normal_[block] * c);
+  }
+  double samples_of(std::size_t block) const noexcept { return samples_[block]; }
+
   // Mean square of what is left of the blocks when each is left out.
   double left() const {
     double sum = 0.0;
+    double samples = 0.0;
     for (std::size_t b = 0; b < kBlocks; ++b) {
-      const Eigen::VectorXd c = solve(b);
-      sum += square_[b] - 2.0 * c.dot(right_[b]) + c.dot(normal_[b] * c);
+      sum += left_of(b);
+      samples += samples_[b];
     }
-    return sum / static_cast<double>(std::max<std::size_t>(samples_, 1));
+    return sum / std::max(samples, 1.0);
   }
 
  private:
   Eigen::Index size_;
-  std::size_t samples_ = 0;
+  std::array<double, kBlocks> samples_{};
   std::array<Eigen::MatrixXd, kBlocks> normal_;
   std::array<Eigen::VectorXd, kBlocks> right_;
   std::array<double, kBlocks> square_{};
@@ -280,7 +288,8 @@ std::optional<Learned> learn(const FreeRun& run, const Fit& base, const CheckedR
   }
   columns.erase(columns.begin());  // the past, and a level nobody knows
   const double noise = record.quality.noise_rms * record.quality.noise_rms;
-  const double without = Blocks(columns, target, record.training, end).left();
+  const Blocks alone(columns, target, record.training, end);
+  const double without = alone.left();
 
   struct Tried {
     Form form;
@@ -312,10 +321,40 @@ std::optional<Learned> learn(const FreeRun& run, const Fit& base, const CheckedR
   }
   const double closed = without > noise ? (without - chosen->left) / (without - noise) : 0.0;
   if (closed < kPartlyClosed) return std::nullopt;
-  const Eigen::VectorXd c = Blocks(chosen->columns, target, record.training, end).solve(kBlocks);
+  const Blocks fitted(chosen->columns, target, record.training, end);
+  const Eigen::VectorXd c = fitted.solve(kBlocks);
   const auto past = static_cast<std::ptrdiff_t>(columns.size());
-  return Learned{chosen->form.spec(std::vector<double>(c.data() + past, c.data() + c.size())),
-                 chosen->form.block, std::min(closed, 1.0)};
+  Learned out{chosen->form.spec(std::vector<double>(c.data() + past, c.data() + c.size())),
+              chosen->form.block, std::min(closed, 1.0)};
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    out.blocks.push_back({.range = {b * end / kBlocks, (b + 1) * end / kBlocks},
+                          .samples = fitted.samples_of(b),
+                          .model = alone.left_of(b),
+                          .learned = fitted.left_of(b)});
+  }
+  return out;
+}
+
+bool ousts(const Learned& learned, const std::vector<double>& left_by_names,
+           const std::vector<bool>& counts, double noise_rms) {
+  std::size_t with_gap = 0;
+  std::size_t better = 0;
+  double gap = 0.0;
+  double lead = 0.0;
+  for (const LearnedBlock& block : learned.blocks) {
+    double names = 0.0;
+    for (std::size_t k = block.range.begin; k < block.range.end; ++k) {
+      if (counts[k]) names += left_by_names[k] * left_by_names[k];
+    }
+    const double noise = noise_rms * noise_rms * block.samples;
+    if (block.model < kGapFloors * kGapFloors * noise || !(block.model > noise)) continue;
+    ++with_gap;
+    gap += block.model - noise;
+    lead += names - block.learned;
+    if (names - block.learned >= kOusts * (block.model - noise)) ++better;
+  }
+  return with_gap > 0 && (lead >= kOusts * gap ||
+                          static_cast<double>(better) >= kOustsOn * static_cast<double>(with_gap));
 }
 
 }  // namespace loopwarden::gap

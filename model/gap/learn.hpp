@@ -17,20 +17,34 @@
 #pragma once
 
 #include <optional>
-#include <string>
+#include <vector>
 
 #include "model/gap/check.hpp"
 #include "model/gap/fit.hpp"
 
 namespace loopwarden::gap {
 
+// Of one block of the fitted part, PV units squared: sums of squares.
+struct LearnedBlock {
+  SampleRange range;
+  double samples = 0.0;  // that count
+  double model = 0.0;    // left by the model alone
+  double learned = 0.0;  // left by the law when the block is left out
+};
+
 struct Learned {
   plant::EffectSpec spec;  // with its description
   plant::Block block = plant::Block::valve;
   double closed = 0.0;  // share of the gap on the blocks left out
+  std::vector<LearnedBlock> blocks{};
 };
 
 // Beside `base`, the model within its uncertainty. Nothing where no form closes half of the gap.
 std::optional<Learned> learn(const FreeRun& run, const Fit& base, const CheckedRecord& record);
+
+// Whether the law does so much better on blocks left out than names do that were fitted to all of them, that these are
+// not given. `left_by_names`: PV units, measured minus simulated.
+bool ousts(const Learned& learned, const std::vector<double>& left_by_names,
+           const std::vector<bool>& counts, double noise_rms);
 
 }  // namespace loopwarden::gap

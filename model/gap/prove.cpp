@@ -16,34 +16,28 @@ double gap_closed(double before_rmse, double after_rmse, double floor_rmse) noex
 }
 
 Proof judge(const Trial& t) noexcept {
+  if (t.choice_rmse > std::hypot(t.model_rmse, t.trifle_rmse)) return Proof::refuted;
   if (std::isfinite(t.closed)) {
-    if (t.closed >= kClosed) return Proof::holds;
-    if (t.closed >= kPartlyClosed) return Proof::partly;
-    const bool likelier = t.choice_innovations > 0.0 &&
-                          0.5 * static_cast<double>(t.innovations) *
-                                  std::log(t.model_innovations / t.choice_innovations) >=
-                              kFirstGain;
-    return t.with_load && t.believable && t.rest_is_noise && likelier ? Proof::partly
-                                                                      : Proof::refuted;
+    return t.closed >= kClosed         ? Proof::holds
+           : t.closed >= kPartlyClosed ? Proof::partly
+                                       : Proof::refuted;
   }
   const bool holds = t.rest_is_noise
-                         ? t.choice_innovations < kWorstInnovations * t.model_innovations &&
-                               t.choice_rmse <= std::max(t.model_rmse, kGapFloors * t.floor_rmse)
+                         ? t.choice_innovations < kWorstInnovations * t.model_innovations
                          : t.choice_rmse <= kWorstHoldout * t.model_rmse;
   return t.believable && holds ? Proof::holds : Proof::refuted;
 }
 
 Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
-                     const CheckedRecord& record, const Residuals& left, const Misfit& before,
-                     const Misfit& after) {
+                     const CheckedRecord& record, const Residuals& left, const Floor& floor,
+                     const Misfit& before, const Misfit& after) {
   Trial trial{.believable = left.believable,
               .rest_is_noise = left.adequate,
-              .with_load = left.load_intensity > 0.0,
-              .closed = gap_closed(before.holdout_rmse, after.holdout_rmse, left.floor_rmse),
+              .closed = gap_closed(before.holdout_rmse, after.holdout_rmse, floor.rmse()),
               .model_rmse = before.holdout_rmse,
               .choice_rmse = after.holdout_rmse,
-              .floor_rmse = left.floor_rmse};
-  if (!left.adequate || trial.closed >= kPartlyClosed) return trial;
+              .trifle_rmse = std::hypot(floor.transmitter_rmse, model_fit.least_rms)};
+  if (!left.adequate || std::isfinite(trial.closed)) return trial;
   const Fitter whole = model_fit.over_whole_record();
   const auto first = std::count(record.training.begin(), record.training.end(), true);
   const auto sum = [&](const Fit& fit) {
@@ -54,8 +48,6 @@ Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
   };
   Fit base = search.base;
   base.load = search.chosen.fit.load;
-  trial.innovations = static_cast<std::size_t>(
-      std::count(record.measured.begin(), record.measured.end(), true) - first);
   trial.model_innovations = sum(base);
   trial.choice_innovations = sum(search.chosen.fit);
   return trial;

@@ -5,23 +5,15 @@
 //   gap closed = (before^2 - after^2)/(before^2 - floor^2), -1 to 1
 //
 //   before, after  rmse of the free run over the holdout, of the model alone and with the choice, PV units
-//   floor          noise, and what the modelled load adds to a free run, PV units
+//   floor          Result::floor, PV units: the transmitter's, and a load that passed for one
 //
-// From 80 % on the names hold, from 50 % on partly, below they are refuted; but where a load wanders under PV, whose
-// free run says little, they hold partly if they make the innovations of the holdout clearly more likely.
-//
-//   nats = N/2 ln(sum of squares of the model's / of the choice's innovations),  N samples of the holdout
-//
-// Where before is below two floors
-// there is no such figure. Then names that the data of the fit make believable are held against the model
-// alone: by innovations, a load allowed to both, where noise and a quiet load account for what the choice
-// leaves, and the free run must not be worse than a load may make it, two floors; elsewhere by the free runs.
+// From 80 % on the names hold, from 50 % on partly, below they are refuted, and so they are where the free run gets
+// worse by more than the transmitter's noise and what does not matter. Where before is below two floors there is no such figure. Then names that
+// the data of the fit make believable are held against the model alone: by innovations, a load allowed to both, where
+// noise and a quiet load account for what the choice leaves; elsewhere by the free runs.
 //
 // What it can't do: an effect that ends before the holdout looks refuted.
 #pragma once
-
-#include <cstddef>
-#include <vector>
 
 #include "model/gap/confidence.hpp"
 #include "model/gap/fit_model.hpp"
@@ -36,20 +28,18 @@ double gap_closed(double before_rmse, double after_rmse, double floor_rmse) noex
 struct Trial {
   bool believable = true;  // on the data of the fit
   bool rest_is_noise = true;
-  bool with_load = false;           // part of what is left
   double closed = kNone;            // gap closed
   double model_innovations = 0.0;   // PV units squared, sum over the holdout
   double choice_innovations = 0.0;  // PV units squared, sum over the holdout
-  std::size_t innovations = 0;      // samples of the holdout
   double model_rmse = 0.0;          // PV units, free run over the holdout
   double choice_rmse = 0.0;         // PV units, free run over the holdout
-  double floor_rmse = 0.0;          // PV units, noise and load
+  double trifle_rmse = 0.0;         // PV units: the transmitter's floor and what does not matter
 };
 Proof judge(const Trial& trial) noexcept;
 
 // `before` and `after`: free runs of the model alone and with the choice.
 Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
-                     const CheckedRecord& record, const Residuals& left, const Misfit& before,
-                     const Misfit& after);
+                     const CheckedRecord& record, const Residuals& left, const Floor& floor,
+                     const Misfit& before, const Misfit& after);
 
 }  // namespace loopwarden::gap

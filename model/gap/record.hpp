@@ -17,6 +17,8 @@ struct Record {
   std::vector<double> sp;      // PV units
   std::vector<double> co;      // CO units, what went out to the positioner
   std::vector<double> stem{};  // CO units, the positioner's read-back
+  // PV stands only where a value was stored; what is empty is no fault of the measurement.
+  bool pv_as_stored = false;
 
   std::size_t size() const noexcept { return pv.size(); }
   bool has_sp() const noexcept { return has_value(sp); }

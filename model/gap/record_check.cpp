@@ -102,6 +102,23 @@ double noise_of(const std::vector<double>& column) {
   return std::max(noise, rounding);
 }
 
+double noise_of_stored(const std::vector<double>& column) {
+  std::vector<std::size_t> at;
+  for (std::size_t k = 0; k < column.size(); ++k) {
+    if (std::isfinite(column[k])) at.push_back(k);
+  }
+  std::vector<double> off;
+  for (std::size_t i = 1; i + 1 < at.size(); ++i) {
+    const double w =
+        static_cast<double>(at[i] - at[i - 1]) / static_cast<double>(at[i + 1] - at[i - 1]);
+    const double line = (1.0 - w) * column[at[i - 1]] + w * column[at[i + 1]];
+    off.push_back(std::abs(column[at[i]] - line) / std::sqrt(1.0 + w * w + (1.0 - w) * (1.0 - w)));
+  }
+  if (off.empty()) return 0.0;
+  const double noise = numeric::kNormalOverMad * numeric::quantile_in_place(off, 0.5);
+  return std::max(noise, resolution_of(held(column)) / std::sqrt(12.0));
+}
+
 Record believed(Record record, const plant::LoopModel& model) {
   const double span = model.transmitter.span();
   for (double& v : record.pv) {
@@ -145,17 +162,20 @@ std::string check_sampling(const Record& record, const plant::LoopModel& model, 
 std::string check_pv(const Record& record, const plant::LoopModel& model, RecordCheck& check) {
   const std::size_t n = record.size();
   const std::size_t missing = missing_in(record.pv);
-  if (missing * 5 > n) {
+  if (record.pv_as_stored) {
+    note(check, "stored",
+         text("PV is compared at the %zu samples for which a value was stored", n - missing));
+  } else if (missing * 5 > n) {
     return percent(static_cast<double>(missing) / static_cast<double>(n)) +
            " of PV is missing or far outside the transmitter's range; at most 20 % may be";
   }
-  if (missing > 0) {
+  if (missing > 0 && !record.pv_as_stored) {
     note(check, "missing",
          std::to_string(missing) +
              " samples of PV are missing or far outside the transmitter's range; passed over");
   }
   const std::vector<double> pv = held(record.pv);
-  check.noise_rms = noise_of(record.pv);
+  check.noise_rms = record.pv_as_stored ? noise_of_stored(record.pv) : noise_of(record.pv);
   check.pv_resolution = resolution_of(pv);
   const auto [pv_low, pv_high] = std::minmax_element(pv.begin(), pv.end());
   std::size_t moves = 0;

@@ -5,7 +5,8 @@
 //   noise = 1.4826 median |y(k+1) - 2 y(k) + y(k-1)| / sqrt(6)
 //
 // which a slow signal does not move and outliers hardly (for Gaussian noise it is its standard
-// deviation; rounding is part of it). Where rounding hides the noise, resolution / sqrt(12) stands in.
+// deviation; rounding is part of it). Between values at uneven times, y1 off the line from y0 to y2 by
+// 1.4826 median / sqrt(1 + w^2 + (1 - w)^2), w being y1's place between them. Where rounding hides the noise, resolution / sqrt(12) stands in.
 //
 // Source of the median's factor: Huber, Robust Statistics (1981).
 #pragma once
@@ -36,5 +37,7 @@ std::vector<std::size_t> reversals(const std::vector<double>& column, double ban
 
 // Noise of a column as above; 0 if it never moves.
 double noise_of(const std::vector<double>& column);
+// The same of a column of which values stand only here and there.
+double noise_of_stored(const std::vector<double>& column);
 
 }  // namespace loopwarden::gap

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -66,6 +67,18 @@ struct Rest {
   double kurtosis = kNone;      // 3 for Gaussian noise
   double answer_to_co = kNone;  // F ratio of it regressed on past moves of CO
   double closed = kNone;        // share of the gap that is closed, first two thirds
+  double quiet_rmse = kNone;    // PV units: of the free run's, by noise, load and a healthy valve
+};
+
+// What nothing can close, PV units. A load counts only as far as what is left on the last third passes for one: noise
+// and a quiet load account for it, and it does not follow SP or CO (independence.hpp).
+struct Floor {
+  double transmitter_rmse = 0.0;  // noise and resolution, from PV itself
+  double load_rmse = 0.0;
+  bool load_tested = false;
+  std::string why_not_tested{};  // a clause, where it was not
+
+  double rmse() const noexcept { return std::hypot(transmitter_rmse, load_rmse); }
 };
 
 enum class LooksLike : std::uint8_t {
@@ -83,6 +96,7 @@ struct Remainder {
   double rmse = kNone;   // PV units
   double share = kNone;  // of the gap, 0 to 2; NaN: the gap is too near to the noise floor to say
   LooksLike looks_like = LooksLike::nothing_known;
+  std::vector<std::string> depends_on{};  // "sp", "co": what it follows
 };
 
 struct Step {
@@ -132,8 +146,8 @@ struct Result {
   RecordCheck check;
   std::vector<FoundEffect> effects;
   Rest rest;
-  double noise_floor_rmse = 0.0;  // PV units
-  double load_intensity = 0.0;    // PV units per root second, of the unmeasured load; 0: none seen
+  Floor floor;
+  double load_intensity = 0.0;  // PV units per root second, of the unmeasured load; 0: none seen
   Misfit before, after;
   std::optional<Remainder> remainder;     // none: nothing is left above the floor
   double controller_before_rmse = kNone;  // CO units

@@ -34,14 +34,20 @@ std::vector<double> every(const std::vector<double>& column, std::size_t n) {
 
 }  // namespace
 
-std::optional<OnePeriod> on_one_period(const Record& record, const plant::LoopModel& model) {
+std::optional<OnePeriod> on_one_period(const Record& record, const plant::LoopModel& model,
+                                       bool co_in_lines) {
   if (!(record.period_s > 0.0) || !(model.sample_time_s > 0.0)) return std::nullopt;
   OnePeriod out{record, model};
+  if (record.pv_as_stored && std::abs(record.period_s - model.sample_time_s) >
+                                 kAlike * std::min(record.period_s, model.sample_time_s)) {
+    out.model.sample_time_s = record.period_s;
+    return out;
+  }
   if (const std::size_t n = whole_ratio(record.period_s, model.sample_time_s); n > 0) {
     out.model.sample_time_s = record.period_s;
     const double ahead = 0.5 * static_cast<double>(n - 1) / static_cast<double>(n);
     std::vector<double>& co = out.record.co;
-    for (std::size_t k = 0; k + 1 < co.size(); ++k) {
+    for (std::size_t k = 0; co_in_lines && k + 1 < co.size(); ++k) {
       if (std::isfinite(co[k + 1])) co[k] += ahead * (co[k + 1] - co[k]);
     }
     return out;
@@ -69,9 +75,10 @@ void say_other_period(Result& result, const plant::LoopModel& given, double reco
   for (FoundEffect& effect : result.effects)
     effect.confidence = std::min(effect.confidence, kMostConfidence);
   result.check.notes.push_back(
-      {"sample_time", text("The record has a sample every %g s, the model every %g s: CO between "
-                           "its samples is drawn, and the controller is not compared.",
-                           record_period_s, given.sample_time_s)});
+      {"sample_time",
+       text("The record has a sample every %g s, the model every %g s: what CO did between "
+            "its samples is not known, and the controller is not compared.",
+            record_period_s, given.sample_time_s)});
 }
 
 }  // namespace loopwarden::gap

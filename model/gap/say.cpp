@@ -75,6 +75,10 @@ const char* how_far(double nats) {
 std::string why_not(const Hypothesis& tried, const SearchResult& search, Outcome outcome) {
   if (outcome == Outcome::no_gap) return "nothing is missing that it could explain";
   if (!std::isfinite(tried.score)) return "does nothing here that a simpler effect does not";
+  if (!tried.placed) {
+    return "belongs to one place of the travel, and CO did not leave that and come back to it on "
+           "both sides";
+  }
   const double behind = search.chosen.score - tried.score;
   if (search.chosen.fit.terms.empty()) {
     return text("explains too little: %.3g of the gap's rmse %.3g is left", tried.training_rmse,
@@ -103,6 +107,14 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
     effect.confidence = confidence_after(named.confidence, proof);
     effect.lead_nats = named.lead_nats;
     effect.alternatives = named.alternatives;
+    if (const effects::Descriptor* info = effects::find_effect(named.name)) {
+      for (const char* part : info->made_of) {
+        if (std::find(effect.alternatives.begin(), effect.alternatives.end(), part) ==
+            effect.alternatives.end()) {
+          effect.alternatives.emplace_back(part);
+        }
+      }
+    }
     effect.evidence = text(
         "with it (%s) the free run's rmse falls from %.3g to %.3g on the data of the fit; the best "
         "explanation without it is %s",
@@ -120,10 +132,21 @@ FoundEffect describe_controller(const ControllerFinding& found, const control::P
   effect.confidence = controller_confidence();
   effect.interval["kp"] = {found.kp - k95 * found.kp_spread, found.kp + k95 * found.kp_spread};
   effect.interval["ki"] = {found.ki - k95 * found.ki_spread, found.ki + k95 * found.ki_spread};
+  std::string inlet;
+  if (found.filter_s > 0.0) {
+    effect.spec.parameters["filter"] = found.filter_s;
+    inlet = text(" and a filter of %.3g s on PV", found.filter_s);
+  }
+  if (found.dead_band > 0.0) {
+    effect.spec.parameters["dead_band"] = found.dead_band;
+    inlet = text(" and a dead band of the error of %.3g PV units", found.dead_band);
+  }
   effect.evidence = text(
       "replayed on the measured SP and PV, the model's controller misses CO by %.3g; "
-      "with kp %.4g and ki %.4g (model: %.4g and %.4g) by %.2g",
-      found.before_rmse, found.kp, found.ki, model.kp, model.ki, found.after_rmse);
+      "with kp %.4g and ki %.4g (model: %.4g and %.4g)%s by %.2g",
+      found.before_rmse, found.kp, found.ki, model.kp, model.ki, inlet.c_str(), found.after_rmse);
+  if (!inlet.empty())
+    effect.evidence += "; the corrected model takes the gains over, it knows no such part";
   return effect;
 }
 

@@ -52,10 +52,15 @@ std::set<std::string> names_of(const Fit& fit) {
   return names;
 }
 
-// Student's t of the gain in log likelihood over blocks of the record.
-double block_t(const Fitter& fitter, const Fit& more, const Fit& less) {
-  const std::vector<double> a = fitter.innovations(more);
-  const std::vector<double> b = fitter.innovations(less);
+struct Lead {
+  double nats = 0.0;
+  double t = 0.0;  // Student's, over the blocks
+};
+
+// Gain in log likelihood over blocks of the record, each left out of both fits.
+Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& less) {
+  const std::vector<double> a = fitter.left_out_innovations(more, kGainBlocks);
+  const std::vector<double> b = fitter.left_out_innovations(less, kGainBlocks);
   const std::size_t n = a.size();
   const double constant = (less.deviance - more.deviance) / (2.0 * static_cast<double>(n));
   std::vector<double> gains;
@@ -71,10 +76,13 @@ double block_t(const Fitter& fitter, const Fit& more, const Fit& less) {
   double spread = 0.0;
   for (const double g : gains) spread += (g - mean) * (g - mean);
   spread = std::sqrt(spread / (kGainBlocks - 1));
-  return spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0;
+  return {mean * kGainBlocks,
+          spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0};
 }
 
-bool better(const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; }
+bool better(const Hypothesis& a, const Hypothesis& b) {
+  return a.placed != b.placed ? a.placed : a.score > b.score;
+}
 
 // Best hypothesis of each set of names, best first.
 std::vector<Hypothesis> distinct(std::vector<Hypothesis> list) {
@@ -96,10 +104,17 @@ struct Job {
 class Search {
  public:
   Search(const Fitter& fitter, const std::vector<Candidate>& all, const Scale& scale,
-         const ParallelFor& parallel, const std::function<void(double)>& progress)
-      : fitter_(fitter), all_(all), scale_(scale), parallel_(parallel), progress_(progress) {}
+         const SearchOptions& options, const ParallelFor& parallel,
+         const std::function<void(double)>& progress)
+      : fitter_(fitter),
+        all_(all),
+        scale_(scale),
+        options_(options),
+        parallel_(parallel),
+        progress_(progress) {}
 
-  SearchResult run(bool several) {
+  SearchResult run() {
+    const bool several = options_.several;
     result_.base = fitter_.fit_model();
     result_.base_rmse = fitter_.training_rmse(result_.base);
     result_.chosen = hypothesis(result_.base);
@@ -124,7 +139,8 @@ class Search {
                              ? (result_.base.deviance - fit.deviance) / 2.0 - penalty(fit)
                              : -std::numeric_limits<double>::infinity();
     const double rmse = fitter_.training_rmse(fit);
-    return Hypothesis{std::move(fit), score, rmse};
+    const bool placed = fitter_.shows_places(fit);
+    return Hypothesis{std::move(fit), score, rmse, placed};
   }
 
   // The candidate as it was found without any other; null before that.
@@ -138,7 +154,8 @@ class Search {
   Job job(const Fit& base, const Candidate& added) const {
     // What each kind of sticking valve looked like alone.
     const Hypothesis* own = added.slips ? alone(added) : nullptr;
-    return {&base, &added, own != nullptr ? &own->fit.point.searched[0] : nullptr};
+    if (own != nullptr) return {&base, &added, &own->fit.point.searched[0]};
+    return {&base, &added, added.slips && !options_.sticks.empty() ? &options_.sticks : nullptr};
   }
 
   // Every candidate beside every base, as far as a valve can have both.
@@ -191,19 +208,26 @@ class Search {
   }
 
   bool accepted(const Hypothesis& more, const Hypothesis& less) const {
+    if (!more.placed) return false;
     const bool first = less.fit.terms.empty();
+    const bool at_one_moment = more.fit.terms.back()->at_one_moment;
+    const Lead lead =
+        first || at_one_moment ? Lead{} : lead_on_blocks_left_out(fitter_, more.fit, less.fit);
     const std::vector<double> with = fitter_.simulate(more.fit);
     return worth_adding(
         {.score_with = more.score,
          .score_without = less.score,
          .first = first,
-         .at_one_moment = more.fit.terms.back()->at_one_moment,
+         .at_one_moment = at_one_moment,
          .moves_pv = numeric::rms_apart(std::span(with).first(fitter_.training_end()),
                                         fitter_.simulate(less.fit)),
          .least_rms = scale_.least_rms,
-         .block_t = first ? 0.0 : block_t(fitter_, more.fit, less.fit),
+         .left_out_nats = lead.nats,
+         .block_t = lead.t,
          .rmse_with = more.training_rmse,
-         .rmse_without = less.training_rmse});
+         .rmse_without = less.training_rmse,
+         .rmse_model = result_.base_rmse,
+         .noise_rms = scale_.noise_rms});
   }
 
   void choose(const Hypothesis& next) {
@@ -226,7 +250,10 @@ class Search {
       if (more.empty() || !accepted(more.front(), result_.chosen)) return;
       const Hypothesis next = stepped_back(more.front());
       if (next.fit.terms.size() < count) {
-        if (better(next, result_.chosen)) result_.chosen = next;
+        if (next.placed && replaces(effect_set_of(next), effect_set_of(result_.chosen),
+                                    result_.base_rmse, scale_.noise_rms)) {
+          choose(next);
+        }
         return;
       }
       choose(next);
@@ -243,7 +270,9 @@ class Search {
         if (names_of(h.fit) == names_of(without.fit) && better(h, without)) without = h;
       }
       result_.tried.push_back(without);
-      if (superfluous(next.score, without.score)) {
+      if (superfluous(next.score, without.score) ||
+          !closes_a_part(next.training_rmse, without.training_rmse, result_.base_rmse,
+                         scale_.noise_rms)) {
         next = std::move(without);
       } else {
         ++i;
@@ -255,7 +284,7 @@ class Search {
   // Where the record can't tell them apart, the simpler one.
   void prefer_simpler() {
     for (const Hypothesis& h : result_.tried) {
-      if (h.fit.terms.size() == result_.chosen.fit.terms.size() &&
+      if (h.placed && h.fit.terms.size() == result_.chosen.fit.terms.size() &&
           result_.chosen.score - h.score < kTooClose && is_simpler(h.fit, result_.chosen.fit)) {
         result_.chosen = h;
         result_.path.back() = names_in_order(h.fit);
@@ -266,6 +295,7 @@ class Search {
   const Fitter& fitter_;
   const std::vector<Candidate>& all_;
   const Scale& scale_;
+  const SearchOptions& options_;
   const ParallelFor& parallel_;
   const std::function<void(double)>& progress_;
   SearchResult result_;
@@ -284,11 +314,16 @@ std::vector<std::string> names_in_order(const Fit& fit) {
   return names;
 }
 
+EffectSet effect_set_of(const Hypothesis& hypothesis) {
+  return {names_in_order(hypothesis.fit), hypothesis.score, hypothesis.training_rmse,
+          hypothesis.placed};
+}
+
 SearchResult search_effects(const Fitter& fitter, const std::vector<Candidate>& all,
                             const Scale& scale, const SearchOptions& options,
                             const ParallelFor& parallel,
                             const std::function<void(double)>& progress) {
-  return Search(fitter, all, scale, parallel, progress).run(options.several);
+  return Search(fitter, all, scale, options, parallel, progress).run();
 }
 
 }  // namespace loopwarden::gap

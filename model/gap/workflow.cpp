@@ -16,6 +16,7 @@
 #include "model/gap/controller.hpp"
 #include "model/gap/decide.hpp"
 #include "model/gap/fit_model.hpp"
+#include "model/gap/independence.hpp"
 #include "model/gap/learn.hpp"
 #include "model/gap/locate.hpp"
 #include "model/gap/logger.hpp"
@@ -106,6 +107,17 @@ std::vector<LocatedEffect> energies_of(const Fit& fit, const Fitter& fitter,
   return out;
 }
 
+// What the model's own load adds to a free run, PV units.
+double stated_load_rms(const plant::LoopModel& model) {
+  double square = 0.0;
+  for (const plant::EffectSpec& spec : model.disturbances) {
+    if (spec.name != "random_load") continue;
+    const double intensity = spec.parameters.at("intensity");
+    square += 0.5 * intensity * intensity * spec.parameters.at("time_constant");
+  }
+  return std::sqrt(square);
+}
+
 // What was the best explanation, and did not hold.
 std::vector<std::string> taken_back_names(const Decision& decision, Proof proof) {
   std::vector<std::string> names;
@@ -162,7 +174,8 @@ class Workflow {
         model_(model),
         options_(options),
         reading_(describe_reading(record_.reading, model)),
-        model_fit_(record_, options.search, options.largest_load) {
+        model_fit_(record_, options.search, options.largest_load),
+        scale_{record_.quality.noise_rms, model_fit_.least_rms} {
     std::erase_if(reading_, [&](const FoundEffect& e) { return left_out(e.spec.name); });
     if (!record_.closed_loop && !left_out("controller_mismatch")) {
       controller_ = compare_controller(record_.record, record_.model);
@@ -174,9 +187,7 @@ class Workflow {
     result_ = std::move(result);
     search(parallel, progress);
     prove();
-    if (result_.outcome == Outcome::unexplained && !record_.closed_loop && !left_out("learned")) {
-      learn_effect();
-    }
+    if (result_.outcome == Outcome::unexplained && learned_law()) learn_effect(*learned_law());
     describe_rest();
     name_effects();
     if (result_.outcome != Outcome::no_gap) {
@@ -203,16 +214,19 @@ class Workflow {
   }
 
   void search(const ParallelFor& parallel, const std::function<void(double)>& progress) {
-    const Scale scale{record_.quality.noise_rms, model_fit_.least_rms};
-    search_ = search_effects(model_fit_.fitter, model_fit_.searched, scale, options_.search,
+    search_ = search_effects(model_fit_.fitter, model_fit_.searched, scale_, options_.search,
                              parallel, progress);
     result_.adjusted = free_run().corrected({}, search_.base.point, search_.base.solved);
     result_.adjusted.transmitter = model_.transmitter;
     result_.adjusted.controller = model_.controller;
-    left_ = examine(model_fit_.fitter, search_, record_.co, record_.quality.noise_rms,
-                    record_.record.period_s);
-    decision_ = decide(competition_of(search_), left_, controller_, scale);
+    left_ = left_by(search_.chosen);
+    decision_ = decide(competition_of(search_), left_, controller_, scale_);
     decision_.by_reading = !reading_.empty();
+  }
+
+  Residuals left_by(const Hypothesis& hypothesis) const {
+    return examine(model_fit_.fitter, hypothesis, search_.base_rmse, record_.co,
+                   record_.quality.noise_rms, record_.record.period_s);
   }
 
   plant::LoopModel corrected(const Decision& decision, const Fit& fit) const {
@@ -222,43 +236,123 @@ class Workflow {
   void prove() {
     series_ = series_of(taken_.given, record_, controller_);
     series_.pv_before = pv_of(record_.model, search_.base);
-    result_.before = misfit(series_.pv_before, left_.floor_rmse);
     series_.pv_after = pv_of(corrected(decision_, fit()), fit());
-    result_.after = misfit(series_.pv_after, left_.floor_rmse);
-    if (!decision_.named.empty()) {
-      trial_ = try_on_holdout(model_fit_, search_, record_, left_, result_.before, result_.after);
+    weigh_rest(decision_.named.empty() ? model_pv() : series_.pv_after, left_.adequate);
+    take_misfits();
+    if (!decision_.named.empty() && ousted()) {
+      proof_ = Proof::refuted;
+      ousted_ = true;
+    } else if (!decision_.named.empty()) {
+      trial_ = try_on_holdout(model_fit_, search_, record_, left_, result_.floor, result_.before,
+                              result_.after);
       proof_ = judge(trial_);
     }
-    result_.outcome = outcome_of(decision_, proof_);
-    const bool refuted = proof_ == Proof::refuted;
     kept_ = decision_;
-    if (refuted) kept_.named.clear();
+    const bool refuted = proof_ == Proof::refuted;
+    if (refuted) take_names_back();
+    result_.outcome = outcome_of(kept_, proof_);
     if (result_.outcome != Outcome::missing_effect) kept_.other_settings = false;
     result_.corrected = corrected(kept_, refuted ? search_.base : fit());
     if (!refuted) return;
-    series_.pv_after = kept_.other_settings || kept_.by_reading
-                           ? pv_of(result_.corrected, search_.base)
-                           : series_.pv_before;
-    result_.after = misfit(series_.pv_after, left_.floor_rmse);
+    series_.pv_after =
+        kept_.by_reading ? pv_of(result_.corrected, search_.base) : series_.pv_before;
+    take_misfits();
   }
 
-  // What no name explains, learned and proved on the holdout. What the names left was taken for a load in part; here
-  // noise alone is the floor.
-  void learn_effect() {
+  // Then the model alone must account for the record, and where it does, nothing is missing; unless the names were far
+  // ahead of it where they were fitted.
+  void take_names_back() {
+    const Hypothesis alone{search_.base, 0.0, search_.base_rmse};
+    const Residuals left = left_by(alone);
+    weigh_rest(model_pv(), left.adequate);
+    kept_.named.clear();
+    kept_.unexplained = controller_.unexplained || ousted_ || independence_.follows() ||
+                        search_.chosen.score > kFurtherGain || !left.adequate;
+    if (!kept_.unexplained) left_ = left;
+  }
+
+  SampleRange holdout() const { return {record_.training_end, record_.pv.size()}; }
+  double holdout_rmse(const std::vector<double>& pv) const {
+    return rms_between(record_.pv, pv, record_.used, holdout());
+  }
+
+  // The model alone, as given or within its uncertainty: whichever leaves less.
+  std::vector<double> model_pv() const {
+    plant::LoopModel model = result_.adjusted;
+    for (const FoundEffect& effect : reading_) model.transmitter_effects.push_back(effect.spec);
+    std::vector<double> adjusted = pv_of(model, search_.base);
+    return holdout_rmse(adjusted) < holdout_rmse(series_.pv_before) ? adjusted : series_.pv_before;
+  }
+
+  const std::optional<Learned>& learned_law() {
+    if (!law_tried_ && !record_.closed_loop && !left_out("learned")) {
+      law_ = learn(free_run(), search_.base, record_);
+    }
+    law_tried_ = true;
+    return law_;
+  }
+
+  // Whether a law without a name does far better. Where noise and a quiet load account for what the names leave, and
+  // where the names close nearly all, there is nothing to be better at.
+  bool ousted() {
+    if (left_.adequate || left_.closed > 1.0 - kOusts || !learned_law()) return false;
+    std::vector<double> left(record_.pv.size());
+    for (std::size_t k = 0; k < left.size(); ++k) left[k] = record_.pv[k] - series_.pv_after[k];
+    return ousts(*learned_law(), left, record_.training, record_.quality.noise_rms);
+  }
+
+  // What of `pv` nothing can close.
+  void weigh_rest(const std::vector<double>& pv, bool quiet) {
+    const double noise = record_.quality.noise_rms;
+    const double rmse = holdout_rmse(pv);
+    const double left_rms = std::sqrt(std::max(0.0, rmse * rmse - noise * noise));
+    const double before = holdout_rmse(series_.pv_before);
+    const double nothing = std::max(model_fit_.least_rms, model_fit_.valve_rms);
+    std::vector<double> error(pv.size());
+    for (std::size_t k = 0; k < pv.size(); ++k) error[k] = record_.pv[k] - pv[k];
+    static const std::vector<double> kUnknown;
+    independence_ =
+        test_independence({.error = error,
+                           .counts = record_.used,
+                           .sp = record_.record.has_sp() ? record_.sp : kUnknown,
+                           .co = record_.closed_loop ? kUnknown : record_.co,
+                           .stretch = holdout(),
+                           .answer_s = plant::answer_s(record_.model),
+                           .period_s = record_.record.period_s,
+                           .left_rms = left_rms,
+                           .nothing_rms = nothing,
+                           .matters_rms = std::max(nothing, std::sqrt(kFollowingPart) * before)});
+    result_.floor = {.transmitter_rmse = noise,
+                     .load_tested = independence_.tested,
+                     .why_not_tested = independence_.why_not};
+    // A load that the model states is known, tested here or not.
+    if (quiet && !independence_.follows()) {
+      result_.floor.load_rmse = std::min(
+          left_rms, independence_.tested ? model_fit_.largest_load_rms : stated_load_rms(model_));
+    }
+  }
+
+  void take_misfits() {
+    result_.before = misfit(series_.pv_before, result_.floor.rmse());
+    result_.after = misfit(series_.pv_after, result_.floor.rmse());
+  }
+
+  // What no name explains, learned and proved on the holdout. Nobody knows whether what it leaves is a load: the
+  // transmitter's floor is the only one.
+  void learn_effect(const Learned& learned) {
     const Fit& base = search_.base;
-    const double floor = kNoiseFloor * record_.quality.noise_rms;
-    const std::optional<Learned> learned = learn(free_run(), base, record_);
-    if (!learned) return;
+    const double floor = result_.floor.transmitter_rmse;
     plant::LoopModel model = free_run().corrected(base.terms, base.point, base.solved);
-    (learned->block == plant::Block::valve ? model.valve_effects : model.process_effects)
-        .push_back(learned->spec);
+    (learned.block == plant::Block::valve ? model.valve_effects : model.process_effects)
+        .push_back(learned.spec);
     std::vector<double> pv = pv_of(model, base);
     const Misfit after = misfit(pv, floor);
     const double closed = gap_closed(result_.before.holdout_rmse, after.holdout_rmse, floor);
     const bool holds = std::isfinite(closed)
                            ? closed >= kPartlyClosed
                            : after.holdout_rmse <= kWorstHoldout * result_.before.holdout_rmse;
-    if (!holds) return;
+    if (!holds || after.holdout_rmse > result_.before.holdout_rmse) return;
+    weigh_rest(pv, false);
     model.transmitter = model_.transmitter;
     model.controller = result_.corrected.controller;
     result_.corrected = std::move(model);
@@ -266,26 +360,27 @@ class Workflow {
     result_.outcome = Outcome::missing_effect;
     series_.pv_after = std::move(pv);
     learned_.emplace();
-    learned_->spec = learned->spec;
-    learned_->block = learned->block;
-    learned_->confidence = std::min(kMostLearned, std::isfinite(closed) ? closed : kPartlyClosed);
+    learned_->spec = learned.spec;
+    learned_->block = learned.block;
+    learned_->confidence =
+        most_confidence(std::min(kMostLearned, std::isfinite(closed) ? closed : kPartlyClosed));
     learned_->evidence = text(
-        "no name fits; form %s, chosen by what it leaves on stretches that were left out, where it "
+        "no name fits as well; form %s, chosen by what it leaves on stretches that were left out, "
+        "where it "
         "closes %.0f %% of the gap",
-        learned->spec.options.at("form").c_str(), 100.0 * learned->closed);
+        learned.spec.options.at("form").c_str(), 100.0 * learned.closed);
   }
 
   void describe_rest() {
     result_.closed_loop = record_.closed_loop;
     result_.holdout_from_s = record_.record.time_s(record_.training_end);
-    result_.noise_floor_rmse =
-        learned_ ? kNoiseFloor * record_.quality.noise_rms : left_.floor_rmse;
     result_.load_intensity = learned_ ? 0.0 : left_.load_intensity;
     result_.rest = {.is_noise = left_.adequate,
                     .noise_ratio = left_.noise_ratio,
                     .kurtosis = left_.tail,
                     .answer_to_co = left_.answer,
-                    .closed = left_.closed};
+                    .closed = left_.closed,
+                    .quiet_rmse = left_.quiet_rmse};
     if (controller_.compared) {
       result_.controller_before_rmse = controller_.before_rmse;
       result_.controller_after_rmse = controller_.after_rmse;
@@ -295,7 +390,13 @@ class Workflow {
           {"anti-windup",
            "near its limits CO behaves as with anti_windup: " + controller_.anti_windup});
     }
-    if (proof_ == Proof::refuted && decision_.believable && !learned_) {
+    if (ousted_ && !learned_) {
+      result_.check.notes.push_back(
+          {"learned",
+           "on stretches left out a law without a name does far better than the best names, but it "
+           "fails on the last third",
+           result_.holdout_from_s, record_.record.time_s(record_.record.size() - 1)});
+    } else if (proof_ == Proof::refuted && decision_.believable && !learned_) {
       result_.check.notes.push_back(
           {"holdout", "the best explanation of the first two thirds fails on the last third",
            result_.holdout_from_s, record_.record.time_s(record_.record.size() - 1)});
@@ -309,14 +410,31 @@ class Workflow {
     }
     effects.insert(effects.end(), reading_.begin(), reading_.end());
     for (FoundEffect& effect : describe_effects(kept_, proof_, search_, model_fit_)) {
+      effect.confidence = most_confidence(effect.confidence);
+      effect.evidence += doubt();
       effects.push_back(std::move(effect));
     }
     if (learned_) {
       effects.push_back(*learned_);
     } else if (result_.outcome == Outcome::missing_effect) {
-      result_.steps = steps_of(search_, record_, free_run(), left_.floor_rmse);
+      result_.steps = steps_of(search_, record_, free_run(), result_.floor.rmse());
     }
     result_.candidates = describe_tried(search_, model_fit_, result_.outcome);
+  }
+
+  // No name is surer than the test of what it leaves allows.
+  double most_confidence(double confidence) const {
+    if (independence_.follows()) return std::min(confidence, kMostFollowing);
+    return independence_.tested ? confidence : std::min(confidence, kMostUntested);
+  }
+  std::string doubt() const {
+    if (independence_.follows()) {
+      return text("; what is left on the last third follows %s by %.2g rms: the name is not sure",
+                  independence_.follows_sp ? "SP" : "CO", independence_.follows_rms);
+    }
+    if (independence_.tested) return {};
+    return "; whether what is left on the last third is a load can't be tested: " +
+           independence_.why_not;
   }
 
   void find_where() {
@@ -330,7 +448,7 @@ class Workflow {
                 .pv_before = series_.pv_before,
                 .co = series_.co,
                 .rmse = result_.before.rmse,
-                .noise_floor_rmse = result_.noise_floor_rmse,
+                .noise_floor_rmse = result_.floor.rmse(),
                 .controller_rmse = controller_differs ? controller_.before_rmse : 0.0,
                 .effects = effects,
                 .likely = learned_                     ? learned_->block
@@ -339,9 +457,10 @@ class Workflow {
   }
 
   void describe_remainder() {
-    if (!(result_.after.holdout_rmse > result_.noise_floor_rmse)) return;
-    const double closed = gap_closed(result_.before.holdout_rmse, result_.after.holdout_rmse,
-                                     result_.noise_floor_rmse);
+    const double floor = result_.floor.rmse();
+    if (!(result_.after.holdout_rmse > floor)) return;
+    const double closed =
+        gap_closed(result_.before.holdout_rmse, result_.after.holdout_rmse, floor);
     result_.remainder = {
         .rmse = result_.after.holdout_rmse,
         .share = 1.0 - closed,
@@ -350,6 +469,8 @@ class Workflow {
                                   .pv_after = series_.pv_after,
                                   .co = series_.co,
                                   .is_noise = left_.adequate && !kept_.named.empty()})};
+    if (independence_.follows_sp) result_.remainder->depends_on.push_back("sp");
+    if (independence_.follows_co) result_.remainder->depends_on.push_back("co");
   }
 
   void say() {
@@ -373,6 +494,7 @@ class Workflow {
   const Options& options_;
   std::vector<FoundEffect> reading_;
   const ModelFit model_fit_;
+  const Scale scale_;
   ControllerFinding controller_;
   SearchResult search_;
   Residuals left_;
@@ -380,6 +502,10 @@ class Workflow {
   Decision kept_;  // what of it the holdout left
   Trial trial_;
   Proof proof_ = Proof::holds;
+  Independence independence_;  // of what is left
+  bool law_tried_ = false;
+  std::optional<Learned> law_;
+  bool ousted_ = false;  // the names, by it
   std::optional<FoundEffect> learned_;
   Series series_;
   Result result_;

@@ -13,7 +13,8 @@ LowAirLaw<double> LowAirSupply::at(double severity, double x) const noexcept {
            .share = severity,
            .rate = full_.rate / severity,  // infinite at severity 0
            .lag_s = full_.lag_s * severity,
-           .one_sided = full_.filling == Filling::one_sided},
+           .one_sided = full_.filling == Filling::one_sided,
+           .closing = full_.closing},
           period_s_,
           x};
 }

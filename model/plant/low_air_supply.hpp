@@ -3,6 +3,7 @@
 // `low_air_supply`).
 //
 //   x' = clamp( (w - x) / T, -R, R ),   w = min(max(u - B, lo), L)
+//   with another rate on closing, C R:  x' = clamp( (w - x) / T, -C R, R )
 //   with one-sided filling (air to open, spring to close) only the opening is limited:
 //   x' = min( (w - x) / T, R )
 //
@@ -10,6 +11,7 @@
 //   B     preload, CO units, >= 0: what the spring takes before the stem moves, where less supply
 //         leaves the positioner less pressure for the same CO;  lo  lower end of the output
 //   R     rate, CO units/s, > 0: fill rate     T  lag, s, >= 0: time constant of the actuator volume
+//   C     > 0: rate on closing over R, of an exhaust that is throttled, or wider than the supply
 //
 // Solved exactly over a period with u held: at the rate limit while the distance exceeds R T, then
 // exponentially. Severity p fades it in as rate R/p, lag p T, preload p B, and travel
@@ -40,6 +42,7 @@ class LowAirLaw {
     N rate;   // R
     N lag_s;  // T
     bool one_sided = false;
+    double closing = 1.0;  // C
   };
   LowAirLaw(const Air& air, double period_s, N start) noexcept
       : x(start),
@@ -47,7 +50,8 @@ class LowAirLaw {
         period_s_(numeric::every<N>(period_s)),
         decay_(decay_over(period_s_, period_s_ > numeric::every<N>(0.0))),
         most_opening_(air.rate * period_s_),
-        most_closing_(air.one_sided ? numeric::every<N>(kInfinity) : most_opening_),
+        closing_(numeric::every<N>(air.one_sided ? kInfinity : air.closing)),
+        most_closing_(air.one_sided ? numeric::every<N>(kInfinity) : most_opening_ * closing_),
         slow_(air.rate * air.lag_s),
         quick_(slow_ + most_opening_) {}
 
@@ -59,13 +63,16 @@ class LowAirLaw {
   }
 
   N step(N u) noexcept {
+    const N zero = numeric::every<N>(0.0);
     const N distance = reached(u) - x;
     // Exact but for the period in which the stem comes near enough to go on exponentially.
     const N left =
         numeric::within(distance * decay_, distance - most_opening_, distance + most_closing_);
     const N size = numeric::magnitude(distance);
-    const auto turning = (size > slow_) & (size < quick_);
-    return x = x + (distance - (numeric::any(turning) ? turned(distance, left, turning) : left));
+    const N side = distance > zero ? numeric::every<N>(1.0) : closing_;
+    const auto turning = (size > slow_ * side) & (size < quick_ * side);
+    return x = x +
+               (distance - (numeric::any(turning) ? turned(distance, left, side, turning) : left));
   }
 
   N x;
@@ -75,12 +82,12 @@ class LowAirLaw {
 
   // What is left of the distance after a period; where `turning`, at the rate first and then exponentially.
   template <class Mask>
-  [[gnu::noinline]] N turned(N distance, N left, Mask turning) const noexcept {
+  [[gnu::noinline]] N turned(N distance, N left, N side, Mask turning) const noexcept {
     const N zero = numeric::every<N>(0.0);
-    if (air_.one_sided) turning = turning & (distance > zero);
     const N size = numeric::magnitude(distance);
-    const N at_rate_s = (size - slow_) / air_.rate;
-    const N rest = (size - air_.rate * at_rate_s) * decay_over(period_s_ - at_rate_s, turning);
+    const N rate = air_.rate * side;
+    const N at_rate_s = (size - slow_ * side) / rate;
+    const N rest = (size - rate * at_rate_s) * decay_over(period_s_ - at_rate_s, turning);
     return turning ? (distance < zero ? -rest : rest) : left;
   }
   template <class Mask>
@@ -93,6 +100,7 @@ class LowAirLaw {
   N period_s_;
   N decay_;         // of the distance, over a period
   N most_opening_;  // in a period
+  N closing_;       // C; infinite where the closing is not limited
   N most_closing_;
   N slow_;   // exponentially from this distance on
   N quick_;  // at the rate throughout a period from this distance on
@@ -106,6 +114,7 @@ class LowAirSupply {
     double travel_limit = 1e9;  // CO units
     double lag_s = 0.0;         // s
     Filling filling = Filling::both_ways;
+    double closing = 1.0;  // rate on closing over `rate`
     double preload = 0.0;  // CO units
     double shut = 0.0;     // CO units, where a preload holds the stem
   };

@@ -287,9 +287,23 @@ ArchivedSignal recognise(const Signal& signal, double tick_s) {
   return analysis::recognise_stored(times, values, tick_s);
 }
 
-Filling filling_for(ArchiveKind kind, const ImportOptions& options) {
+// A controller holds its output between two of its samples.
+Filling filling_for(Role role, ArchiveKind kind, const ImportOptions& options) {
   if (options.filling != Filling::automatic) return options.filling;
+  if (role == Role::co) return kind == ArchiveKind::swinging_door ? Filling::linear : Filling::held;
   return kind == ArchiveKind::exception ? Filling::held : Filling::linear;
+}
+
+// Whether what is drawn between two stored values is no more than a guess.
+bool is_guess(ArchiveKind kind, const ImportOptions& options) {
+  return options.filling == Filling::automatic &&
+         (kind == ArchiveKind::none || kind == ArchiveKind::unknown);
+}
+
+std::vector<bool> without_value(const std::vector<double>& column) {
+  std::vector<bool> without;
+  for (const double v : column) without.push_back(!known(v));
+  return without;
 }
 
 void finish(Record& r) {
@@ -335,7 +349,7 @@ void mark_columns(Record& r, const Signals& signals) {
 }
 
 // Cells without a value in a regular file: those of an archive, or samples that are missing.
-ArchivedSignal fill_sparse(std::vector<double>& column, const ImportOptions& options,
+ArchivedSignal fill_sparse(Role role, std::vector<double>& column, const ImportOptions& options,
                            std::string& how) {
   const double share = static_cast<double>(missing_in(column)) /
                        static_cast<double>(std::max<std::size_t>(1, column.size()));
@@ -343,7 +357,7 @@ ArchivedSignal fill_sparse(std::vector<double>& column, const ImportOptions& opt
   const ArchivedSignal found = analysis::recognise_filled(std::span(column).first(looked));
   if (found.kind == ArchiveKind::none) return found;
   if (share <= kSparse) {
-    if (found.held_lines && filling_for(found.kind, options) == Filling::linear) {
+    if (found.held_lines && filling_for(role, found.kind, options) == Filling::linear) {
       column = analysis::lines_for_steps(column);
       how = "values that were stored by swinging door and then held, as straight lines again";
     }
@@ -357,7 +371,7 @@ ArchivedSignal fill_sparse(std::vector<double>& column, const ImportOptions& opt
     stored.value.push_back(column[k]);
   }
   const Grid grid{0.0, 1.0, column.size()};
-  const Filling filling = filling_for(found.kind, options);
+  const Filling filling = filling_for(role, found.kind, options);
   column = filling == Filling::held ? held(stored, grid) : linear(stored, grid, kAnyDistance);
   how = filling == Filling::held ? "the last value held" : "straight lines between the values";
   return found;
@@ -372,10 +386,14 @@ double standing_share(const std::vector<double>& column) {
 
 }  // namespace
 
-void recognise_archive(Record& record, const ImportOptions& options, ImportNotes& notes) {
+void recognise_archive(Imported& imported, const ImportOptions& options) {
+  Record& record = imported.record;
+  ImportNotes& notes = imported.notes;
   std::string how;
-  notes.pv = fill_sparse(record.pv, options, how);
-  if (record.has_co) notes.co = fill_sparse(record.co, options, how);
+  std::vector<bool> without = without_value(record.pv);
+  notes.pv = fill_sparse(Role::pv, record.pv, options, how);
+  if (!how.empty() && is_guess(notes.pv.kind, options)) imported.pv_drawn = std::move(without);
+  if (record.has_co) notes.co = fill_sparse(Role::co, record.co, options, how);
   // What one signal alone looks like may be the loop's own doing: behind a valve that sticks CO is a straight line where
   // there is no noise, and so is the PV of a tank. An archive keeps both; one that stands still shows nothing.
   if (how.empty() && record.has_co) {
@@ -458,7 +476,7 @@ class Resampler {
                                static_cast<double>(r.time_s.size() - 1));
     for (std::size_t k = 0; k < kRoles; ++k)
       column(static_cast<Role>(k)) = std::move(signals_[k].value);
-    recognise_archive(r, options_, notes_);
+    recognise_archive(out_, options_);
   }
 
   void find_steps() {
@@ -566,7 +584,7 @@ class Resampler {
     }
     if (polled_ && !options_.period_s) {
       fill_polled();
-      recognise_archive(r, options_, notes_);
+      recognise_archive(out_, options_);
     } else {
       fill_stored();
       // Shorter steps than the archive's own were never looked at.
@@ -589,7 +607,9 @@ class Resampler {
         column(role) = nearest(s, grid_);
         continue;
       }
-      column(role) = linear(s, grid_, (loosely_ ? 2.0 * kAlike : 2.0) * grid_.period_s);
+      column(role) = role == Role::co
+                         ? held(s, grid_)
+                         : linear(s, grid_, (loosely_ ? 2.0 * kAlike : 2.0) * grid_.period_s);
       if (role == Role::pv) notes_.moved_pv = rms_between(column(role), nearest(s, grid_));
     }
     if (steady) {
@@ -598,7 +618,7 @@ class Resampler {
       return;
     }
     notes_.resampled = fmt::format(
-        "{}: straight lines between neighbours; that moves PV by {:.3g} (rms)",
+        "{}: PV by straight lines between neighbours, which moves it by {:.3g} (rms), CO held",
         loosely_ ? fmt::format("times are {:.3g} to {:.3g} s apart, at no constant period",
                                *std::min_element(pv_steps_.begin(), pv_steps_.end()),
                                *std::max_element(pv_steps_.begin(), pv_steps_.end()))
@@ -610,8 +630,10 @@ class Resampler {
   const char* fill_by_rule(Role role, ArchivedSignal& found) {
     const Signal& s = signals_[index_of(role)];
     found = recognise(s, grid_.period_s);
-    const bool hold = filling_for(found.kind, options_) == Filling::held;
+    const bool hold = filling_for(role, found.kind, options_) == Filling::held;
     column(role) = hold ? held(s, grid_) : linear(s, grid_, kAnyDistance);
+    if (role == Role::pv && is_guess(found.kind, options_))
+      out_.pv_drawn = without_value(nearest(s, grid_));
     return hold ? "the last value held" : "straight lines";
   }
 

@@ -6,7 +6,8 @@
 //                jitter, values are read off the straight line between neighbours, and what that moves PV by is stated
 //   stored       anything else: values as an archive keeps them, on the scan that their times are multiples of, or on
 //                a period that their density gives; filled by the rule of the archive (model/analysis/archive.hpp):
-//                the last value, or straight lines
+//                the last value, or straight lines. Where no rule shows, CO holds its last value, as controllers do,
+//                and PV is drawn in straight lines, which `pv_drawn` tells from values
 //
 // A value that the export calls bad is missing, and missing until the next good one. The set point and the mode always
 // hold their last value.
@@ -79,6 +80,8 @@ struct ImportNotes {
 struct Imported {
   Record record;
   ImportNotes notes;
+  // Samples of PV between stored values that no rule of an archive fills; empty: there are none.
+  std::vector<bool> pv_drawn{};
 };
 
 // A line a word and file, whatever signals it stands in: "e.csv: 'Wartung' in 12 cells of 3 signals: taken as ...".
@@ -91,6 +94,6 @@ Imported on_constant_period(Signals signals, const ImportOptions& options, Impor
 
 // What the samples themselves tell of an archive, for a record that is regular already. Fills columns in which most
 // cells are empty.
-void recognise_archive(Record& record, const ImportOptions& options, ImportNotes& notes);
+void recognise_archive(Imported& imported, const ImportOptions& options);
 
 }  // namespace loopwarden::record

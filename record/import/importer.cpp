@@ -677,7 +677,7 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
         out.notes.tag = file_tag(path);
         out.notes.files = path.string();
         out.notes.period_s = out.record.period_s;
-        recognise_archive(out.record, options, out.notes);
+        recognise_archive(out, options);
         const std::string hint = other_time_units(out.record.period_s);
         if (!hint.empty()) out.notes.remarks.push_back(hint);
         return out;

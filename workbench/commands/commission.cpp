@@ -82,8 +82,8 @@ void print_result(const commission::Commissioning& c, const commission::Sight* s
       fmt::print("{:<36}{:>12.4g}{:>12.4g}\n", stage.name, stage.rmse, stage.holdout_rmse);
     }
   }
-  if (c.gap && std::isfinite(c.gap->noise_floor_rmse)) {
-    fmt::print("{:<36}{:>24.4g}\n", "noise floor", c.gap->noise_floor_rmse);
+  if (c.gap && std::isfinite(c.gap->floor.rmse())) {
+    fmt::print("{:<36}{:>24.4g}\n", "noise floor", c.gap->floor.rmse());
   }
   if (sight != nullptr) {
     fmt::print(

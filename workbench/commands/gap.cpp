@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -35,6 +37,7 @@ namespace loopwarden::workbench {
 namespace {
 
 constexpr double kLargestLoadPercent = 0.15;  // of PV span per root second
+constexpr double kClearJump = 0.1;            // j over s, at the low end of its interval
 
 struct GapOptions {
   RecordInput input;
@@ -50,6 +53,8 @@ struct GapOptions {
   bool json = false;
   bool clip_co = false;          // CO is what the controller asked for before its limits
   bool controller_known = true;  // false: SP says nothing about CO
+  bool stem = false;             // the valve alone: its stem in the place of PV
+  std::optional<analysis::StickingCycle> cycle{};  // that the model was identified with
   std::vector<double> pv_range{},
       co_range{};  // of the record, where it is not in the model's units
 };
@@ -82,11 +87,17 @@ void print_result(const gap::Result& r, const std::string& out) {
              r.before.holdout_rmse, percent(r.before.holdout_fit_percent));
   fmt::print("{:<22}{:>10.4g}{:>12.4g}{:>10}\n", "model corrected", r.after.rmse,
              r.after.holdout_rmse, percent(r.after.holdout_fit_percent));
-  fmt::print("{:<22}{:>10.4g}\n", "noise floor", r.noise_floor_rmse);
+  fmt::print("{:<22}{:>10.4g}  transmitter {:.4g}, load {:.4g}{}\n", "noise floor", r.floor.rmse(),
+             r.floor.transmitter_rmse, r.floor.load_rmse,
+             r.floor.load_tested ? "" : "; not tested for a load: " + r.floor.why_not_tested);
   // What the sentence is silent about has no looks.
   if (r.remainder && r.remainder->share >= gap::kWorthSaying) {
-    fmt::print("{:<22}{:>10}{:>12.4g}{:>10}  looks like {}\n", "left", "", r.remainder->rmse,
-               percent(100.0 * r.remainder->share), gap::to_text(r.remainder->looks_like));
+    std::string follows;
+    for (const std::string& signal : r.remainder->depends_on) {
+      follows += (follows.empty() ? ", follows " : " and ") + signal;
+    }
+    fmt::print("{:<22}{:>10}{:>12.4g}{:>10}  looks like {}{}\n", "left", "", r.remainder->rmse,
+               percent(100.0 * r.remainder->share), gap::to_text(r.remainder->looks_like), follows);
   }
   if (std::isfinite(r.controller_before_rmse)) {
     fmt::print("controller: rmse of CO {:.3g}, corrected {:.3g}\n", r.controller_before_rmse,
@@ -108,6 +119,14 @@ std::vector<std::string> words_without() {
   return words;
 }
 
+// Of a valve alone, or of its read-back.
+bool shows_in_stem(const effects::Descriptor& info) {
+  constexpr std::array<std::string_view, 4> kOfReading{"output_bias", "gain_change",
+                                                       "extra_dead_time", "learned"};
+  return info.blocks.front() == plant::Block::valve ||
+         std::find(kOfReading.begin(), kOfReading.end(), info.name) != kOfReading.end();
+}
+
 gap::Options search_options(const GapOptions& options) {
   gap::Options out;
   const auto left_out = [&](const char* word) {
@@ -117,6 +136,22 @@ gap::Options search_options(const GapOptions& options) {
   out.search.load = !left_out("load");
   out.search.allowances = !left_out("allowances");
   out.search.without = options.without;
+  if (options.cycle) {
+    out.search.level_of_record = true;
+    // Beside the valve that the process was identified with, a second name is the assumed process's misfit.
+    out.search.several = false;
+    out.search.sticks = {options.cycle->s.value, options.cycle->j.value / options.cycle->s.value,
+                         0.0};
+    // The stem jumps by so much that no play does.
+    if (options.cycle->j.low > kClearJump * options.cycle->s.value) {
+      out.search.without.insert(out.search.without.end(), {"backlash", "hysteresis"});
+    }
+  }
+  if (options.stem) {
+    for (const effects::Descriptor& info : effects::vocabulary()) {
+      if (!shows_in_stem(info)) out.search.without.emplace_back(info.name);
+    }
+  }
   out.largest_load = options.largest_load_percent / 100.0;
   return out;
 }
@@ -136,6 +171,7 @@ std::string used_options(const GapOptions& options) {
   if (!options.co_range.empty())
     add(fmt::format("--co-range {} {}", options.co_range[0], options.co_range[1]));
   if (options.clip_co) add("--clip-co");
+  if (options.stem) add("--stem");
   return text;
 }
 
@@ -233,18 +269,39 @@ std::string unit_question(const gap::Record& record, const plant::LoopModel& mod
       names, found->rmse_converted, found->rmse_as_it_stands, yes, no);
 }
 
+// The stem in the place of PV; what SP is to PV it is not to the stem.
+void take_stem(record::Record& r, const std::string& name) {
+  if (!r.has_stem) {
+    fail(kExitData, "{}: has no column stem; --map pv=NAME,co=NAME,stem=NAME says which it is",
+         name);
+  }
+  if (!r.has_co) fail(kExitData, "{}: has no column co, which the stem should follow", name);
+  r.pv = r.stem;
+  r.missing_pv = r.missing_stem;
+  r.sp.clear();
+  r.has_sp = false;
+}
+
 // What an archive kept PV and CO to. Of a CO of which that can't be told, the share of the span that PV was kept to:
 // historians are set up so.
-gap::Deviations deviations_of(const record::ImportNotes& notes, const plant::LoopModel& model) {
+gap::Deviations deviations_of(const record::ImportNotes& notes, const plant::LoopModel& model,
+                              bool pv_as_stored) {
   const auto told = [](const analysis::ArchivedSignal& signal) {
     return signal.kind == analysis::ArchiveKind::none ||
            (signal.kind != analysis::ArchiveKind::unknown && signal.deviation > 0.0);
   };
-  gap::Deviations out{notes.pv.deviation, notes.co.deviation, told(notes.pv)};
+  gap::Deviations out{notes.pv.deviation, notes.co.deviation, pv_as_stored || told(notes.pv)};
   if (told(notes.co)) return out;
   out.co = notes.pv.deviation / model.transmitter.span() * output_span(model);
-  out.known = out.known && out.co > 0.0;
+  out.known = out.known && (pv_as_stored || out.co > 0.0);
   return out;
+}
+
+// Between stored values PV is not known.
+void leave_out_guesses(record::Imported& imported) {
+  for (std::size_t k = 0; k < imported.pv_drawn.size(); ++k) {
+    if (imported.pv_drawn[k]) imported.record.pv[k] = std::numeric_limits<double>::quiet_NaN();
+  }
 }
 
 // Tag, units and clock of the export; empty for the fixed format, which has none.
@@ -264,6 +321,15 @@ std::string source_text(const record::ImportNotes& notes) {
   return text + ".";
 }
 
+record::Imported read_loop(const GapOptions& options) {
+  record::Imported imported = options.input.read(options.record);
+  if (!options.stem) return imported;
+  take_stem(imported.record, options.record);
+  imported.notes.pv = {};  // that was PV's
+  imported.pv_drawn.clear();
+  return imported;
+}
+
 struct Found {
   gap::Result result;
   record::ImportNotes notes;
@@ -274,24 +340,25 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
   Found found;
   try {
     double first_s = 0.0;
-    record::Imported imported = options.input.read(options.record);
+    record::Imported imported = read_loop(options);
     choose_stretch(imported, options);
     convert_units(imported.record, model, options);
     draw_for_judging(imported);
+    leave_out_guesses(imported);
     gap::Record record = stretch_of(imported.record, options, first_s);
+    record.pv_as_stored = !imported.pv_drawn.empty();
     if (!options.controller_known) record.sp.clear();
     say_if_long(options.record, record.pv.size());
     Progress progress("gap", 100);
     const ParallelFor parallel = on_threads(threads(options.jobs));
     const auto told = [&progress](double share) { progress.update_share(share); };
-    const gap::Deviations deviations = deviations_of(imported.notes, model);
-    const std::optional<gap::OnePeriod> drawn = gap::on_one_period(record, model);
+    const gap::Deviations deviations = deviations_of(imported.notes, model, record.pv_as_stored);
+    const std::optional<gap::OnePeriod> drawn = gap::on_one_period(
+        record, model, imported.notes.co.kind == analysis::ArchiveKind::swinging_door);
     const double record_period_s = record.period_s;
     gap::Options how = search_options(options);
-    if (drawn) {
-      record = drawn->record;
-      how.search.without.emplace_back("controller_mismatch");
-    }
+    if (drawn) record = drawn->record;
+    if (drawn || record.pv_as_stored) how.search.without.emplace_back("controller_mismatch");
     const plant::LoopModel& at_period = drawn ? drawn->model : model;
     if (options.controller_known && options.pv_range.empty() && options.co_range.empty()) {
       if (const std::string question = unit_question(record, at_period); !question.empty()) {
@@ -307,6 +374,10 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
     }
     if (drawn) gap::say_other_period(found.result, model, record_period_s);
     found.notes = std::move(imported.notes);
+    if (options.stem) {
+      found.result.check.notes.push_back(
+          {"stem", "The stem stands in the place of PV: the valve alone, in CO units."});
+    }
     if (const std::string source = source_text(found.notes); !source.empty())
       found.result.check.notes.push_back({"source", source});
     if (first_s != 0.0) {
@@ -370,9 +441,18 @@ int run_gap_on_assumed_model(GapOptions options) {
   try {
     double first_s = 0.0;
     std::vector<double> mode;
-    record::Imported imported = options.input.read(options.record);
+    record::Imported imported = read_loop(options);
     choose_stretch(imported, options);
     const gap::Record record = stretch_of(imported.record, options, first_s, &mode);
+    if (options.stem) {
+      options.model = (out / "model.assumed.yaml").string();
+      options.controller_known = false;
+      files.add(options.model,
+                config::write_model(analysis::stem_follows_output(record.co, record.period_s),
+                                    "assumed by loopwarden gap: the stem follows CO"));
+      files.commit();
+      return run_gap(options);
+    }
     if (!record.has_co()) {
       fail(kExitData, "{}: has no column co; a model can't be identified without it: --model",
            options.record);
@@ -394,6 +474,7 @@ int run_gap_on_assumed_model(GapOptions options) {
     }
     options.model = (out / "model.assumed.yaml").string();
     options.controller_known = assumed.controller_known;
+    options.cycle = assumed.identification.cycle;
     files.add(options.model, config::write_model(*assumed.model, heading));
     files.commit();
   } catch (const analysis::IdentificationError& e) {
@@ -455,6 +536,9 @@ void add_gap(Program& program) {
       .takes(2);
   command.option("--co-range", o.co_range, "the same for CO: 0 1 for a share, 4 20 for mA")
       .takes(2);
+  command.flag(
+      "--stem", o.stem,
+      "the valve alone: column stem in the place of pv; without --model, a stem that follows co");
   command.flag("--clip-co", o.clip_co, "CO was logged before its limits: take it at the model's");
   o.input.add_options(command);
   command.footer(

@@ -99,6 +99,7 @@ nlohmann::json as_json(const IdentifyFindings& f, const record::Record& record) 
                       {"samples", p.used.count},
                       {"thinned", p.used.thinned}};
   }
+  if (p.cycle) result["valve"] = {{"s", as_json(p.cycle->s)}, {"j", as_json(p.cycle->j)}};
   if (!p.can_tell()) {
     result["reason"] = p.reason;
     result["settle"] = p.settle;
@@ -128,16 +129,17 @@ std::string with_interval(const analysis::Estimate& e) {
   return fmt::format("{:.5g}   ({:.4g} {})", e.value, e.low, to);
 }
 
+void print_row(const char* what, const std::string& value) {
+  fmt::print("  {:<32}{}\n", what, value);
+}
+
 void print_form(const analysis::ProcessFit& fit) {
   const bool integrating = analysis::is_integrating(fit.form);
-  const auto row = [](const char* what, const std::string& value) {
-    fmt::print("  {:<32}{}\n", what, value);
-  };
-  row(integrating ? "gain, PV units/(CO unit s)" : "gain, PV units/CO unit",
-      with_interval(fit.gain));
-  if (!integrating) row("time constant, s", with_interval(fit.time_constant_s));
-  if (fit.second_lag_s.value > 0.0) row("second lag, s", with_interval(fit.second_lag_s));
-  row("dead time, s", with_interval(fit.dead_time_s));
+  print_row(integrating ? "gain, PV units/(CO unit s)" : "gain, PV units/CO unit",
+            with_interval(fit.gain));
+  if (!integrating) print_row("time constant, s", with_interval(fit.time_constant_s));
+  if (fit.second_lag_s.value > 0.0) print_row("second lag, s", with_interval(fit.second_lag_s));
+  print_row("dead time, s", with_interval(fit.dead_time_s));
 }
 
 void print_found(const IdentifyFindings& f) {
@@ -145,17 +147,23 @@ void print_found(const IdentifyFindings& f) {
   const analysis::ProcessFit& best = p.best();
   fmt::print("Process: {}. In brackets: intervals of 95 %.\n", to_text(best.form));
   print_form(best);
+  if (p.cycle) {
+    fmt::print("Valve: sticks.\n");
+    print_row("s, CO units", with_interval(p.cycle->s));
+    print_row("j, CO units", with_interval(p.cycle->j));
+  }
   fmt::print(
-      "The process alone, driven by CO, explains {:.2f} % of PV and leaves {:.4g} PV units (rms); "
-      "one sample\n"
+      "{}, driven by CO, explains {:.2f} % of PV and leaves {:.4g} PV units (rms); one sample\n"
       "ahead, with a noise model of order {}, {:.4g} are left.\n",
-      best.fit_percent, best.rmse, best.noise_order, best.prediction_rms);
-  fmt::print("Other forms:");
+      p.cycle ? "Valve and process together" : "The process alone", best.fit_percent, best.rmse,
+      best.noise_order, best.prediction_rms);
+  if (p.fits.size() > 1) fmt::print("Other forms:");
   for (const analysis::ProcessFit& fit : p.fits) {
     if (fit.form == best.form) continue;
     fmt::print(" {} ({:+.1f})", to_text(fit.form), fit.criterion - best.criterion);
   }
-  fmt::print("; in brackets the information criterion against it, less would be better.\n");
+  if (p.fits.size() > 1)
+    fmt::print("; in brackets the information criterion against it, less would be better.\n");
   if (f.tangent) {
     fmt::print("Tangent: gain {:.4g}, time constant {:.4g} s, dead time {:.4g} s\n",
                f.tangent->process.gain, f.tangent->process.time_constant_s,

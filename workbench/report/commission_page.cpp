@@ -100,7 +100,7 @@ std::string commission_page(const commission::Commissioning& made, const commiss
     body += "<h2>Measured against the model, step by step</h2>\n" + stages_table(made);
     if (made.gap) {
       body += fmt::format(
-          "<p>Noise floor: {} PV units.{}</p>\n", plain_number(made.gap->noise_floor_rmse),
+          "<p>Noise floor: {} PV units.{}</p>\n", plain_number(made.gap->floor.rmse()),
           std::isfinite(made.closed)
               ? fmt::format(" Gap closed on the held-back part: {:.1f} %.", 100.0 * made.closed)
               : "");

@@ -190,16 +190,23 @@ class Page {
     add("<dl class=\"tiles\">");
     if (result_.outcome == gap::Outcome::missing_effect) {
       tile("Gap closed on data the fit never saw",
-           percent(gap_closed_percent(before.holdout_rmse, after.holdout_rmse,
-                                      result_.noise_floor_rmse)),
-           fmt::format("from {} s on", plain_number(result_.holdout_from_s)));
+           percent(
+               gap_closed_percent(before.holdout_rmse, after.holdout_rmse, result_.floor.rmse())),
+           fmt::format("from {} s on; {} against the transmitter's floor alone",
+                       plain_number(result_.holdout_from_s),
+                       percent(gap_closed_percent(before.holdout_rmse, after.holdout_rmse,
+                                                  result_.floor.transmitter_rmse))));
     }
     const auto share = [&](double value) { return of_span(value, "PV units", result_.model); };
     tile("RMS error of PV, held-back part",
          fmt::format("{} &rarr; {}", share(before.holdout_rmse), share(after.holdout_rmse)),
          fmt::format("of span: {} &rarr; {} PV units; noise floor {}",
                      plain_number(before.holdout_rmse), plain_number(after.holdout_rmse),
-                     plain_number(result_.noise_floor_rmse)));
+                     plain_number(result_.floor.rmse())));
+    tile("Noise floor, transmitter and load",
+         fmt::format("{} and {}", plain_number(result_.floor.transmitter_rmse),
+                     plain_number(result_.floor.load_rmse)),
+         load_words());
     tile("Fit, held-back part",
          fmt::format("{} &rarr; {}", percent(before.holdout_fit_percent),
                      percent(after.holdout_fit_percent)),
@@ -209,6 +216,12 @@ class Page {
            fmt::format("{} &rarr; {}", plain_number(result_.controller_before_rmse),
                        plain_number(result_.controller_after_rmse)),
            "CO units; controller from SP and PV");
+    }
+    if (result_.remainder) {
+      tile("Left on the held-back part", plain_number(result_.remainder->rmse),
+           result_.remainder->depends_on.empty()
+               ? "PV units; nothing is seen to follow SP or CO"
+               : "PV units; it follows " + depends_on_words(*result_.remainder));
     }
     if (result_.load_intensity > 0.0) {
       tile("Unmeasured load", plain_number(result_.load_intensity),
@@ -223,6 +236,23 @@ class Page {
            result_.effects.size() > 1 ? "of the least sure name" : "that the name is right");
     }
     add("</dl>\n");
+  }
+
+  std::string load_words() const {
+    const gap::Floor& floor = result_.floor;
+    if (!floor.load_tested) {
+      return "PV units; what is left can't be tested for a load: " + escaped(floor.why_not_tested);
+    }
+    return floor.load_rmse > 0.0 ? "PV units; what is left does not follow SP or CO"
+                                 : "PV units; nothing that is left passes for a load";
+  }
+
+  static std::string depends_on_words(const gap::Remainder& remainder) {
+    std::string words;
+    for (const std::string& signal : remainder.depends_on) {
+      words += (words.empty() ? "" : " and ") + std::string(signal == "sp" ? "SP" : "CO");
+    }
+    return words;
   }
 
   void refusal() {
@@ -318,18 +348,18 @@ class Page {
       rows.push_back(
           {(taken_out ? "&minus; " : "+ ") + words(step.effect), step.rmse, step.holdout_rmse});
     }
-    double most = std::isfinite(result_.noise_floor_rmse) ? result_.noise_floor_rmse : 0.0;
+    double most = std::isfinite(result_.floor.rmse()) ? result_.floor.rmse() : 0.0;
     for (const Row& row : rows) {
       if (std::isfinite(row.fit)) most = std::max(most, row.fit);
       if (std::isfinite(row.holdout)) most = std::max(most, row.holdout);
     }
     if (!(most > 0.0)) most = 1.0;
-    const double floor = result_.noise_floor_rmse / most;
+    const double floor = result_.floor.rmse() / most;
     add("<h2>The gap, step by step</h2>\n<p class=\"note\">RMS error of PV, PV units. The line in "
         "the bars is the noise floor, {}: nothing can close more.</p>\n"
         "<div class=\"wide\"><table><thead><tr><th>model</th><th>fitted part</th><th class=\"n\">"
         "RMS</th><th>held-back part</th><th class=\"n\">RMS</th></tr></thead><tbody>",
-        plain_number(result_.noise_floor_rmse));
+        plain_number(result_.floor.rmse()));
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const char* style = i == 0 ? "w" : "v";
       add("<tr><td>{}</td><td class=\"b\">{}</td><td class=\"n\">{}</td><td class=\"b\">{}</td>"

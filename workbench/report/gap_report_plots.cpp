@@ -423,7 +423,7 @@ class Plots {
         .height = 230.0,
         .curves = {},
         .zero_line = true,
-        .floor = std::isfinite(result_.noise_floor_rmse) ? result_.noise_floor_rmse : 0.0,
+        .floor = std::isfinite(result_.floor.rmse()) ? result_.floor.rmse() : 0.0,
         .shades = shades_of(result_, axis_)};
     add(residual.curves, given_name_, "before", residual_before_);
     if (changed_) add(residual.curves, "corrected model", "after", residual_after_);

@@ -73,7 +73,15 @@ json of(const gap::Rest& rest) {
           {"noise_ratio", finite_or_null(rest.noise_ratio)},
           {"kurtosis", finite_or_null(rest.kurtosis)},
           {"answer_to_co", finite_or_null(rest.answer_to_co)},
-          {"closed", finite_or_null(rest.closed)}};
+          {"closed", finite_or_null(rest.closed)},
+          {"quiet_rmse", finite_or_null(rest.quiet_rmse)}};
+}
+
+json of(const gap::Floor& floor) {
+  return {{"transmitter_rmse", finite_or_null(floor.transmitter_rmse)},
+          {"load_rmse", finite_or_null(floor.load_rmse)},
+          {"load_tested", floor.load_tested},
+          {"why_not_tested", floor.why_not_tested}};
 }
 
 json of(const gap::Step& step) {
@@ -86,7 +94,8 @@ json of(const gap::Step& step) {
 json of(const gap::Remainder& remainder) {
   return {{"rmse", finite_or_null(remainder.rmse)},
           {"share", finite_or_null(remainder.share)},
-          {"looks_like", gap::to_text(remainder.looks_like)}};
+          {"looks_like", gap::to_text(remainder.looks_like)},
+          {"depends_on", remainder.depends_on}};
 }
 
 json of(const gap::Located& located) {
@@ -141,7 +150,8 @@ json gap_json(const gap::Result& result) {
           {"compared", result.closed_loop ? "closed_loop" : "measured_output"},
           {"effects", list_of(result.effects)},
           {"gap",
-           {{"noise_floor_rmse", finite_or_null(result.noise_floor_rmse)},
+           {{"noise_floor_rmse", finite_or_null(result.floor.rmse())},
+            {"floor", of(result.floor)},
             {"load_intensity", finite_or_null(result.load_intensity)},
             {"before", of(result.before)},
             {"after", of(result.after)},

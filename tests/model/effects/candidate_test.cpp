@@ -152,4 +152,18 @@ TEST_CASE("the law of a healthy valve is one effect's, and it can be stepped",
   CHECK(laws == 1);
 }
 
+TEST_CASE("a place of the travel shows where CO left it and came back on both sides",
+          "[effects][candidate]") {
+  const std::vector<Candidate> all = candidates({});
+  const auto cam = std::find_if(all.begin(), all.end(), [](const Candidate& c) {
+    return c.shows_place != nullptr && std::string(c.name) == "cam_obstruction";
+  });
+  REQUIRE(cam != all.end());
+  const std::vector<double> at{50.0, 2.0, 1.0};  // position, band, ratio
+  CHECK(cam->shows_place(at, std::vector<double>{50.0, 60.0, 50.0, 40.0, 50.0}));
+  CHECK_FALSE(cam->shows_place(at, std::vector<double>{50.0, 60.0, 50.0}));
+  CHECK_FALSE(cam->shows_place(at, std::vector<double>{48.0, 52.0, 47.0, 53.0, 48.0}));
+  CHECK_FALSE(cam->shows_place(at, std::vector<double>{60.0, 40.0, 50.0, 40.0}));
+}
+
 }  // namespace candidate_test

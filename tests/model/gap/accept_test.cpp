@@ -18,9 +18,12 @@ constexpr Addition kFurther{.score_with = 200.0,
                             .first = false,
                             .moves_pv = 0.5,
                             .least_rms = 0.1,
+                            .left_out_nats = 50.0,
                             .block_t = 5.0,
                             .rmse_with = 0.2,
-                            .rmse_without = 0.3};
+                            .rmse_without = 0.3,
+                            .rmse_model = 0.5,
+                            .noise_rms = 0.1};
 
 }  // namespace
 
@@ -37,19 +40,30 @@ TEST_CASE("a first effect needs five nats", "[gap][accept]") {
   CHECK(worth_adding(a));
 }
 
-TEST_CASE("a further effect needs twelve nats, and a part of what the others brought",
-          "[gap][accept]") {
+TEST_CASE("a further effect needs twelve nats, on blocks left out too", "[gap][accept]") {
   Addition a = kFurther;
   CHECK(worth_adding(a));
   a.score_with = 112.01;
+  a.left_out_nats = 12.01;
   CHECK(worth_adding(a));
   a.score_with = 111.99;
   CHECK_FALSE(worth_adding(a));
-  a.score_without = 1000.0;
-  a.score_with = 1050.1;
-  CHECK(worth_adding(a));
-  a.score_with = 1049.9;
+  a.score_with = 112.01;
+  a.left_out_nats = 11.99;
   CHECK_FALSE(worth_adding(a));
+  a.at_one_moment = true;  // the block in which it shows can't be foretold
+  CHECK(worth_adding(a));
+}
+
+TEST_CASE("a further effect closes a twentieth of the gap", "[gap][accept]") {
+  // 0.05 (0.5^2 - 0.1^2) = 0.012 = 0.3^2 - 0.2793^2
+  Addition a = kFurther;
+  a.rmse_with = 0.279;
+  CHECK(worth_adding(a));
+  a.rmse_with = 0.2795;
+  CHECK_FALSE(worth_adding(a));
+  CHECK(closes_a_part(0.279, 0.3, 0.5, 0.1));
+  CHECK_FALSE(closes_a_part(0.2795, 0.3, 0.5, 0.1));
 }
 
 TEST_CASE("a further effect gains all over the record, unless it shows at one moment",
@@ -91,6 +105,16 @@ TEST_CASE("an effect without which the others do nearly as well is stepped back 
   CHECK_FALSE(superfluous(100.0, 87.99));
 }
 
+TEST_CASE("what is left of a larger set replaces a likelier one that closes nothing",
+          "[gap][accept]") {
+  const EffectSet stiction{{"stiction"}, 60.0, 0.05};
+  const EffectSet step{{"step_disturbance"}, 76.0, 0.0995};
+  CHECK(replaces(stiction, step, 0.1, 0.0));
+  CHECK_FALSE(replaces(stiction, {{"step_disturbance"}, 76.0, 0.097}, 0.1, 0.0));
+  CHECK_FALSE(replaces({{"stiction"}, 60.0, 0.098}, step, 0.1, 0.0));
+  CHECK(replaces({{"stiction"}, 76.1, 0.098}, step, 0.1, 0.0));
+}
+
 TEST_CASE("a name leads over the best explanation without it, of as many effects or fewer",
           "[gap][accept]") {
   const EffectSet chosen{{"gain_change", "stiction"}, 90.0};
@@ -103,6 +127,14 @@ TEST_CASE("a name leads over the best explanation without it, of as many effects
   // The model alone is a rival too.
   CHECK(leads({{"drift"}, 7.0}, std::vector<EffectSet>{{{"extra_lag"}, -3.0}}) ==
         std::vector<double>{7.0});
+}
+
+TEST_CASE("what is bound to a place that CO doesn't show is nobody's rival", "[gap][accept]") {
+  EffectSet cam{{"cam_obstruction"}, 60.0};
+  const EffectSet stiction{{"stiction"}, 50.0};
+  CHECK(leads(stiction, std::vector<EffectSet>{cam, stiction}) == std::vector<double>{-10.0});
+  cam.placed = false;
+  CHECK(leads(stiction, std::vector<EffectSet>{cam, stiction}) == std::vector<double>{50.0});
 }
 
 }  // namespace accept_test

@@ -218,4 +218,42 @@ TEST_CASE("without CO or SP there is nothing to compare", "[gap][controller]") {
   CHECK_FALSE(gap::compare_controller(record, model).compared);
 }
 
+TEST_CASE("a filter on PV is found with its time, other gains are not", "[gap][controller]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 130.0);
+  std::vector<double> filtered = record.pv;
+  for (std::size_t k = 1; k < filtered.size(); ++k)
+    filtered[k] = filtered[k - 1] + (1.0 - std::exp(-0.1 / 2.0)) * (record.pv[k] - filtered[k - 1]);
+  record.co = gap::replay_controller(model.controller.pid, 0.1, record.sp, filtered, record.co[0]);
+  const gap::ControllerFinding found = gap::compare_controller(record, model);
+  REQUIRE(found.mismatch);
+  CHECK(found.filter_s == Approx(2.0).epsilon(0.1));
+  CHECK(found.dead_band == 0.0);
+  CHECK(found.kp == Approx(0.4).epsilon(0.05));
+  CHECK(found.after_rmse < 0.1 * found.before_rmse);
+}
+
+TEST_CASE("a dead band of the error is found with its width", "[gap][controller]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 130.0);
+  std::vector<double> seen = record.pv;
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    seen[k] += std::clamp(record.sp[k] - record.pv[k], -0.3, 0.3);
+  record.co = gap::replay_controller(model.controller.pid, 0.1, record.sp, seen, record.co[0]);
+  const gap::ControllerFinding found = gap::compare_controller(record, model);
+  REQUIRE(found.mismatch);
+  CHECK(found.dead_band == Approx(0.3).epsilon(0.1));
+  CHECK(found.filter_s == 0.0);
+}
+
+TEST_CASE("other gains alone have neither filter nor dead band", "[gap][controller]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.controller.pid.gains.kp = 0.6;
+  const gap::ControllerFinding found =
+      gap::compare_controller(test::record_of(truth, 130.0), test::believed_model());
+  REQUIRE(found.mismatch);
+  CHECK(found.filter_s == 0.0);
+  CHECK(found.dead_band == 0.0);
+}
+
 }  // namespace controller_test

@@ -22,10 +22,10 @@ constexpr Scale kScale{.noise_rms = 0.01, .least_rms = 0.015};
 Competition one_name() {
   return {{{"stiction"}, 100.0, 0.01}, {{{"backlash"}, 50.0}, {{"stiction"}, 100.0}}, 0.5};
 }
-Residuals noise() { return {.noise_ratio = 1.0, .floor_rmse = 0.01, .closed = 1.0}; }
+Residuals noise() { return {.noise_ratio = 1.0, .quiet_rmse = 0.01, .closed = 1.0}; }
 Residuals more_than_noise() {
   return {.noise_ratio = 3.0,
-          .floor_rmse = 0.01,
+          .quiet_rmse = 0.01,
           .closed = 0.5,
           .adequate = false,
           .believable = false};
@@ -80,6 +80,18 @@ TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
         std::vector<std::string>{"backlash", "extra_lag", "output_bias"});
 }
 
+TEST_CASE("what closes nothing is no rival, however likely", "[gap][decide]") {
+  Competition load = one_name();
+  load.tried.push_back({{"step_disturbance"}, 120.0, 0.4999});
+  const Decision d = decided(load, noise());
+  CHECK(d.named[0].lead_nats == 50.0);
+  CHECK(d.named[0].alternatives.empty());
+  load.tried.back().training_rmse = 0.45;
+  CHECK(decided(load, noise()).named[0].lead_nats == -20.0);
+  CHECK(decided(load, noise()).named[0].alternatives ==
+        std::vector<std::string>{"step_disturbance"});
+}
+
 TEST_CASE("what the reading itself shows stands, whatever the fit says", "[gap][decide]") {
   Decision d = decided(one_name(), more_than_noise());
   d.by_reading = true;
@@ -107,13 +119,13 @@ TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap
 }
 
 TEST_CASE("a rest that is more than noise but does not matter is no gap", "[gap][decide]") {
-  Competition none{{{}, 0.0, 0.02}, {}, 0.02};
-  // sqrt((1.5 x 0.01)^2 + 0.015^2) = 0.0212
+  Competition none{{{}, 0.0, 0.018}, {}, 0.018};
+  // sqrt(0.01^2 + 0.015^2) = 0.01803
   CHECK_FALSE(decided(none, more_than_noise()).unexplained);
   CHECK(outcome_of(decided(none, more_than_noise()), Proof::holds) == Outcome::no_gap);
-  none.model_rmse = 0.0211;
+  none.model_rmse = 0.01802;
   CHECK_FALSE(decided(none, more_than_noise()).unexplained);
-  none.model_rmse = 0.0213;
+  none.model_rmse = 0.01804;
   CHECK(decided(none, more_than_noise()).unexplained);
 }
 
@@ -133,6 +145,17 @@ TEST_CASE("a controller speaks for itself", "[gap][decide]") {
   other.mismatch = false;
   other.unexplained = true;
   CHECK(outcome_of(decided(none, noise(), other), Proof::holds) == Outcome::unexplained);
+}
+
+TEST_CASE("other settings of the controller close no gap of the plant", "[gap][decide]") {
+  ControllerFinding other;
+  other.compared = true;
+  other.mismatch = true;
+  const Decision named = decided(one_name(), noise(), other);
+  CHECK(outcome_of(named, Proof::holds) == Outcome::missing_effect);
+  CHECK(outcome_of(named, Proof::refuted) == Outcome::unexplained);
+  const Competition none{{{}, 0.0, 0.5}, {}, 0.5};
+  CHECK(outcome_of(decided(none, more_than_noise(), other), Proof::holds) == Outcome::unexplained);
 }
 
 TEST_CASE("what only partly holds is never sure", "[gap][decide]") {

@@ -2,10 +2,12 @@
 // What is learned of a plant that no name fits, by the whole workflow with the names taken out.
 #include "model/gap/learn.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "model/gap/workflow.hpp"
 #include "tests/model/gap/gap_support.hpp"
@@ -80,6 +82,32 @@ TEST_CASE("a name that is left out is not given, and learning can be left out", 
   const gap::Result result = nameless(test::record_of(truth, 200.0), false);
   CHECK(result.outcome == gap::Outcome::unexplained);
   CHECK(result.candidates.empty());
+}
+
+TEST_CASE("a law ousts names by a fifth of the gap, in all or on two blocks of three",
+          "[gap][learn]") {
+  // Six blocks of ten samples; the model leaves 1 in each.
+  gap::Learned law;
+  for (std::size_t b = 0; b < 6; ++b) {
+    law.blocks.push_back(
+        {.range = {10 * b, 10 * b + 10}, .samples = 10.0, .model = 10.0, .learned = 1.0});
+  }
+  const std::vector<bool> counts(60, true);
+  // Names that leave `rms` of the first `blocks`, and as much as the law of the others.
+  const auto left = [](std::size_t blocks, double square) {
+    std::vector<double> out(60, std::sqrt(0.1));
+    std::fill(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(10 * blocks),
+              std::sqrt(square));
+    return out;
+  };
+  CHECK(gap::ousts(law, left(6, 0.301), counts, 0.0));
+  CHECK_FALSE(gap::ousts(law, left(6, 0.299), counts, 0.0));
+  CHECK(gap::ousts(law, left(4, 0.301), counts, 0.0));
+  CHECK_FALSE(gap::ousts(law, left(3, 0.301), counts, 0.0));
+  CHECK(gap::ousts(law, left(1, 1.4), counts, 0.0));  // so much in one that it is a fifth in all
+  // Blocks without a gap have no say.
+  CHECK_FALSE(gap::ousts(law, left(6, 0.301), counts, 0.6));
+  CHECK_FALSE(gap::ousts(law, left(6, 0.301), std::vector<bool>(60, false), 0.0));
 }
 
 }  // namespace learn_test

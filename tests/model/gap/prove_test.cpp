@@ -32,25 +32,9 @@ TEST_CASE("names hold by the gap they close on the last third", "[gap][prove]") 
         Proof::holds);
 }
 
-TEST_CASE("where a load wanders, likelier innovations make a name hold partly", "[gap][prove]") {
-  // 500 ln(100/98.9) = 5.5 nats
-  Trial t{.with_load = true,
-          .closed = 0.2,
-          .model_innovations = 100.0,
-          .choice_innovations = 98.9,
-          .innovations = 1000};
-  CHECK(judge(t) == Proof::partly);
-  t.choice_innovations = 99.1;
-  CHECK(judge(t) == Proof::refuted);
-  t.choice_innovations = 90.0;
-  t.with_load = false;
-  CHECK(judge(t) == Proof::refuted);
-  t.with_load = true;
-  t.rest_is_noise = false;
-  CHECK(judge(t) == Proof::refuted);
-  t.rest_is_noise = true;
-  t.believable = false;
-  CHECK(judge(t) == Proof::refuted);
+TEST_CASE("likelier innovations don't hold a name that closes too little", "[gap][prove]") {
+  CHECK(judge({.closed = 0.49, .model_innovations = 100.0, .choice_innovations = 10.0}) ==
+        Proof::refuted);
 }
 
 TEST_CASE("without a gap to speak of the innovations judge over noise", "[gap][prove]") {
@@ -66,16 +50,17 @@ TEST_CASE("without a gap to speak of the innovations judge over noise", "[gap][p
   CHECK(judge(t) == Proof::refuted);
 }
 
-TEST_CASE("over noise the free run may be worse only as far as a load makes it so",
-          "[gap][prove]") {
+TEST_CASE("a free run that gets worse by more than a trifle refutes", "[gap][prove]") {
   Trial t{.rest_is_noise = true,
           .model_innovations = 100.0,
           .choice_innovations = 50.0,
           .model_rmse = 0.3,
-          .choice_rmse = 0.79,
-          .floor_rmse = 0.4};
+          .choice_rmse = 0.499,
+          .trifle_rmse = 0.4};
   CHECK(judge(t) == Proof::holds);
-  t.choice_rmse = 0.81;
+  t.choice_rmse = 0.501;
+  CHECK(judge(t) == Proof::refuted);
+  t.closed = 0.9;
   CHECK(judge(t) == Proof::refuted);
 }
 

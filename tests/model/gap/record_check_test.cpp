@@ -187,6 +187,30 @@ TEST_CASE("turns count beyond the band, at the sample that shows them", "[gap][r
   CHECK(gap::reversals(slow, 0.5).size() == 1);
 }
 
+TEST_CASE("noise is seen between values that stand here and there", "[gap][record]") {
+  numeric::Random random(4);
+  std::vector<double> column;
+  for (std::size_t k = 0; k < 8000; ++k) {
+    const bool stored = random.uniform() < 0.3;
+    column.push_back(stored ? 0.001 * static_cast<double>(k) + 0.02 * random.normal() : gap::kNone);
+  }
+  CHECK(gap::noise_of_stored(column) == Approx(0.02).epsilon(0.1));
+  CHECK(gap::noise_of_stored({1.0, gap::kNone, 2.0}) == 0.0);
+}
+
+TEST_CASE("a PV that stands only as it was stored is no fault of the record", "[gap][record]") {
+  const plant::LoopModel model = test::believed_model();
+  gap::Record record = test::record_of(model, 130.0);
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    if (k % 4 != 0) record.pv[k] = gap::kNone;
+  }
+  CHECK_FALSE(gap::check_record(record, model).usable);
+  record.pv_as_stored = true;
+  const gap::RecordCheck check = gap::check_record(record, model);
+  CHECK(check.usable);
+  CHECK(check.noise_rms == Approx(0.015).epsilon(0.25));
+}
+
 TEST_CASE("noise is seen beside slow movement, outliers and rounding", "[gap][record]") {
   numeric::Random random(4);
   std::vector<double> column;

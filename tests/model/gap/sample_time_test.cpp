@@ -32,7 +32,8 @@ gap::Result find(const gap::OnePeriod& one, const plant::LoopModel& model, doubl
 TEST_CASE("a slower record keeps its samples, a faster one gives every n-th", "[gap]") {
   plant::LoopModel model = test::believed_model();
   const gap::Record slow{.period_s = 0.3, .pv = {1, 2, 3}, .sp = {4, 5, 6}, .co = {0, 3, 3}};
-  const auto slower = gap::on_one_period(slow, model);
+  CHECK(gap::on_one_period(slow, model, false)->record.co == slow.co);
+  const auto slower = gap::on_one_period(slow, model, true);
   REQUIRE(slower);
   CHECK(slower->model.sample_time_s == 0.3);
   CHECK(slower->record.pv == slow.pv);
@@ -42,19 +43,27 @@ TEST_CASE("a slower record keeps its samples, a faster one gives every n-th", "[
 
   const gap::Record fast{
       .period_s = 0.05, .pv = {1, 2, 3, 4, 5}, .sp = {1, 1, 2, 2, 3}, .co = {0, 2, 4, 6, 8}};
-  const auto faster = gap::on_one_period(fast, model);
+  const auto faster = gap::on_one_period(fast, model, false);
   REQUIRE(faster);
   CHECK(faster->record.period_s == 0.1);
   CHECK(faster->record.pv == std::vector<double>{1, 3, 5});
   CHECK(faster->record.co == std::vector<double>{1, 5, 8});
 
-  CHECK_FALSE(gap::on_one_period({.period_s = 0.1, .pv = {}, .sp = {}, .co = {}}, model));
-  CHECK_FALSE(gap::on_one_period({.period_s = 0.25, .pv = {}, .sp = {}, .co = {}}, model));
+  CHECK_FALSE(gap::on_one_period({.period_s = 0.1, .pv = {}, .sp = {}, .co = {}}, model, false));
+  const gap::Record uneven{.period_s = 0.25, .pv = {1, 2}, .sp = {}, .co = {3, 4}};
+  CHECK_FALSE(gap::on_one_period(uneven, model, false));
+  gap::Record stored = uneven;
+  stored.pv_as_stored = true;
+  const auto every = gap::on_one_period(stored, model, false);
+  REQUIRE(every);
+  CHECK(every->model.sample_time_s == 0.25);
+  CHECK(every->record.pv == stored.pv);
+  CHECK(every->record.co == stored.co);
 }
 
 TEST_CASE("every other sample of a loop that is as its model says has no gap", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
-  const auto one = gap::on_one_period(every_other(test::record_of(model, 130.0)), model);
+  const auto one = gap::on_one_period(every_other(test::record_of(model, 130.0)), model, true);
   REQUIRE(one);
   const gap::Result result = find(*one, model, 0.2);
   CHECK(result.outcome == gap::Outcome::no_gap);
@@ -65,7 +74,7 @@ TEST_CASE("every other sample of a sticking valve still shows it, less surely", 
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.valve_effects = {{"stiction", {{"s", 1.0}, {"j", 0.5}}}};
-  const auto one = gap::on_one_period(every_other(test::record_of(truth, 200.0)), model);
+  const auto one = gap::on_one_period(every_other(test::record_of(truth, 200.0)), model, true);
   REQUIRE(one);
   const gap::Result result = find(*one, model, 0.2);
   REQUIRE(result.outcome == gap::Outcome::missing_effect);

@@ -15,6 +15,10 @@ using namespace loopwarden;
 
 namespace {
 
+gap::Result find_one(const gap::Record& record, const plant::LoopModel& model) {
+  return gap::find_gap(record, model, {.search = {.several = false}}, test::serial, [](double) {});
+}
+
 gap::Result find(const gap::Record& record, const plant::LoopModel& model,
                  const gap::ParallelFor& parallel = test::serial) {
   return gap::find_gap(record, model, {}, parallel, [](double) {});
@@ -105,6 +109,8 @@ TEST_CASE("the end of the transmitter's own range is no fault", "[gap][long]") {
   INFO(result.sentence);
   CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(result.effects.empty());
+  // Samples at the end show no noise, and don't count for it.
+  CHECK(result.check.noise_rms == Approx(0.015).epsilon(0.2));
 }
 
 TEST_CASE("the result does not depend on the number of threads", "[gap][long]") {
@@ -274,6 +280,62 @@ TEST_CASE("each step of the workflow can be left out", "[gap][long]") {
   CAPTURE(allowances);
   REQUIRE(result.outcome == gap::Outcome::missing_effect);
   CHECK(result.effects[0].spec.name == "stiction");
+}
+
+namespace {
+
+// A loop under a load of 0.1 % of span per root second, its SP moved every 20 s for `moved_s`.
+gap::Record under_load(plant::LoopModel truth, double seconds, double moved_s) {
+  truth.transmitter.noise = 0.015;
+  truth.disturbances.push_back({"random_load", {{"intensity", 0.01}, {"time_constant", 300.0}}});
+  truth.scenario.seed = 21;
+  numeric::Random random(2);
+  for (double t = 0.0; t < moved_s; t += 20.0) {
+    truth.scenario.set_point.emplace_back(t, random.uniform(3.5, 6.5));
+  }
+  plant::SimulatedLoop loop(truth, 10.0 / 4096.0);
+  gap::Record record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
+  for (double t = 0.0; t < seconds; t += truth.sample_time_s) {
+    const plant::LoopSample s = loop.step();
+    record.pv.push_back(s.pv);
+    record.sp.push_back(s.sp);
+    record.co.push_back(s.co);
+  }
+  return record;
+}
+
+}  // namespace
+
+TEST_CASE("the truth given as the model under a load leaves nothing to close", "[gap][long]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
+  const gap::Result result = find_one(under_load(truth, 200.0, 200.0), truth);
+  INFO(result.sentence);
+  CHECK(result.outcome == gap::Outcome::no_gap);
+  CHECK(result.floor.load_tested);
+  CHECK(result.floor.transmitter_rmse == Approx(0.015).epsilon(0.2));
+  CHECK(result.floor.load_rmse > 2.0 * result.floor.transmitter_rmse);
+  CHECK(result.floor.rmse() == Approx(result.before.holdout_rmse).epsilon(0.02));
+}
+
+TEST_CASE("where SP stands a load is not tested, and no name is sure", "[gap][long]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.process.gain *= 0.75;
+  const gap::Result stood = find_one(under_load(truth, 150.0, 90.0), test::believed_model());
+  CHECK_FALSE(stood.floor.load_tested);
+  CHECK(stood.floor.load_rmse == 0.0);
+  CHECK(stood.floor.why_not_tested == "SP stands there");
+  REQUIRE(stood.effects.size() == 1);
+  for (const gap::FoundEffect& effect : stood.effects) {
+    CHECK(effect.confidence <= 0.8);
+    CHECK(effect.evidence.find("can't be tested: SP stands there") != std::string::npos);
+  }
+  // The load of a model that states one is known.
+  plant::LoopModel stated = test::believed_model();
+  stated.disturbances.push_back({"random_load", {{"intensity", 0.01}, {"time_constant", 300.0}}});
+  const gap::Result known = find_one(under_load(truth, 150.0, 90.0), stated);
+  CHECK_FALSE(known.floor.load_tested);
+  CHECK(known.floor.load_rmse > 0.0);
 }
 
 }  // namespace workflow_test

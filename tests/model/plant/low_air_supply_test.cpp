@@ -90,4 +90,28 @@ TEST_CASE("a preload shifts the stem below the command, down to shut", "[plant][
   CHECK(valve.step(5.0) == Approx(5.0));
 }
 
+TEST_CASE("another rate on closing holds on closing alone", "[plant][low_air_supply]") {
+  LowAirSupply air({.rate = 2.0, .lag_s = 1.0, .closing = 0.25}, 0.1);
+  LowAirSupply alike({.rate = 2.0, .lag_s = 1.0}, 0.1);
+  air.reset(0.0);
+  alike.reset(0.0);
+  double up = 0.0;
+  for (int k = 0; k < 300; ++k) {
+    up = air.step(10.0);
+    CHECK(up == alike.step(10.0));
+  }
+  const double down = air.step(0.0);
+  CHECK(up - down == Approx(2.0 * 0.25 * 0.1));
+  // Exponentially from R C T on.
+  double before = down;
+  double x = down;
+  while (x > 0.4) {
+    before = x;
+    x = air.step(0.0);
+  }
+  CHECK(x / before < 1.0);
+  before = x;
+  CHECK(air.step(0.0) / before == Approx(std::exp(-0.1)));
+}
+
 }  // namespace low_air_supply_test

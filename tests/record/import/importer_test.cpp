@@ -275,6 +275,11 @@ TEST_CASE("jittered times are drawn onto a constant period, and what that moves 
   CHECK(got.notes.moved_pv > 0.0);
   CHECK(got.notes.moved_pv < 0.05);
   CHECK(got.notes.resampled.find("jitter") != std::string::npos);
+  const auto was_written = [](double co) {
+    return std::find(loop().co.begin(), loop().co.end(), co) != loop().co.end();
+  };
+  CHECK(std::all_of(got.record.co.begin(), got.record.co.end(), was_written));
+  CHECK(got.pv_drawn.empty());
   for (std::size_t k = 5; k + 5 < got.record.size(); ++k)
     CHECK(got.record.pv[k] == Approx(loop().pv[k]).margin(0.2));
 }
@@ -331,6 +336,34 @@ TEST_CASE("stored values are put on the shortest step of their times and filled 
   ImportOptions held;
   held.filling = Filling::held;
   CHECK(imported(text, held).record.pv[pv[1] + 1] == loop().pv[pv[1]]);
+  CHECK(got.pv_drawn.empty());  // the archive's rule tells what was in between
+}
+
+TEST_CASE("between values that were stored by no known rule CO is held and PV is a guess",
+          "[import]") {
+  numeric::Random random(3);
+  std::string text = "TagName,DateTime,Value\n";
+  Places stored;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    if (k > 0 && k + 1 < kSamples && random.uniform() < 0.8) continue;
+    stored.push_back(k);
+    text += "FIC101.PV," + iso(k) + "," + number(loop().pv[k]) + "\n";
+    text += "FIC101.OP," + iso(k) + "," + number(loop().co[k]) + "\n";
+  }
+  const Imported got = imported(text);
+  REQUIRE(got.record.size() == kSamples);
+  CHECK(got.notes.pv.kind != analysis::ArchiveKind::exception);
+  CHECK(got.notes.pv.kind != analysis::ArchiveKind::swinging_door);
+  REQUIRE(got.pv_drawn.size() == kSamples);
+  const std::vector<double> steps = held_between(loop().co, stored);
+  for (std::size_t k = 0; k + 1 < kSamples; ++k) {
+    const bool was_stored = std::find(stored.begin(), stored.end(), k) != stored.end();
+    CHECK(got.pv_drawn[k] == !was_stored);
+    CHECK(got.record.co[k] == steps[k]);
+  }
+  ImportOptions lines;
+  lines.filling = Filling::linear;
+  CHECK(imported(text, lines).pv_drawn.empty());
 }
 
 TEST_CASE("newest first, a last line that was cut, a footer and a delimiter at the end",

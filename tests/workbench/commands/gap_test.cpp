@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `loopwarden gap` as its users call it.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -169,6 +170,98 @@ TEST_CASE("gap ends with 78 for a bad model, 74 for a file or folder that can't 
   CHECK(loopwarden("gap " + one.path("record.csv") + " --model " + one.path("model.yaml") +
                    " --out " + out + " --without everything")
             .exit_code == 64);
+}
+
+// What gap.json of a measured case says; without a model, of the record alone.
+nlohmann::json measured(const std::string& name, bool with_model) {
+  const fs::path data = fs::path(LOOPWARDEN_SOURCE_DIR) / "data/measured/gap" / name;
+  const TemporaryFolder folder;
+  const std::string model = with_model ? " --model " + (data / "model.yaml").string() : "";
+  const ShellOutcome outcome = loopwarden("gap " + (data / "record.csv").string() + model +
+                                          " --out " + (folder / "found").string());
+  INFO(outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  return nlohmann::json::parse(read_file(folder / "found/gap.json"));
+}
+
+double closed(const nlohmann::json& gap) {
+  const double before = gap["before"]["holdout_rmse"];
+  const double after = gap["after"]["holdout_rmse"];
+  const double floor = gap["noise_floor_rmse"];
+  return (before * before - after * after) / (before * before - floor * floor);
+}
+
+TEST_CASE("a measured sticking valve is named from a rough model, and no place of its travel",
+          "[gap][program][long]") {
+  const nlohmann::json answer = measured("rse_fcv701", true);
+  CHECK(answer["verdict"] == "missing_effect");
+  REQUIRE(answer["effects"].size() == 1);
+  const nlohmann::json& effect = answer["effects"][0];
+  CHECK(effect["name"] == "stiction");
+  CHECK(effect["parameters"]["s"] > 5.0);  // CO turns after 6 %
+  CHECK(effect["parameters"]["s"] < 8.0);
+  // CO never left where it sticks.
+  CHECK(effect["alternatives"] == nlohmann::json{"cam_obstruction"});
+  CHECK(closed(answer["gap"]) > 0.9);
+}
+
+TEST_CASE("a measured limit cycle is named without a model", "[gap][program][long]") {
+  const nlohmann::json answer = measured("rse_fcv701", false);
+  CHECK(answer["verdict"] == "missing_effect");
+  REQUIRE(answer["effects"].size() == 1);
+  CHECK(answer["effects"][0]["name"] == "stiction");
+  CHECK(answer["effects"][0]["parameters"]["s"] > 4.5);
+  CHECK(answer["effects"][0]["parameters"]["s"] < 7.0);
+  CHECK(closed(answer["gap"]) > 0.7);
+}
+
+TEST_CASE("a measured valve that sticks beside a load is named first", "[gap][program][long]") {
+  const nlohmann::json answer = measured("rse_fcv731", true);
+  CHECK(answer["verdict"] == "missing_effect");
+  REQUIRE_FALSE(answer["effects"].empty());
+  CHECK(answer["effects"][0]["name"] == "stiction");
+  CHECK(answer["effects"][0]["parameters"]["s"] == Approx(6.0).epsilon(0.2));
+  CHECK(closed(answer["gap"]) > 0.9);
+}
+
+TEST_CASE("a stem is held against its command, the valve alone", "[gap][program]") {
+  TemporaryFolder folder;
+  std::string record = "time,pv,co,stem\n";
+  double stem = 50.0;
+  bool moves = false;
+  for (int k = 0; k < 900; ++k) {
+    const double co = 50.0 + 12.0 * std::sin(0.021 * k) + (k / 110 % 2 == 0 ? 6.0 : -6.0);
+    record += std::to_string(k) + ",1," + std::to_string(co) + "," +
+              std::to_string(stem + 0.02 * std::sin(7.7 * k)) + "\n";
+    // A drive of 2 %/s with a band of 1.5 %.
+    const double away = co - stem;
+    moves = moves || std::abs(away) > 1.5;
+    if (moves && std::abs(away) > 2.0) {
+      stem += std::copysign(2.0, away);
+    } else if (moves) {
+      stem = co;
+      moves = false;
+    }
+  }
+  write_file(folder / "drive.csv", record);
+  const std::string out = (folder / "found").string();
+  const ShellOutcome outcome =
+      loopwarden("gap " + (folder / "drive.csv").string() + " --stem --out " + out);
+  INFO(outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  CHECK(outcome.text.find("The stem stands in the place of PV") != std::string::npos);
+  const auto answer = nlohmann::json::parse(read_file(folder / "found/gap.json"));
+  REQUIRE(answer["effects"].size() == 1);
+  const nlohmann::json& effect = answer["effects"][0];
+  CHECK(effect["name"] == "deadband_drive");
+  CHECK(effect["parameters"]["band"] == Approx(1.5).epsilon(0.1));
+  CHECK(effect["parameters"]["rate"] == Approx(2.0).epsilon(0.05));
+  CHECK(effect["alternatives"].size() >= 2);
+  write_file(folder / "no_stem.csv", "time,pv,co\n0,1,2\n1,1,2\n2,1,2\n");
+  const ShellOutcome none =
+      loopwarden("gap " + (folder / "no_stem.csv").string() + " --stem --out " + out);
+  CHECK(none.exit_code == 65);
+  CHECK(none.text.find("has no column stem") != std::string::npos);
 }
 
 }  // namespace

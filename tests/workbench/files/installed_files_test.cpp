@@ -105,6 +105,10 @@ TEST_CASE("Documents of the package link only to what is in it") {
     fs::create_directories(share / "loopwarden");
     fs::copy(source / "data" / name, share / "loopwarden" / name, fs::copy_options::recursive);
   }
+  fs::create_directories(share / "loopwarden/measured");
+  for (const char* name : {"measured/gap", "measured/README.md"}) {
+    fs::copy(source / "data" / name, share / "loopwarden" / name, fs::copy_options::recursive);
+  }
   const std::string command =
       (source / "tools/installed-documents").string() + " " + tree.path().string();
   REQUIRE(std::system(command.c_str()) == 0);

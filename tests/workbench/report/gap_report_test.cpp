@@ -110,6 +110,18 @@ void check_page(const gap::Result& result) {
   CHECK_FALSE(shows_nan(page));
 }
 
+TEST_CASE("the page shows both floors, and what the rest follows", "[report]") {
+  gap::Result result = complete_gap_result();
+  const std::string page = page_of(result);
+  CHECK(contains(page, "Noise floor, transmitter and load</dt><dd><b>0.012 and 0.005</b>"));
+  CHECK(contains(page, "what is left does not follow SP or CO"));
+  // 0.33^2 - 0.021^2 of 0.33^2 - 0.012^2, and of 0.33^2 - 0.013^2
+  CHECK(contains(page, "99.7 % against the transmitter's floor alone"));
+  CHECK(contains(page, "it follows SP and CO"));
+  result.floor = {.transmitter_rmse = 0.012, .why_not_tested = "SP stands there"};
+  CHECK(contains(page_of(result), "can't be tested for a load: SP stands there"));
+}
+
 TEST_CASE("the report says everything that was found, the sentence first", "[gap][report]") {
   const gap::Result result = complete_gap_result();
   const std::string page = page_of(result);
@@ -318,7 +330,7 @@ TEST_CASE("every state of a result makes a page", "[gap][report]") {
   SECTION("nothing finite") {
     const double none = gap::kNone;
     result.before = result.after = {none, none, none, none, none};
-    result.noise_floor_rmse = result.load_intensity = none;
+    result.floor.transmitter_rmse = result.load_intensity = none;
     result.controller_before_rmse = result.controller_after_rmse = none;
     result.holdout_from_s = none;
     result.steps = {{"stiction", gap::Step::Change::added, none, none}};

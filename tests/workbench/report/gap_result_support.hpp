@@ -35,13 +35,17 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
                             .alternatives = {"backlash"},
                             .interval = {{"s", {0.88, 0.95}}, {"j", {0.25, 0.36}}},
                             .evidence = "The stem rests after each of 41 reversals."});
-  result.rest = {
-      .is_noise = false, .noise_ratio = 1.3, .kurtosis = 3.5, .answer_to_co = 8.0, .closed = 0.98};
-  result.noise_floor_rmse = 0.012;
+  result.rest = {.is_noise = false,
+                 .noise_ratio = 1.3,
+                 .kurtosis = 3.5,
+                 .answer_to_co = 8.0,
+                 .closed = 0.98,
+                 .quiet_rmse = 0.014};
+  result.floor = {.transmitter_rmse = 0.012, .load_rmse = 0.005, .load_tested = true};
   result.load_intensity = 0.004;
   result.before = {0.31, 61.0, 0.30, 0.33, 58.0};
   result.after = {0.02, 97.4, 0.019, 0.021, 97.1};
-  result.remainder = gap::Remainder{0.021, 0.03, gap::LooksLike::valve};
+  result.remainder = gap::Remainder{0.021, 0.03, gap::LooksLike::valve, {"sp", "co"}};
   result.controller_before_rmse = 0.01;
   result.controller_after_rmse = 0.009;
   result.steps = {{"drift", gap::Step::Change::added, 0.2, 0.4},

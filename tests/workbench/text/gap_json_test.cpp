@@ -29,7 +29,10 @@ TEST_CASE("gap.json holds what its contract names", "[gap][json]") {
               {"interval", {{"s", json::array({0.88, 0.95})}, {"j", json::array({0.25, 0.36})}}},
               {"evidence", "The stem rests after each of 41 reversals."}}}));
   const json& gap = j.at("gap");
-  CHECK(gap.at("noise_floor_rmse") == 0.012);
+  CHECK(gap.at("noise_floor_rmse") == Approx(0.013));
+  CHECK(gap.at("floor").at("transmitter_rmse") == 0.012);
+  CHECK(gap.at("floor").at("load_rmse") == 0.005);
+  CHECK(gap.at("floor").at("load_tested") == true);
   CHECK(gap.at("before").at("rmse") == 0.31);
   CHECK(gap.at("before").at("fit_percent") == 61.0);
   CHECK(gap.at("before").at("holdout_rmse") == 0.33);
@@ -39,7 +42,10 @@ TEST_CASE("gap.json holds what its contract names", "[gap][json]") {
   CHECK(gap.at("controller_after_rmse") == 0.009);
   CHECK(gap.at("steps").at(2) ==
         json({{"added", "-drift"}, {"rmse", 0.019}, {"holdout_rmse", 0.021}}));
-  CHECK(j.at("remainder") == json({{"rmse", 0.021}, {"share", 0.03}, {"looks_like", "the valve"}}));
+  CHECK(j.at("remainder") == json({{"rmse", 0.021},
+                                   {"share", 0.03},
+                                   {"looks_like", "the valve"},
+                                   {"depends_on", {"sp", "co"}}}));
   CHECK(j.at("located").at(2) == json({{"by", "time"},
                                        {"block", "valve"},
                                        {"what", "20 to 30 s"},
@@ -55,7 +61,8 @@ TEST_CASE("gap.json holds what its contract names", "[gap][json]") {
                                 {"noise_ratio", 1.3},
                                 {"kurtosis", 3.5},
                                 {"answer_to_co", 8.0},
-                                {"closed", 0.98}}));
+                                {"closed", 0.98},
+                                {"quiet_rmse", 0.014}}));
 }
 
 TEST_CASE("shares add up as the result has them", "[gap][json]") {
