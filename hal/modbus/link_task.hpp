@@ -111,6 +111,7 @@ struct LinkTask {
 
   // Bus thread only.
   std::int64_t due_ns = 0;
+  bool merges = true;  // may be read with others by one request; until a device refuses that
 };
 
 }  // namespace loopwarden::hal::modbus

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/clock.hpp"
+#include "hal/modbus/read_batch.hpp"
 
 namespace loopwarden::hal::modbus {
 namespace {
@@ -71,6 +72,7 @@ void ModbusLink::attach(LinkTask& task) {
     const std::lock_guard lock(mutex_);
     if (!is_tcp()) choose_lengths(task);
     task.due_ns = BusWaiter::now_ns();
+    task.merges = true;
     if (task.command) task.command->armed_epoch = 0;  // of another link's numbering
     tasks_.push_back(&task);
   }
@@ -80,7 +82,9 @@ void ModbusLink::attach(LinkTask& task) {
 void ModbusLink::detach(LinkTask& task) noexcept {
   std::unique_lock lock(mutex_);
   std::erase(tasks_, &task);
-  served_.wait(lock, [&] { return in_service_ != &task; });
+  served_.wait(lock, [&] {
+    return std::find(in_service_.begin(), in_service_.end(), &task) == in_service_.end();
+  });
 }
 
 void ModbusLink::serve_soon(LinkTask& task) noexcept {
@@ -115,26 +119,34 @@ bool ModbusLink::length_taken(std::uint8_t unit, ReadFunction function, std::uin
   return taken;
 }
 
-LinkTask* ModbusLink::take_due_task(std::int64_t now_ns, std::int64_t& next_ns) {
+bool ModbusLink::take_due_tasks(std::int64_t now_ns, std::int64_t& next_ns) {
   const std::lock_guard lock(mutex_);
   next_ns = now_ns + kIdleNs;
   LinkTask* first = nullptr;
   for (LinkTask* task : tasks_) {
     if (task->urgent.exchange(false, std::memory_order_acquire)) {
       forget_back_off();
-      in_service_ = task;
-      return task;
+      in_service_.assign(1, task);
+      return true;
     }
     next_ns = std::min(next_ns, task->due_ns);
     if (task->due_ns > now_ns) continue;
     const auto rank = [](const LinkTask& due) { return std::pair(due.yields, due.due_ns); };
     if (first == nullptr || rank(*task) < rank(*first)) first = task;
   }
-  if (first == nullptr) return nullptr;
+  if (first == nullptr) return false;
+  // On a serial line, where the length of a reply tells what it answers, each read stays as it is.
+  if (is_tcp()) {
+    together_ = gather(*first, tasks_, now_ns, in_service_);
+  } else {
+    in_service_.assign(1, first);
+  }
   // Periods that have passed meanwhile are left out; the phase stays.
-  first->due_ns += ((now_ns - first->due_ns) / first->period_ns + 1) * first->period_ns;
-  in_service_ = first;
-  return first;
+  for (LinkTask* task : in_service_) {
+    task->due_ns +=
+        (std::max<std::int64_t>(now_ns - task->due_ns, 0) / task->period_ns + 1) * task->period_ns;
+  }
+  return true;
 }
 
 void ModbusLink::forget_back_off() {
@@ -145,21 +157,24 @@ void ModbusLink::forget_back_off() {
 void ModbusLink::give_back() {
   {
     const std::lock_guard lock(mutex_);
-    in_service_ = nullptr;
+    in_service_.clear();
   }
   served_.notify_all();
 }
 
 void ModbusLink::run() {
   while (!waiter_.stopping()) {
-    std::int64_t next_ns = 0;
-    LinkTask* task = take_due_task(BusWaiter::now_ns(), next_ns);
-    if (task == nullptr) {
-      (void)waiter_.wait_until(next_ns);
-      continue;
-    }
     try {
-      serve(*task);
+      std::int64_t next_ns = 0;
+      if (!take_due_tasks(BusWaiter::now_ns(), next_ns)) {
+        (void)waiter_.wait_until(next_ns);
+        continue;
+      }
+      if (in_service_.size() > 1) {
+        serve_together();
+      } else {
+        serve(*in_service_.front());
+      }
     } catch (const std::exception&) {
       // Memory that can't be had. The samples grow old by themselves; the line begins afresh.
       transport_.disconnect();
@@ -174,8 +189,36 @@ void ModbusLink::run() {
 void ModbusLink::serve(LinkTask& task) {
   if (task.command) serve_command(task, *task.command);
   for (const auto& point : task.reads) serve_read(task, *point);
+  note_connected(task);
+}
+
+void ModbusLink::note_connected(LinkTask& task) {
   task.counters.connected.store(transport_.connected() && all_units_answer(task),
                                 std::memory_order_relaxed);
+}
+
+// One request for all tasks in service. A device that has no register in one of the gaps refuses it all: then each is
+// asked for by itself, now and from now on.
+void ModbusLink::serve_together() {
+  const std::int64_t asked_ns = BusWaiter::now_ns();
+  Reply reply;
+  const Asked asked = read(*in_service_.front(), together_, reply);
+  const bool not_there = asked == Asked::exception &&
+                         (reply.exception == kIllegalAddress || reply.exception == kIllegalValue);
+  for (LinkTask* task : in_service_) {
+    ReadPoint& point = *task->reads.front();
+    if (not_there) {
+      task->merges = false;
+      serve_read(*task, point);
+    } else if (asked != Asked::valid) {
+      publish_bad(*task, point, reason_of(asked));
+    } else {
+      const std::size_t from = point.value_read.address - together_.address;
+      const auto own = reply.view().subspan(from, point.value_read.needed);
+      publish_good(*task, point, decode(point.settings.reg, own), asked_ns);
+    }
+    note_connected(*task);
+  }
 }
 
 bool ModbusLink::all_units_answer(const LinkTask& task) {
@@ -185,41 +228,47 @@ bool ModbusLink::all_units_answer(const LinkTask& task) {
          });
 }
 
-void ModbusLink::serve_read(LinkTask& task, ReadPoint& point) {
-  const auto publish_bad = [&](Reason reason) {
-    if (reason == Reason::device_error && point.sample.reason != reason) {
-      report(LinkEvent::Kind::device_error, task.name + ": " + transport_.error());
-    }
-    point.sample.quality = Quality::bad;
-    point.sample.reason = reason;
-    point.newest.publish(point.sample);
-  };
-  const auto reason_of = [](Asked asked) {
-    return asked == Asked::exception ? Reason::device_error : Reason::link_lost;
-  };
+Reason ModbusLink::reason_of(Asked asked) noexcept {
+  return asked == Asked::exception ? Reason::device_error : Reason::link_lost;
+}
 
-  const std::int64_t asked_ns = BusWaiter::now_ns();  // the value is no older than this
-  Reply reply;
-  if (const Asked asked = read(task, point.value_read, reply); asked != Asked::valid) {
-    return publish_bad(reason_of(asked));
+void ModbusLink::publish_bad(const LinkTask& task, ReadPoint& point, Reason reason) {
+  if (reason == Reason::device_error && point.sample.reason != reason) {
+    report(LinkEvent::Kind::device_error, task.name + ": " + transport_.error());
   }
-  const double value = decode(point.settings.reg, reply.view());
-  if (point.status_read) {
-    if (const Asked asked = read(task, *point.status_read, reply); asked != Asked::valid) {
-      return publish_bad(reason_of(asked));
-    }
-    const StatusRegister& status = *point.settings.status;
-    if ((reply.registers[0] & status.mask) != status.value) {
-      return publish_bad(Reason::sensor_failure);
-    }
-  }
-  if (!std::isfinite(value)) return publish_bad(Reason::not_finite);
+  point.sample.quality = Quality::bad;
+  point.sample.reason = reason;
+  point.newest.publish(point.sample);
+}
+
+void ModbusLink::publish_good(const LinkTask& task, ReadPoint& point, double value,
+                              std::int64_t asked_ns) {
+  if (!std::isfinite(value)) return publish_bad(task, point, Reason::not_finite);
   point.sample = {.value = value,
                   .time_ns = asked_ns,
                   .sequence = point.sample.sequence + 1,
                   .quality = Quality::good,
                   .reason = Reason::none};
   point.newest.publish(point.sample);
+}
+
+void ModbusLink::serve_read(LinkTask& task, ReadPoint& point) {
+  const std::int64_t asked_ns = BusWaiter::now_ns();  // the value is no older than this
+  Reply reply;
+  if (const Asked asked = read(task, point.value_read, reply); asked != Asked::valid) {
+    return publish_bad(task, point, reason_of(asked));
+  }
+  const double value = decode(point.settings.reg, reply.view());
+  if (point.status_read) {
+    if (const Asked asked = read(task, *point.status_read, reply); asked != Asked::valid) {
+      return publish_bad(task, point, reason_of(asked));
+    }
+    const StatusRegister& status = *point.settings.status;
+    if ((reply.registers[0] & status.mask) != status.value) {
+      return publish_bad(task, point, Reason::sensor_failure);
+    }
+  }
+  publish_good(task, point, value, asked_ns);
 }
 
 void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {

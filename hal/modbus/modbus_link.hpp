@@ -87,15 +87,20 @@ class ModbusLink {
   };
   enum class Asked : std::uint8_t { valid, exception, failed };
   enum class Purpose : std::uint8_t { value, barrier };
+  static Reason reason_of(Asked asked) noexcept;
 
   bool is_tcp() const noexcept { return settings_.transport == Transport::tcp; }
   void run();
-  LinkTask* take_due_task(std::int64_t now_ns, std::int64_t& next_ns);
+  bool take_due_tasks(std::int64_t now_ns, std::int64_t& next_ns);
   void forget_back_off();
   void give_back();
 
   void serve(LinkTask& task);
+  void serve_together();
   void serve_read(LinkTask& task, ReadPoint& point);
+  void publish_good(const LinkTask& task, ReadPoint& point, double value, std::int64_t asked_ns);
+  void publish_bad(const LinkTask& task, ReadPoint& point, Reason reason);
+  void note_connected(LinkTask& task);
   void serve_command(LinkTask& task, CommandPoint& point);
   bool ensure_watchdog(LinkTask& task, CommandPoint& point);
   bool set_watchdog(LinkTask& task, CommandPoint& point);
@@ -128,9 +133,11 @@ class ModbusLink {
   std::mutex mutex_;  // tasks_ and in_service_; never held while waiting for the bus
   std::condition_variable served_;
   std::vector<LinkTask*> tasks_;
-  LinkTask* in_service_ = nullptr;
+  std::vector<LinkTask*>
+      in_service_;  // several where one request reads for them; changed by the bus thread
 
   // Bus thread only.
+  ReadShape together_;  // what to ask for the tasks in service
   ModbusTransport transport_;
   std::map<std::uint8_t, Unit> units_;
   std::optional<std::uint8_t> last_asked_;

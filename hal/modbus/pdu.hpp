@@ -13,7 +13,7 @@
 
 namespace loopwarden::hal::modbus {
 
-inline constexpr std::size_t kMaxReadRegisters = 64;
+inline constexpr std::size_t kMaxReadRegisters = 125;
 inline constexpr std::size_t kMaxRequestBytes = 16;
 
 // Of a request that only reads there are no others.

@@ -85,6 +85,62 @@ TEST_CASE("a PLC that controls by itself is read by functions 1 to 4 and no othe
   by_input.close();
 }
 
+// Requests that the device got for each period of the source.
+double requests_a_period(TcpRig& rig, mb::ModbusSource& source) {
+  hal::SourceInputs inputs;
+  const auto requests = [&] {
+    return std::stod(ForeignProcess::field(rig.device.command("state"), "requests"));
+  };
+  REQUIRE(eventually([&] { return all_good(source, inputs); }));
+  const auto period = inputs.process_variable.sample.sequence;
+  const double before = requests();
+  REQUIRE(eventually([&] {
+    source.read(inputs);
+    return inputs.process_variable.sample.sequence > period + 40;
+  }));
+  const double after = requests();
+  source.read(inputs);
+  return (after - before) / static_cast<double>(inputs.process_variable.sample.sequence - period);
+}
+
+mb::ModbusSourceSettings all_input_registers(const mb::LinkSettings& link) {
+  mb::ModbusSourceSettings source = source_on(link, mb::Table::input_register);
+  source.output = at(link, 2, RegisterType::f32);
+  return source;
+}
+
+TEST_CASE("one request reads what lies close together", "[modbus][source]") {
+  TcpRig rig({}, "plc_device.py");
+  mb::ModbusBus bus;
+  mb::ModbusSource source(all_input_registers(rig.link()), "FIC-1", bus);
+  source.open();
+  CHECK(requests_a_period(rig, source) < 1.5);
+  hal::SourceInputs inputs;
+  REQUIRE(eventually([&] { return all_good(source, inputs); }));
+  CHECK(inputs.process_variable.sample.value == Approx(20.0).margin(0.5));
+  CHECK(inputs.output.sample.value == Approx(50.0).margin(2.0));
+  CHECK(inputs.set_point.sample.value == 20.0);
+  CHECK(inputs.stem.sample.value == inputs.output.sample.value);
+  CHECK(inputs.mode.sample.value == 1.0);
+  source.close();
+}
+
+TEST_CASE("a device that refuses registers in between is asked value by value",
+          "[modbus][source]") {
+  TcpRig rig({"--absent", "9"}, "plc_device.py");
+  mb::ModbusBus bus;
+  mb::ModbusSourceSettings settings = all_input_registers(rig.link());
+  settings.mode->point.reg.address = 12;  // 0 there: manual
+  mb::ModbusSource source(settings, "FIC-1", bus);
+  source.open();
+  CHECK(requests_a_period(rig, source) > 4.0);
+  hal::SourceInputs inputs;
+  REQUIRE(eventually([&] { return all_good(source, inputs); }));
+  CHECK(inputs.set_point.sample.value == 20.0);
+  CHECK(inputs.mode.sample.value == 0.0);
+  source.close();
+}
+
 TEST_CASE("on a serial line a loop is watched while the commands of another go on",
           "[modbus][source]") {
   SerialRig rig({"--units", "1,2"}, "plc_device.py");

@@ -5,7 +5,7 @@
 It keeps the function code of every request that reaches it.
 
 Prints "READY port=N" or "READY serial=PATH". Commands on standard input, each answered by a line:
-  state              STATE pv=.. co=.. sp=.. stem=.. mode=.. functions=3,4 (sorted, none: -)
+  state              STATE pv=.. co=.. sp=.. stem=.. mode=.. functions=3,4 (sorted, none: -) requests=..
   sp VALUE           set point
   mode NUMBER        1 automatic, 3 cascade (automatic as well), 0 manual, 2 being tuned (CO stays)
   stick VALUE        the stem stays until CO is so far away, CO units
@@ -14,7 +14,7 @@ Prints "READY port=N" or "READY serial=PATH". Commands on standard input, each a
 
 Registers, 0-based, the same for every unit, f32 ABCD:
   input 0 PV, 2 CO, 4 SP, 6 stem; 8 mode u16; holding the same; coil 0 and discrete input 0: closed (mode 1 or 3)
-  120 of each exist.
+  120 of each exist, less what --absent names: who asks for one of these is refused.
 """
 
 import argparse
@@ -44,6 +44,7 @@ class Plc:
         self.on_the_way = collections.deque([self.stem] * max(1, round(args.dead_time / PERIOD)))
         self.random = random.Random(1)
         self.functions = set()
+        self.requests = 0
 
     def step(self):
         measured = self.measured = self.pv + self.random.gauss(0.0, self.args.noise)
@@ -78,7 +79,7 @@ class Plc:
     def text(self):
         functions = ",".join(map(str, sorted(self.functions))) or "-"
         return (f"STATE pv={self.pv:.6g} co={self.co:.6g} sp={self.sp:.6g} stem={self.stem:.6g} mode={self.mode} "
-                f"functions={functions}")
+                f"functions={functions} requests={self.requests}")
 
 
 class Values(BaseModbusDataBlock):
@@ -87,7 +88,8 @@ class Values(BaseModbusDataBlock):
         self.bits = bits
 
     def validate(self, address, count=1):
-        return count > 0 and 0 <= address and address + count <= 120
+        asked = range(address, address + count)
+        return count > 0 and 0 <= address and address + count <= 120 and not any(k in asked for k in self.plc.args.absent)
 
     def getValues(self, address, count=1):
         image = [self.plc.mode in (1, 3)] + [False] * 119 if self.bits else self.plc.image()
@@ -102,6 +104,7 @@ def keep_function_codes(plc):
 
     def kept(self, request, *addr):
         plc.functions.add(request.function_code)
+        plc.requests += 1
         return execute(self, request, *addr)
 
     async_io.ModbusBaseRequestHandler.execute = kept
@@ -121,6 +124,7 @@ async def main():
     parser.add_argument("--kp", type=float, default=1.5, help="%% per m3/h")
     parser.add_argument("--ki", type=float, default=1.0, help="%% per m3/h and s")
     parser.add_argument("--noise", type=float, default=0.02, help="m3/h, one sigma")
+    parser.add_argument("--absent", type=int, nargs="*", default=[], help="addresses that do not exist")
     parser.add_argument("--speed", type=float, default=1.0, help="plant seconds per second")
     args = parser.parse_args()
 

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/modbus/read_batch.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <deque>
+#include <vector>
+
+#include "tests/hal/modbus/modbus_rig.hpp"
+
+namespace read_batch_test {
+
+using namespace loopwarden;
+using namespace loopwarden::test;
+using mb::RegisterType;
+
+namespace {
+
+constexpr std::int64_t kNow = 1'000'000'000;
+
+struct Tasks {
+  mb::LinkTask& add(std::uint16_t address, RegisterType type = RegisterType::u16) {
+    mb::LinkTask& task = all.emplace_back();
+    task.yields = true;
+    task.due_ns = kNow;
+    task.reads.push_back(std::make_unique<mb::ReadPoint>(input(address, type)));
+    listed.push_back(&task);
+    return task;
+  }
+  mb::ReadShape gathered(mb::LinkTask& first) { return gather(first, listed, kNow, batch); }
+  bool has(const mb::LinkTask& task) const {
+    return std::find(batch.begin(), batch.end(), &task) != batch.end();
+  }
+
+  std::deque<mb::LinkTask> all;
+  std::vector<mb::LinkTask*> listed;
+  std::vector<mb::LinkTask*> batch;
+};
+
+}  // namespace
+
+TEST_CASE("a request spans what lies close together, below and above", "[modbus]") {
+  Tasks tasks;
+  tasks.add(100, RegisterType::f32);
+  mb::LinkTask& first = tasks.add(110, RegisterType::f32);
+  tasks.add(120);             // behind a gap of eight
+  tasks.add(100);             // shares a register
+  auto& far = tasks.add(130);  // behind one of nine
+  const mb::ReadShape shape = tasks.gathered(first);
+  CHECK(shape.address == 100);
+  CHECK(shape.count == 21);
+  CHECK(shape.needed == 21);
+  CHECK(tasks.batch.size() == 4);
+  CHECK_FALSE(tasks.has(far));
+}
+
+TEST_CASE("a request has 125 registers at most", "[modbus]") {
+  Tasks tasks;
+  mb::LinkTask& first = tasks.add(0);
+  for (std::uint16_t address = 4; address < 300; address += 4) tasks.add(address);
+  const mb::ReadShape shape = tasks.gathered(first);
+  CHECK(shape.address == 0);
+  CHECK(shape.count == 125);
+  CHECK(tasks.batch.size() == 32);
+}
+
+TEST_CASE("what a request must not serve stays out of it", "[modbus]") {
+  Tasks tasks;
+  mb::LinkTask& first = tasks.add(0);
+  mb::LinkTask& soon = tasks.add(1);
+  soon.due_ns = kNow + soon.period_ns / 20;
+  tasks.add(2).due_ns = kNow + soon.period_ns / 5;
+  tasks.add(3).merges = false;
+  tasks.add(4).yields = false;  // of a loop that is controlled here
+  mb::LinkTask& trusted = tasks.add(5);
+  mb::PointSettings with_status = input(5, RegisterType::u16);
+  with_status.status = mb::StatusRegister{};
+  trusted.reads[0] = std::make_unique<mb::ReadPoint>(with_status);
+  mb::LinkTask& elsewhere = tasks.add(6);
+  elsewhere.reads[0] =
+      std::make_unique<mb::ReadPoint>(input(6, RegisterType::u16, mb::ByteOrder::abcd, 1.0, 2));
+  mb::LinkTask& other_table = tasks.add(7);
+  mb::PointSettings holding = input(7, RegisterType::u16);
+  holding.reg.table = mb::Table::holding_register;
+  other_table.reads[0] = std::make_unique<mb::ReadPoint>(holding);
+  const mb::ReadShape shape = tasks.gathered(first);
+  CHECK(shape.count == 2);
+  CHECK(tasks.batch.size() == 2);
+  CHECK(tasks.has(soon));
+
+  first.merges = false;
+  (void)tasks.gathered(first);
+  CHECK(tasks.batch.size() == 1);
+  CHECK(tasks.has(first));
+}
+
+}  // namespace read_batch_test
