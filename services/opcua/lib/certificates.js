@@ -10,11 +10,10 @@ import { OPCUACertificateManager } from "node-opcua-certificate-manager";
 const OWN_DAYS = 3650;
 
 export class Untrusted extends Error {}
-// No other attempt finds it otherwise until somebody acts.
 export class Expired extends Error {}
 
 // The first certificate of a chain in DER: an endpoint gives its issuers behind it.
-function leafOf(der) {
+export function leafOf(der) {
   const length = der[0] === 0x30 && der[1] === 0x82 ? 4 + der.readUInt16BE(2) : der.length;
   return new X509Certificate(der.subarray(0, length));
 }
@@ -34,8 +33,10 @@ export class Certificates {
     const folder = path.join(directory, "pki");
     certificates.#trusted = path.join(directory, "trusted");
     fs.mkdirSync(certificates.#trusted, { recursive: true, mode: 0o750 });
+    fs.mkdirSync(folder, { recursive: true, mode: 0o700 }); // has the key, which the library writes readable for all
     certificates.manager = new OPCUACertificateManager({ rootFolder: folder, automaticallyAcceptUnknownCertificate: false });
     await certificates.manager.initialize();
+    fs.chmodSync(certificates.privateKeyFile, 0o600);
     certificates.file = path.join(folder, "own/certs/certificate.pem");
     if (!fs.existsSync(certificates.file)) {
       await certificates.manager.createSelfSignedCertificate({
@@ -93,4 +94,3 @@ export class Certificates {
     });
   }
 }
-export { leafOf };

@@ -14,7 +14,7 @@ const positive = (low, high, fallback, meaning) => ({ kind: "number", low, high,
 export const KEYS = {
   url: { kind: "url", meaning: "of the server: opc.tcp://HOST[:PORT], opened as it stands here, whatever host the server calls itself" },
   user: { kind: "text", fallback: "", meaning: "account at the server, with reading rights alone; empty: anonymous" },
-  password: { kind: "secret", fallback: null, meaning: "of user: `credential`, a name of LoadCredential=, or `file`, whose first line it is" },
+  password: { kind: "secret", fallback: "", meaning: "of user: `credential`, a name of LoadCredential=, or `file`, whose first line it is" },
   runtime_directory: { kind: "path", fallback: "/run/loopwardend", meaning: "of loopwardend, where feed.sock is" },
   state_directory: { kind: "path", fallback: "/var/lib/loopwarden-opcua", meaning: "own key and certificate, trusted certificates" },
   publishing_interval: positive(0.05, 60, 1, "between two messages of the server, which are its sign of life: a third of max_age of the loops, or shorter"),
@@ -111,6 +111,7 @@ class Reader {
       this.error(at, "nodes", "must be a mapping of names to node ids");
       return nodes;
     }
+    if (map.items.length === 0) this.error(at, "nodes", "must have at least one");
     for (const { key, value } of map.items) {
       const name = String(key.value ?? key);
       const text = this.textOf(value, `nodes.${name}`, key.range[0]);
@@ -146,10 +147,9 @@ export function readConfigText(file, text, needed = ["url", "nodes"]) {
       else if (needed.includes(key)) reader.error(0, key, "is missing");
       else config[key] = spec.fallback;
     }
-    if (config.password && !config.user) reader.error(found.password.at, "password", "needs user");
-    if (config.user && !config.password) reader.error(found.user.at, "user", "needs password");
+    if (found.password && !found.user) reader.error(found.password.at, "password", "needs user");
+    if (found.user && !found.password) reader.error(found.user.at, "user", "needs password");
     if (config.reconnect_min > config.reconnect_max) reader.error((found.reconnect_max ?? found.reconnect_min).at, "reconnect_max", "must be at least reconnect_min");
-    if (found.nodes && config.nodes.size === 0) reader.error(found.nodes.at, "nodes", "must have at least one");
   }
   reader.errors.sort((a, b) => a.line - b.line || a.col - b.col);
   return reader.errors.length > 0 ? { errors: reader.errors.map(({ text }) => text) } : { config };

@@ -109,7 +109,7 @@ export class Watch {
       publishingEnabled: true,
       priority: 0,
     });
-    const one = { subscription, settled: false, values: [], sending: false };
+    const one = { subscription, alive, settled: false, values: [], sending: false };
     subscription.gone = [];
     subscription.on("keepalive", () => alive([]));
     subscription.on("status_changed", (status) => server.fail(`the server has ended a subscription: ${status.name}`));
@@ -133,7 +133,7 @@ export class Watch {
       // All of one message go in one line.
       if (!one.sending) setImmediate(() => {
         one.sending = false;
-        alive(one.values.splice(0));
+        one.alive(one.values.splice(0));
       });
       one.sending = true;
       if (batch[i].name) one.values.push(this.#take(batch[i].name, toFed(dataValue)));
@@ -158,7 +158,7 @@ export class Watch {
       const { statusCode } = item;
       if (statusCode?.name === "BadTooManyMonitoredItems") full.push(batch[i]);
       else if (!statusCode?.isGood()) refused.set(batch[i].name, statusCode?.name ?? "not answered");
-      else if (item.result.revisedSamplingInterval !== sampling * 1000) revised.add(item.result.revisedSamplingInterval / 1000);
+      else if (batch[i].name && item.result.revisedSamplingInterval !== sampling * 1000) revised.add(item.result.revisedSamplingInterval / 1000);
     });
     if (revised.size > 0) this.#log.info(`the server samples each ${[...revised].sort((a, b) => a - b).join(", ")} s, asked for ${sampling} s`);
     return full;

@@ -12,15 +12,8 @@ export const ROOT = path.resolve(HERE, "../../..");
 const BIN = process.env.LOOPWARDEN_BIN_DIR ?? path.join(ROOT, "build/release/bin");
 export const FEEDER = path.join(ROOT, "services/opcua/loopwarden-opcua");
 
-export const sleep = (ms) => new Promise((done) => { setTimeout(done, ms); });
-export async function eventually(what, holds, seconds = 15) {
-  for (const end = Date.now() + seconds * 1000; Date.now() < end; await sleep(50)) {
-    if (await holds()) return;
-  }
-  throw new Error(`not within ${seconds} s: ${what}`);
-}
-
-export const freePort = () => new Promise((done) => {
+const sleep = (ms) => new Promise((done) => { setTimeout(done, ms); });
+const freePort = () => new Promise((done) => {
   const tried = net.createServer().listen(0, "127.0.0.1", () => {
     const { port } = tried.address();
     tried.close(() => done(port));
@@ -73,7 +66,14 @@ nodes:
 ${nodes.join("")}`);
     this.#listen();
     this.#spawn(path.join(BIN, "loopwardend"), ["--config", path.join(this.folder, "config")]);
-    await eventually("the daemon answers", () => fs.existsSync(path.join(this.folder, "feed.sock")));
+    await this.eventually("the daemon answers", () => fs.existsSync(path.join(this.folder, "feed.sock")));
+  }
+
+  async eventually(what, holds, seconds = 15) {
+    for (const end = Date.now() + seconds * 1000; Date.now() < end; await sleep(50)) {
+      if (await holds()) return;
+    }
+    throw new Error(`not within ${seconds} s: ${what}; the feeder says:\n${this.log}`);
   }
 
   // What the feeder writes goes on to the daemon, and is kept.
@@ -98,13 +98,12 @@ ${nodes.join("")}`);
   async startServer(...options) {
     const server = this.#spawn(process.execPath, [path.join(HERE, "server.js"), String(this.port), path.join(this.folder, "server"), "--user", "watcher:correct horse battery", ...options]);
     let waiting;
+    let failed;
     let said = "";
     server.stderr.on("data", (text) => { said += text; });
     readline.createInterface({ input: server.stdout }).on("line", (line) => waiting?.(line));
-    const next = () => new Promise((done, fail) => {
-      waiting = done;
-      server.once("close", () => fail(new Error(`the server has ended: ${said}`)));
-    });
+    server.once("close", () => failed?.(new Error(`the server has ended: ${said}`)));
+    const next = () => new Promise((done, fail) => { [waiting, failed] = [done, fail]; });
     let line = await next();
     while (line !== "ready") line = await next();
     this.server = {
