@@ -81,7 +81,8 @@ export async function browse(server, root, out) {
     const description = next();
     const units = unit ? next() : undefined;
     const limits = range ? next() : undefined;
-    out.write(asRow([name, fromNodeId(nodeId, server.namespaces), typeName(type, server.namespaces), units?.displayName?.text, limits?.low, limits?.high, description?.text]));
+    const id = fromNodeId(nodeId, server.namespaces);
+    out.write(asRow([name, id, typeName(type, server.namespaces), units?.displayName?.text, limits?.low, limits?.high, description?.text]));
   }
   return variables.length;
 }

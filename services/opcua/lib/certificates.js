@@ -70,7 +70,10 @@ export class Certificates {
     if (outOfTime(certificate)) throw new Expired(`the server's certificate ${file} is valid from ${certificate.validFrom} to ${certificate.validTo}, not now`);
   }
   checkOwn() {
-    if (outOfTime(this.own)) throw new Expired(`the own certificate ${this.file} is valid from ${this.own.validFrom} to ${this.own.validTo}, not now: remove it, and the next start makes another one`);
+    const { own } = this;
+    if (outOfTime(own)) {
+      throw new Expired(`the own certificate ${this.file} is valid from ${own.validFrom} to ${own.validTo}, not now: remove it, and the next start makes another one`);
+    }
   }
 
   // Its file. Throws Untrusted where the fingerprint is another one.

@@ -15,7 +15,9 @@ export async function run(config, log, ended) {
   const certificates = await Certificates.open(config.state_directory);
   const { own } = certificates;
   log.info(`own certificate ${certificates.file}: ${describe(own).replace("\n", ", ")}`);
-  if (Date.parse(own.validTo) - Date.now() < WARN_OWN_DAYS * 86_400_000) log.warn(`the own certificate ends on ${own.validTo}: remove it, and the next start makes another one`);
+  if (Date.parse(own.validTo) - Date.now() < WARN_OWN_DAYS * 86_400_000) {
+    log.warn(`the own certificate ends on ${own.validTo}: remove it, and the next start makes another one`);
+  }
   const feed = new Feed(path.join(config.runtime_directory, "feed.sock"), log);
   const watch = new Watch(config, feed, log);
   let over = false;
@@ -41,7 +43,8 @@ export async function run(config, log, ended) {
     }
     if (over) break;
     let timer;
-    await Promise.race([end, new Promise((done) => { timer = setTimeout(done, 1000 * pause(Math.max(attempts, 1), { first: config.reconnect_min, longest: config.reconnect_max })); })]);
+    const wait = pause(Math.max(attempts, 1), { first: config.reconnect_min, longest: config.reconnect_max });
+    await Promise.race([end, new Promise((done) => { timer = setTimeout(done, 1000 * wait); })]);
     clearTimeout(timer);
   }
   feed.end();

@@ -17,16 +17,27 @@ const LIMITS = { // OperationLimits of OPC UA's own namespace
   monitoredItemsPerCall: "i=11714",
 };
 
-const COMMON = { connectionStrategy: { maxRetry: 0 }, endpointMustExist: false, transportTimeout: TIMEOUT_MS, defaultTransactionTimeout: TIMEOUT_MS };
+const optionsWith = (certificates) => ({
+  applicationName: "loopwarden-opcua",
+  clientName: "loopwarden-opcua",
+  applicationUri: certificates.applicationUri,
+  clientCertificateManager: certificates.manager,
+  certificateFile: certificates.file,
+  privateKeyFile: certificates.privateKeyFile,
+  connectionStrategy: { maxRetry: 0 },
+  endpointMustExist: false,
+  transportTimeout: TIMEOUT_MS,
+  defaultTransactionTimeout: TIMEOUT_MS,
+});
 
 // Whatever the library says behind the first line is for its authors.
-export const plainly = (error) => error.message.split("\n")[0].trim();
+export const plainly = (error) => error.message.split("\n")[0].replace(/[ .]+$/, "");
 
 const soon = (promise) => Promise.race([promise.catch(() => {}), new Promise((done) => { setTimeout(done, GOODBYE_MS).unref(); })]);
 
 // The certificate, in DER, of the endpoint that is used. Throws Error.
 export async function askCertificate(config, certificates) {
-  const client = OPCUAClient.create({ ...COMMON, clientCertificateManager: certificates.manager, certificateFile: certificates.file, privateKeyFile: certificates.privateKeyFile, applicationUri: certificates.applicationUri });
+  const client = OPCUAClient.create(optionsWith(certificates));
   try {
     await client.connect(config.url);
     const endpoints = await client.getEndpoints();
@@ -53,13 +64,7 @@ export class Server {
     server.lost = new Promise((_, fail) => { server.fail = (why) => fail(new Error(why)); });
     server.lost.catch(() => {}); // whoever waits for it sees it
     server.client = OPCUAClient.create({
-      ...COMMON,
-      applicationName: "loopwarden-opcua",
-      clientName: "loopwarden-opcua",
-      applicationUri: certificates.applicationUri,
-      clientCertificateManager: certificates.manager,
-      certificateFile: certificates.file,
-      privateKeyFile: certificates.privateKeyFile,
+      ...optionsWith(certificates),
       securityMode: MessageSecurityMode.SignAndEncrypt,
       securityPolicy: SecurityPolicy.Basic256Sha256,
       serverCertificate: leafOf(der).raw,
@@ -70,7 +75,9 @@ export class Server {
     server.client.on("close", () => server.fail("the connection is closed"));
     try {
       await server.client.connect(config.url);
-      const who = config.user ? { type: UserTokenType.UserName, userName: config.user, password: readSecret(config.password) } : { type: UserTokenType.Anonymous };
+      const who = config.user
+        ? { type: UserTokenType.UserName, userName: config.user, password: readSecret(config.password) }
+        : { type: UserTokenType.Anonymous };
       server.session = await server.client.createSession(who);
       server.session.on("session_closed", () => server.fail("the server has closed the session"));
       server.namespaces = await readNamespaceArray(server.session);

@@ -5,13 +5,13 @@ import { toNodeId } from "./node_ids.js";
 import { splitUp } from "./server.js";
 import { toFed } from "./value.js";
 
-const LIFETIME_COUNT = 60; // publishing intervals without this program, after which the server forgets it
+const LIFETIME_S = 60; // without this program, after which the server forgets the subscription
 const SERVER_TIME = "i=2258"; // Server_ServerStatus_CurrentTime: changes all the time, which shows that the server lives
 const MOST_NAMED = 20; // in one line of the log
 const GONE = new Set(["BadNodeIdUnknown", "BadNodeIdInvalid"]);
 
 // A server is silent when it owes three signs of life, and a moment for the network.
-export const silentAfterMs = (subscription) => 3 * subscription.publishingInterval * subscription.maxKeepAliveCount + 5000;
+const silentAfterMs = (subscription) => 3 * subscription.publishingInterval * subscription.maxKeepAliveCount + 5000;
 
 const initialized = (group) => new Promise((done, fail) => {
   group.once("initialized", done);
@@ -94,7 +94,7 @@ export class Watch {
       rest = full;
     }
     // Its messages without news are the sign of life then, as seldom as it sends them.
-    if (refused.delete("")) this.#log.warn(`the server does not tell its time: without news it is known to live each ${subscriptions[0]?.publishingInterval * subscriptions[0]?.maxKeepAliveCount / 1000} s`);
+    if (refused.delete("")) this.#log.warn("the server does not tell its time: without news its signs of life are seldom, and max_age of the loops must be long");
     this.#sayRefused(refused);
     return [...refused.keys()];
   }
@@ -103,7 +103,7 @@ export class Watch {
     const { publishing_interval: interval } = this.#config;
     const subscription = await server.session.createSubscription2({
       requestedPublishingInterval: interval * 1000,
-      requestedLifetimeCount: LIFETIME_COUNT,
+      requestedLifetimeCount: Math.ceil(LIFETIME_S / interval),
       requestedMaxKeepAliveCount: 1,
       maxNotificationsPerPublish: 0,
       publishingEnabled: true,

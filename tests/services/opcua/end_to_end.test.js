@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // From an OPC UA server to loops of the real daemon. The server is of the library that the feeder uses (docs/trust.md).
 import assert from "node:assert/strict";
+import fs from "node:fs";
+import path from "node:path";
 import { after, before, test } from "node:test";
 import { Rig } from "./rig.js";
 
@@ -84,14 +86,22 @@ test("a tag that is renamed is bad, by name, and comes back with its name", asyn
   await eventually("good again, with the old stamp", () => good("FIC001"));
 });
 
-test("a server that is gone: stale; it comes back with other namespace indices and narrow limits", async () => {
+test("a server that is gone: stale; it comes back with a certificate to be trusted, other namespace indices, narrow limits", async () => {
   const asked = await rig.server.order("requests");
   assert.ok(asked.CreateMonitoredItemsRequest > 0);
   for (const name of Object.keys(asked)) assert.doesNotMatch(name, /Write|Call|HistoryUpdate|AddNodes|DeleteNodes|AddReferences|DeleteReferences/);
   rig.server.kill();
   await eventually("stale", () => reason("FIC001", "stale"));
   assert.equal((await rig.loop("FIC001")).pv, null);
+  // As if its certificate were another one: it is waited for, and nothing goes on before it is trusted.
+  const trusted = path.join(rig.folder, "opcua/trusted");
+  fs.renameSync(trusted, `${trusted}.away`);
+  fs.mkdirSync(trusted);
   await rig.startServer("--first-namespace", "urn:test:other", "--most-per-call", "3", "--most-items", "5");
+  await eventually("it is logged", () => rig.log.includes("the server's certificate is not trusted"));
+  assert.equal((await rig.loop("FIC001")).pv_reason, "stale");
+  fs.rmdirSync(trusted);
+  fs.renameSync(`${trusted}.away`, trusted);
   await eventually("both are good", async () => await good("FIC001") && await good("FIC002"), 20);
   assert.equal((await rig.loop("FIC001")).pv, 20);
   const again = await rig.server.order("requests");

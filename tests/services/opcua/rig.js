@@ -7,7 +7,7 @@ import os from "node:os";
 import path from "node:path";
 import readline from "node:readline";
 
-export const HERE = import.meta.dirname ?? path.dirname(new URL(import.meta.url).pathname);
+const HERE = import.meta.dirname ?? path.dirname(new URL(import.meta.url).pathname);
 export const ROOT = path.resolve(HERE, "../../..");
 const BIN = process.env.LOOPWARDEN_BIN_DIR ?? path.join(ROOT, "build/release/bin");
 export const FEEDER = path.join(ROOT, "services/opcua/loopwarden-opcua");
@@ -96,7 +96,8 @@ ${nodes.join("")}`);
   }
 
   async startServer(...options) {
-    const server = this.#spawn(process.execPath, [path.join(HERE, "server.js"), String(this.port), path.join(this.folder, "server"), "--user", "watcher:correct horse battery", ...options]);
+    const account = ["--user", "watcher:correct horse battery"];
+    const server = this.#spawn(process.execPath, [path.join(HERE, "server.js"), String(this.port), path.join(this.folder, "server"), ...account, ...options]);
     let waiting;
     let failed;
     let said = "";

@@ -3,7 +3,8 @@
 // An OPC UA server with loops, security on: FIC001 ... each PV, SP, OP, MODE with ranges and units. Orders come as lines on
 // standard input, an answer each; what clients have asked for is counted by the name of the request.
 //   set NAME VALUE [SECONDS SINCE 1970] | status NAME CODE | rename FROM TO | requests
-// Usage: server.js PORT PKI [--loops N] [--first-namespace URI] [--sampling MS] [--most-items N] [--most-per-call N] [--user NAME:PASSWORD]
+// Usage: server.js PORT PKI [--loops N] [--first-namespace URI] [--sampling MS] [--most-items N] [--most-per-call N]
+//   [--user NAME:PASSWORD]
 import readline from "node:readline";
 import { parseArgs } from "node:util";
 import opcua from "node-opcua";
@@ -21,6 +22,7 @@ const { values: options, positionals: [port, pki] } = parseArgs({
   },
 });
 const URI = "urn:test:dcs";
+const UNITS = "http://www.opcfoundation.org/UA/units/un/cefact";
 const manager = new OPCUACertificateManager({ rootFolder: pki, automaticallyAcceptUnknownCertificate: true });
 await manager.initialize();
 const server = new OPCUAServer({
@@ -65,7 +67,7 @@ function add(folder, part, name) {
     value: { dataType: DataType[type], value },
   };
   tag.variable = range
-    ? namespace.addAnalogDataItem({ ...definition, engineeringUnitsRange: range, engineeringUnits: { namespaceUri: "http://www.opcfoundation.org/UA/units/un/cefact", unitId: 0, displayName: unit, description: unit } })
+    ? namespace.addAnalogDataItem({ ...definition, engineeringUnitsRange: range, engineeringUnits: { namespaceUri: UNITS, unitId: 0, displayName: unit, description: unit } })
     : namespace.addVariable(definition);
   show(tag);
 }
