@@ -9,7 +9,7 @@ import readline from "node:readline";
 import { parseArgs } from "node:util";
 import opcua from "node-opcua";
 
-const { DataType, MessageSecurityMode, nodesets, OPCUACertificateManager, OPCUAServer, SecurityPolicy, StatusCodes } = opcua;
+const { DataType, MessageSecurityMode, nodesets, OPCUACertificateManager, OPCUAServer, SecurityPolicy, StatusCodes, Variant } = opcua;
 const { values: options, positionals: [port, pki] } = parseArgs({
   allowPositionals: true,
   options: {
@@ -84,6 +84,8 @@ for (let i = 1; i <= Number(options.loops); i++) {
   for (const part of Object.keys(parts)) add(folder, part, `${loop}.${part}`);
 }
 await server.start();
+// Some servers tell another limit than they have.
+addressSpace.findNode("i=11714").bindVariable({ get: () => new Variant({ dataType: DataType.UInt32, value: 4 }) }, true);
 
 const orders = {
   set: (name, value, seconds) => change(name, { value: Number(value), stamp: seconds ? new Date(Number(seconds) * 1000) : new Date() }),
