@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The feeder itself: a session after the other until it is told to end.
+import path from "node:path";
+import { Certificates, describe, Expired, Untrusted } from "./certificates.js";
+import { Feed } from "./feed.js";
+import { pause } from "./pause.js";
+import { plainly, Server } from "./server.js";
+import { Watch } from "./watch.js";
+
+const WARN_OWN_DAYS = 30;
+
+// Returns true if it was told to end. Throws Untrusted where the first server that answers has a certificate that nobody has
+// trusted. One that is replaced later is waited for: the values are stale meanwhile.
+export async function run(config, log, ended) {
+  const certificates = await Certificates.open(config.state_directory);
+  const { own } = certificates;
+  log.info(`own certificate ${certificates.file}: ${describe(own).replace("\n", ", ")}`);
+  if (Date.parse(own.validTo) - Date.now() < WARN_OWN_DAYS * 86_400_000) {
+    log.warn(`the own certificate ends on ${own.validTo}: remove it, and the next start makes another one`);
+  }
+  const feed = new Feed(path.join(config.runtime_directory, "feed.sock"), log);
+  const watch = new Watch(config, feed, log);
+  let over = false;
+  const end = ended.then(() => { over = true; });
+  let served = false;
+  let said = "";
+  for (let attempts = 1; !over; attempts++) {
+    let server;
+    try {
+      server = await Server.open(config, certificates);
+      [served, attempts, said] = [true, 0, ""];
+      await watch.run(server, end);
+    } catch (error) {
+      if (error instanceof Untrusted && !served) {
+        feed.end();
+        throw error;
+      }
+      const text = error instanceof Untrusted || error instanceof Expired ? error.message : plainly(error);
+      if (text !== said) log.error(`${config.url}: ${text}`);
+      said = text;
+    } finally {
+      await server?.close();
+    }
+    if (over) break;
+    let timer;
+    const wait = pause(Math.max(attempts, 1), { first: config.reconnect_min, longest: config.reconnect_max });
+    await Promise.race([end, new Promise((done) => { timer = setTimeout(done, 1000 * wait); })]);
+    clearTimeout(timer);
+  }
+  feed.end();
+}

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// An OPC UA value as feed.sock takes it (protocol/feed_line.hpp).
+import { DataType } from "node-opcua-client";
+
+const WIDE = new Set([DataType.Int64, DataType.UInt64]);
+const NUMBERS = new Set([
+  DataType.Boolean, DataType.SByte, DataType.Byte, DataType.Int16, DataType.UInt16, DataType.Int32, DataType.UInt32,
+  DataType.Float, DataType.Double, ...WIDE,
+]);
+const SEVERITIES = ["good", "uncertain", "bad", "bad"]; // the two highest bits of a status code, OPC UA 10000-4, 7.39
+
+// NaN where it is no number, `why` says so.
+function numberOf(variant) {
+  const type = DataType[variant?.dataType] ?? "nothing";
+  if (!variant || !NUMBERS.has(variant.dataType) || variant.arrayType !== 0) {
+    return { number: NaN, why: `is ${variant?.arrayType ? "an array" : `of type ${type}`}, not a number` };
+  }
+  let number = Number(variant.value);
+  // Two words of 32 bits; the high one of a signed value is given as unsigned.
+  if (WIDE.has(variant.dataType)) {
+    const [high, low] = variant.value;
+    const whole = (BigInt(high >>> 0) << 32n) | BigInt(low >>> 0);
+    number = Number(variant.dataType === DataType.Int64 ? BigInt.asIntN(64, whole) : whole);
+  }
+  return { number, why: Number.isFinite(number) ? "" : `is ${number}` };
+}
+
+// s since 1970 by the source; null where it gives none.
+function stampOf(value) {
+  return value.sourceTimestamp ? value.sourceTimestamp.getTime() / 1000 + (value.sourcePicoseconds ?? 0) * 1e-12 : null;
+}
+
+// {value, time, quality}, and `why` where quality is not good.
+export function toFed(dataValue) {
+  const quality = SEVERITIES[dataValue.statusCode.value >>> 30];
+  const time = stampOf(dataValue);
+  if (quality === "bad") return { value: null, time, quality, why: dataValue.statusCode.name };
+  const { number, why } = numberOf(dataValue.value);
+  if (why) return { value: null, time, quality: "bad", why };
+  return { value: number, time, quality, why: quality === "good" ? "" : dataValue.statusCode.name };
+}

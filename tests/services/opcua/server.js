@@ -1,0 +1,108 @@
+#!/usr/bin/env node
+// SPDX-License-Identifier: Apache-2.0
+// An OPC UA server with loops, security on: FIC001 ... each PV, SP, OP, MODE with ranges and units. Orders come as lines on
+// standard input, an answer each; what clients have asked for is counted by the name of the request.
+//   set NAME VALUE [SECONDS SINCE 1970] | status NAME CODE | rename FROM TO | requests
+// Usage: server.js PORT PKI [--loops N] [--first-namespace URI] [--sampling MS] [--most-items N] [--most-per-call N]
+//   [--user NAME:PASSWORD]
+import readline from "node:readline";
+import { parseArgs } from "node:util";
+import opcua from "node-opcua";
+
+const { DataType, MessageSecurityMode, nodesets, OPCUACertificateManager, OPCUAServer, SecurityPolicy, StatusCodes, Variant } = opcua;
+const { values: options, positionals: [port, pki] } = parseArgs({
+  allowPositionals: true,
+  options: {
+    loops: { type: "string", default: "2" },
+    "first-namespace": { type: "string" },
+    "most-items": { type: "string" },
+    "most-per-call": { type: "string" },
+    user: { type: "string" },
+    sampling: { type: "string", default: "50" },
+  },
+});
+const URI = "urn:test:dcs";
+const UNITS = "http://www.opcfoundation.org/UA/units/un/cefact";
+const manager = new OPCUACertificateManager({ rootFolder: pki, automaticallyAcceptUnknownCertificate: true });
+await manager.initialize();
+const server = new OPCUAServer({
+  port: Number(port),
+  host: "127.0.0.1",
+  nodeset_filename: [nodesets.standard],
+  serverCertificateManager: manager,
+  securityPolicies: [SecurityPolicy.Basic256Sha256],
+  securityModes: [MessageSecurityMode.SignAndEncrypt],
+  allowAnonymous: options.user === undefined,
+  userManager: { isValidUser: (name, password) => `${name}:${password}` === options.user },
+  serverCapabilities: {
+    maxMonitoredItemsPerSubscription: Number(options["most-items"] ?? 100_000),
+    operationLimits: { maxMonitoredItemsPerCall: Number(options["most-per-call"] ?? 1000) },
+  },
+});
+const requests = {};
+server.on("request", (request) => { requests[request.schema.name] = (requests[request.schema.name] ?? 0) + 1; });
+await server.initialize();
+const { addressSpace } = server.engine;
+if (options["first-namespace"]) addressSpace.registerNamespace(options["first-namespace"]);
+const namespace = addressSpace.registerNamespace(URI);
+
+const tags = new Map(); // name: {variable, value, status, stamp}
+const parts = {
+  PV: { type: "Double", value: 20, range: { low: 0, high: 40 }, unit: "m3/h", description: "Feed, measured" },
+  SP: { type: "Double", value: 21, range: { low: 0, high: 40 }, unit: "m3/h", description: "Feed, \"wanted\"" },
+  OP: { type: "Float", value: 50, range: { low: 0, high: 100 }, unit: "%", description: "Valve" },
+  MODE: { type: "Int32", value: 1 },
+};
+function add(folder, part, name) {
+  const { type, value, range, unit, description } = parts[part];
+  const tag = { loop: folder, part, value, status: StatusCodes.Good, stamp: new Date() };
+  tags.set(name, tag);
+  const definition = {
+    componentOf: folder,
+    browseName: part,
+    nodeId: `s=${name}`,
+    description,
+    dataType: type,
+    minimumSamplingInterval: Number(options.sampling),
+    value: { dataType: DataType[type], value },
+  };
+  tag.variable = range
+    ? namespace.addAnalogDataItem({ ...definition, engineeringUnitsRange: range, engineeringUnits: { namespaceUri: UNITS, unitId: 0, displayName: unit, description: unit } })
+    : namespace.addVariable(definition);
+  show(tag);
+}
+// What clients are sent.
+function show({ variable, part, value, status, stamp }) {
+  variable.setValueFromSource({ dataType: DataType[parts[part].type], value }, status, stamp);
+}
+function change(name, what) {
+  show(Object.assign(tags.get(name), what));
+}
+for (let i = 1; i <= Number(options.loops); i++) {
+  const loop = `FIC${String(i).padStart(3, "0")}`;
+  const folder = namespace.addObject({ organizedBy: addressSpace.rootFolder.objects, browseName: loop });
+  for (const part of Object.keys(parts)) add(folder, part, `${loop}.${part}`);
+}
+await server.start();
+// Some servers tell another limit than they have.
+addressSpace.findNode("i=11714").bindVariable({ get: () => new Variant({ dataType: DataType.UInt32, value: 4 }) }, true);
+
+const orders = {
+  set: (name, value, seconds) => change(name, { value: Number(value), stamp: seconds ? new Date(Number(seconds) * 1000) : new Date() }),
+  status: (name, code) => change(name, { status: StatusCodes[code], stamp: new Date() }),
+  rename(from, to) {
+    const tag = tags.get(from);
+    addressSpace.deleteNode(tag.variable);
+    tags.delete(from);
+    add(tag.loop, tag.part, to);
+    change(to, { stamp: tag.stamp });
+  },
+  requests: () => requests,
+};
+console.log("ready");
+for await (const line of readline.createInterface({ input: process.stdin })) {
+  const [order, ...words] = line.split(" ");
+  console.log(JSON.stringify(orders[order](...words) ?? null));
+}
+// Without goodbyes: the next start finds the port free.
+process.exit();
