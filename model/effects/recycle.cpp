@@ -13,8 +13,8 @@ constexpr double kLongest = 1e6;  // samples
 
 void check(const SpecReader& read, const EffectContext& context) {
   if (read.value("delay") > kLongest * context.sample_time_s) {
-    throw EffectError("delay",
-                      "delay must be at most " + number_text(kLongest * context.sample_time_s) + " s");
+    throw EffectError(
+        "delay", "delay must be at most " + number_text(kLongest * context.sample_time_s) + " s");
   }
 }
 
@@ -40,7 +40,8 @@ Descriptor describe() {
       .parameters = {{"share", "-", 0.0, false, kMostShare, false, true, 0.0,
                       "of what leaves, that comes back"},
                      at_least_zero("delay", "s", "until it is back"),
-                     optional(at_least_zero("time_constant", "s", "of a lag on the way back"), 0.0)},
+                     optional(at_least_zero("time_constant", "s", "of a lag on the way back"),
+                              0.0)},
       .header = "recycle.hpp",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> plant::Effect {
