@@ -33,9 +33,9 @@ TEST_CASE("a share of the samples is off by the size, to both sides", "[effects]
 TEST_CASE("spikes are named, passed over, and nothing else is", "[effects][spikes]") {
   plant::LoopModel truth = test::believed_model();
   truth.transmitter_effects = {{"spikes", {{"share", 0.02}, {"size", 1.5}}}};
-  const gap::Result result = gap::find_gap(test::record_of(truth, 90.0), test::believed_model(),
-                                           {.search = {.several = false}}, test::serial,
-                                           [](double) {});
+  const gap::Result result =
+      gap::find_gap(test::record_of(truth, 90.0), test::believed_model(),
+                    {.search = {.several = false}}, test::serial, [](double) {});
   INFO(result.sentence);
   CHECK(result.outcome == gap::Outcome::missing_effect);
   REQUIRE(result.effects.size() == 1);
