@@ -90,8 +90,9 @@ std::size_t longest_spike(const plant::LoopModel& model) {
 // Samples in spikes don't count.
 void take_spikes_out(CheckedRecord& out, const std::vector<double>& pv) {
   if (out.reading.held || !(out.quality.noise_rms > 0.0)) return;
-  out.reading.spikes =
-      find_spikes(pv, kSpikeNoise * out.quality.noise_rms, longest_spike(out.model));
+  const double least =
+      std::max(kSpikeNoise * out.quality.noise_rms, kSpikeSpan * out.model.transmitter.span());
+  out.reading.spikes = find_spikes(pv, least, longest_spike(out.model));
   if (out.reading.spikes.count == 0) return;
   for (std::size_t k = 0; k < pv.size(); ++k) {
     if (out.reading.spikes.at[k]) out.used[k] = false;
