@@ -136,6 +136,8 @@ std::vector<std::string> names_outside(const std::string& effect) {
       {"outside:square_disturbance", "square_disturbance"},
       {"outside:dead_time_with_flow", "flow_dependent_dead_time"},
       {"outside:saturating_transmitter", "clipped_measurement"},
+      {"outside:pv_spikes", "spikes"},
+      {"outside:recycle", "recycle"},
       {"outside:staircase_positioner", "resolution"}};
   const auto now = kNow.find(effect);
   if (now == kNow.end()) return {"unexplained"};

@@ -25,6 +25,7 @@ constexpr double kRepeated = 0.55;        // of the samples of a filled record
 constexpr std::size_t kFewLevels = 4;     // samples for each value that occurs
 constexpr int kMostDigits = 9;            // decimals that count as how a file was written
 constexpr double kEqualIntervals = 0.05;  // coefficient of variation: a held measurement
+constexpr double kJoined = 0.2;           // of the intervals of a held measurement
 constexpr double kFewMultiples = 8.0;     // of the smallest step
 constexpr double kMultiples = 0.9;        // of the steps: a resolution
 
@@ -144,6 +145,19 @@ double variation(const std::vector<double>& lengths) {
   return numeric::deviation(lengths) / numeric::mean(lengths);
 }
 
+// A renewal by the same value joins two intervals: they count as two where few are so.
+std::vector<double> intervals(std::vector<double> lengths) {
+  const double usual = numeric::median(lengths);
+  const auto whole = [&](double length) { return std::max(1.0, std::round(length / usual)); };
+  const auto joined = std::count_if(lengths.begin(), lengths.end(),
+                                    [&](double length) { return whole(length) > 1.0; });
+  if (usual < 2.0 || static_cast<double>(joined) > kJoined * static_cast<double>(lengths.size())) {
+    return lengths;
+  }
+  for (double& length : lengths) length /= whole(length);
+  return lengths;
+}
+
 // Steps between levels, not those of an archive: all multiples of the smallest, or at equal intervals.
 bool steps_of_the_signal(const Points& levels) {
   std::vector<double> steps;
@@ -163,7 +177,7 @@ bool steps_of_the_signal(const Points& levels) {
   const bool all_multiples =
       static_cast<double>(multiples) > kMultiples * static_cast<double>(steps.size()) &&
       numeric::quantile_in_place(steps, 0.5) < kFewMultiples;
-  return all_multiples || variation(lengths) < kEqualIntervals;
+  return all_multiples || variation(intervals(lengths)) < kEqualIntervals;
 }
 
 }  // namespace

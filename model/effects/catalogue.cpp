@@ -126,10 +126,12 @@ bool takes_dead_time(const std::vector<EffectSpec>& specs) noexcept {
 plant::LoopModel without_noise(plant::LoopModel model) {
   model.transmitter.noise = 0.0;
   model.transmitter.resolution = 0.0;
-  std::erase_if(model.disturbances, [](const EffectSpec& spec) {
+  const auto is_noise = [](const EffectSpec& spec) {
     const Descriptor* info = find_effect(spec.name);
     return info != nullptr && info->is_noise;
-  });
+  };
+  std::erase_if(model.disturbances, is_noise);
+  std::erase_if(model.transmitter_effects, is_noise);
   return model;
 }
 

@@ -79,6 +79,30 @@ std::vector<bool> measured_samples(const CheckedRecord& r) {
   return count < kFewestMeasured ? r.used : measured;
 }
 
+// The longest spike, samples: shorter than the process's lag at its least; 0 where that is too fast to tell.
+std::size_t longest_spike(const plant::LoopModel& model) {
+  if (model.process.integrating()) return kLongestSpike;
+  const double lag = model.process.time_constant_s *
+                     std::max(0.0, 1.0 - model.uncertainty.time_constant) / model.sample_time_s;
+  return lag < kSpikeLag ? 0 : std::min(kLongestSpike, static_cast<std::size_t>(lag));
+}
+
+// Samples in spikes don't count.
+void take_spikes_out(CheckedRecord& out, const std::vector<double>& pv) {
+  if (out.reading.held || !(out.quality.noise_rms > 0.0)) return;
+  const double least =
+      std::max(kSpikeNoise * out.quality.noise_rms, kSpikeSpan * out.model.transmitter.span());
+  out.reading.spikes = find_spikes(pv, least, longest_spike(out.model));
+  if (out.reading.spikes.count == 0) return;
+  for (std::size_t k = 0; k < pv.size(); ++k) {
+    if (out.reading.spikes.at[k]) out.used[k] = false;
+  }
+  out.quality.notes.push_back(
+      {"spikes",
+       text("%zu samples of PV in %zu spikes of %.3g: passed over", out.reading.spikes.samples,
+            out.reading.spikes.count, out.reading.spikes.size)});
+}
+
 }  // namespace
 
 CheckedRecord check(const Record& given, const plant::LoopModel& model) {
@@ -107,6 +131,7 @@ CheckedRecord check(const Record& given, const plant::LoopModel& model) {
   out.used = usable_samples(record, out.model);
   out.training_end = training_samples(record.size());
   out.reading = examine_reading(record.pv);
+  if (!record.pv_as_stored) take_spikes_out(out, record.pv);
   out.measured = measured_samples(out);
   // What stands at an end or is repeated hides the noise. Of a held reading only the renewals are left, one by one.
   std::vector<double> measurements;

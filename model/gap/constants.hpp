@@ -33,6 +33,16 @@ inline constexpr double kStaysAtEnd = 0.5;
 inline constexpr double kStaysElsewhere = 0.1;
 // An end of the reading this near to the transmitter's own, of its span, is that. By hand.
 inline constexpr double kSameEnd = 0.005;
+// A spike's jump, in the record's noise and of the transmitter's span (an archive hides the noise); how near to where it came from and to its top, of the jump; the longest, in
+// samples. By hand.
+inline constexpr double kSpikeNoise = 8.0;
+inline constexpr double kSpikeSpan = 0.01;
+inline constexpr double kSpikeNear = 0.3;
+inline constexpr std::size_t kLongestSpike = 10;
+// Fewer are passed over and said, and are no effect. By hand.
+inline constexpr std::size_t kFewestSpikes = 3;
+// A process that forgets faster than in so many samples can make a spike. By hand.
+inline constexpr double kSpikeLag = 3.0;
 // Of a name by flat readings. By hand: chance does not make them, but what fills up or limits a record is not
 // always the transmitter.
 inline constexpr double kReadingConfidence = 0.95;

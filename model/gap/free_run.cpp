@@ -107,6 +107,8 @@ FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, Level level)
 plant::EffectChain FreeRun::transmitter_chain(bool of_reading) const {
   plant::EffectChain chain;
   for (const EffectSpec& spec : model_.transmitter_effects) {
+    const effects::Descriptor* info = effects::find_effect(spec.name);
+    if (info != nullptr && info->is_noise) continue;
     effects::check_effect(spec, Block::transmitter, context_);
     plant::Effect effect = effects::make_effect(spec, context_);
     if (effect.acts_on_reading() == of_reading) chain.add(std::move(effect));

@@ -110,7 +110,38 @@ bool is_end(const Stay& stay, double equal_elsewhere) {
   return stays > kStaysAtEnd && equal_elsewhere < kStaysElsewhere * stays;
 }
 
+// The sample after the spike that begins at `from`; `from` itself where none does.
+std::size_t end_of_spike(const std::vector<double>& pv, std::size_t from, std::size_t longest) {
+  const double before = pv[from - 1];
+  const double near = kSpikeNear * std::abs(pv[from] - before);
+  for (std::size_t k = from + 1; k < pv.size() && k - from <= longest; ++k) {
+    if (std::abs(pv[k] - before) < near) return k;
+    if (!(std::abs(pv[k] - pv[from]) < near)) break;
+  }
+  return from;
+}
+
 }  // namespace
+
+Spikes find_spikes(const std::vector<double>& pv, double least, std::size_t longest) {
+  Spikes out;
+  out.at.assign(pv.size(), false);
+  std::vector<double> sizes;
+  for (std::size_t k = 1; k < pv.size(); ++k) {
+    const double jump = std::abs(pv[k] - pv[k - 1]);
+    if (!(jump > least)) continue;
+    const std::size_t end = end_of_spike(pv, k, longest);
+    if (end == k) continue;
+    std::fill(out.at.begin() + static_cast<std::ptrdiff_t>(k),
+              out.at.begin() + static_cast<std::ptrdiff_t>(end), true);
+    out.samples += end - k;
+    sizes.push_back(jump);
+    k = end;
+  }
+  out.count = sizes.size();
+  if (!sizes.empty()) out.size = numeric::median(sizes);
+  return out;
+}
 
 ReadingFinding examine_reading(const std::vector<double>& pv) {
   ReadingFinding out;

@@ -187,6 +187,15 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
   };
   add_end("low", reading.low, range.low, reading.at_low);
   add_end("high", reading.high, range.high, reading.at_high);
+  if (reading.spikes.count >= kFewestSpikes) {
+    const double share =
+        static_cast<double>(reading.spikes.samples) / static_cast<double>(reading.spikes.at.size());
+    add({"spikes", {{"share", share}, {"size", reading.spikes.size}}},
+        text("PV leaves its course within one sample and is back within one, %zu times, as no "
+             "process does: "
+             "these samples are passed over",
+             reading.spikes.count));
+  }
   if (!where.empty()) {
     add(std::move(ends), text("PV stands %s; the transmitter's range is %.4g to %.4g",
                               where.c_str(), range.low, range.high));

@@ -114,7 +114,9 @@ void print_result(const gap::Result& r, const std::string& out) {
 std::vector<std::string> words_without() {
   std::vector<std::string> words{"several", "load", "allowances"};
   for (const effects::Descriptor& info : effects::vocabulary()) {
-    if (!info.is_noise) words.emplace_back(info.name);
+    // Of noise only what belongs to a transmitter is ever named.
+    if (!info.is_noise || info.blocks.front() == plant::Block::transmitter)
+      words.emplace_back(info.name);
   }
   return words;
 }

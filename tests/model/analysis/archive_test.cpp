@@ -39,6 +39,11 @@ TEST_CASE("a plain signal is none, with noise, without, coarse, held and clipped
   std::vector<double> analyser = flow(4000, 0.1);
   for (std::size_t k = 0; k < analyser.size(); ++k) analyser[k] = analyser[k - k % 10];
   CHECK(recognise_filled(with_decimals(analyser, 3)).kind == ArchiveKind::none);
+  // Some renewals bring the same value.
+  for (std::size_t k = 100; k + 10 < analyser.size(); k += 200) {
+    for (std::size_t i = k; i < k + 10; ++i) analyser[i] = analyser[k - 1];
+  }
+  CHECK(recognise_filled(with_decimals(analyser, 3)).kind == ArchiveKind::none);
   CHECK(recognise_filled(std::vector<double>(4000, 3.0)).kind == ArchiveKind::none);
   std::vector<double> gaps = flow(4000, 0.1);
   for (std::size_t k = 0; k < gaps.size(); k += 40) gaps[k] = kMissing;

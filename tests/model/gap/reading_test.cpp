@@ -116,4 +116,32 @@ TEST_CASE("missing samples and empty records are passed over", "[gap][reading]")
   CHECK_FALSE(examine_reading({1.0, 1.0}).held);
 }
 
+TEST_CASE("a spike jumps away and back, within the time it is given", "[gap][reading]") {
+  std::vector<double> pv(200, 5.0);
+  for (std::size_t k = 0; k < pv.size(); ++k) pv[k] += k % 2 == 0 ? 0.01 : -0.01;
+  CHECK(gap::find_spikes(pv, 0.1, 5).count == 0);
+  pv[20] += 1.0;
+  for (std::size_t k = 50; k < 55; ++k) pv[k] -= 2.0;
+  pv[80] = std::numeric_limits<double>::quiet_NaN();  // missing is no spike
+  const gap::Spikes found = gap::find_spikes(pv, 0.1, 5);
+  CHECK(found.count == 2);
+  CHECK(found.samples == 6);
+  CHECK(found.at[20]);
+  CHECK_FALSE(found.at[21]);
+  CHECK(found.at[54]);
+  CHECK_FALSE(found.at[55]);
+  CHECK(found.size == Approx(2.0).epsilon(0.02));
+  CHECK(gap::find_spikes(pv, 0.1, 4).count == 1);
+  CHECK(gap::find_spikes(pv, 1.5, 5).count == 1);
+  CHECK(gap::find_spikes(pv, 0.1, 0).count == 0);
+}
+
+TEST_CASE("a step, a ramp back and a drop to another level are no spikes", "[gap][reading]") {
+  std::vector<double> pv(200, 5.0);
+  for (std::size_t k = 50; k < 200; ++k) pv[k] = 6.0;
+  for (std::size_t k = 100; k < 110; ++k) pv[k] = 8.0 - 0.2 * static_cast<double>(k - 100);
+  for (std::size_t k = 150; k < 200; ++k) pv[k] = k < 153 ? 9.0 : 7.5;
+  CHECK(gap::find_spikes(pv, 0.1, 10).count == 0);
+}
+
 }  // namespace reading_test

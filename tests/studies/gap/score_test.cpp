@@ -39,7 +39,7 @@ const Truth kStiction = truth("stiction", {"stiction"}, {{"s", 1.0}, {"j", 0.5}}
 const Truth kHysteresis = truth("hysteresis", {"hysteresis", "backlash"}, {{"width", 0.8}});
 const Truth kPair = truth("stiction+gain_change", {"stiction", "gain_change"}, {{"factor", 2.0}});
 const Truth kNone = truth("none", {"none"});
-const Truth kOutside = truth("outside:recycle", {"unexplained"});
+const Truth kOutside = truth("outside:slow_tail", {"unexplained"});
 
 }  // namespace
 
