@@ -23,7 +23,7 @@ const freePort = () => new Promise((done) => {
 const loopFile = (tag) => `loop: ${tag}
 control: elsewhere
 sample_time: 0.1
-process_variable: {unit: m3/h, range: [0, 40], max_age: 1.5}
+process_variable: {unit: m3/h, range: [0, 40], max_age: 3}
 output: {unit: "%", range: [0, 100]}
 recording: {enabled: false}
 io:
