@@ -359,7 +359,7 @@ Identification identify(const IdentificationRecord& record) {
   return out;
 }
 
-AssumedModel assumed_model(const IdentificationRecord& record) {
+AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges& known) {
   AssumedModel out;
   out.identification = identify(record);
   if (!out.identification.can_tell()) return out;
@@ -384,22 +384,27 @@ AssumedModel assumed_model(const IdentificationRecord& record) {
       .dead_time = relative(best.dead_time_s, usual.dead_time)};
   out.assumptions.push_back(std::string("process: ") + to_text(best.form) +
                             ", identified from this record");
-  // Ranges: 0 to 100 where what was measured lies within, else what was measured and a tenth more.
-  const auto range_of = [](const Values& column) {
+  // Else 0 to 100 where what was measured lies within, or what was measured and a tenth more.
+  const auto range_of = [](const Values& column, const auto& told) {
+    if (told) return *told;
     const auto [low, high] = std::minmax_element(column.begin(), column.end());
     if (*low >= 0.0 && *high <= 100.0 && *high > 10.0) return std::pair{0.0, 100.0};
     if (*low >= 0.0 && *high <= 10.0 && *high > 1.0) return std::pair{0.0, 10.0};
     const double more = 0.1 * (*high - *low);
     return std::pair{*low - more, *high + more};
   };
-  const auto [co_low, co_high] = range_of(c.co);
-  const auto [pv_low, pv_high] = range_of(c.pv);
+  const auto [co_low, co_high] = range_of(c.co, known.co);
+  const auto [pv_low, pv_high] = range_of(c.pv, known.pv);
   model.controller.pid.output_low = model.controller.output.low = co_low;
   model.controller.pid.output_high = model.controller.output.high = co_high;
   model.transmitter.low = model.controller.set_point.low = pv_low;
   model.transmitter.high = model.controller.set_point.high = pv_high;
-  out.assumptions.push_back("CO runs from " + number(co_low) + " to " + number(co_high));
-  out.assumptions.push_back("PV runs from " + number(pv_low) + " to " + number(pv_high));
+  const auto say_range = [&](const char* signal, double low, double high, bool told) {
+    out.assumptions.push_back(signal + (" runs from " + number(low)) + " to " + number(high) +
+                              (told ? ", as it was told" : ""));
+  };
+  say_range("CO", co_low, co_high, known.co.has_value());
+  say_range("PV", pv_low, pv_high, known.pv.has_value());
   const ControllerRows rows = controller_rows(c);
   const PiGains gains = find_pi_gains(rows.loop(), rows.period_s);
   constexpr double kUnderstood = 0.5;

@@ -28,6 +28,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/analysis/prediction_error.hpp"
@@ -90,16 +91,21 @@ struct Identification {
 
 Identification identify(const IdentificationRecord& record);
 
+// Lower and upper end, PV units and CO units, where they are known.
+struct KnownRanges {
+  std::optional<std::pair<double, double>> pv{}, co{};
+};
+
 // A loop model that a record alone suggests: the identified process, the controller as CO follows from SP and PV,
-// ranges from what was measured. What was assumed stands in `assumptions`, one sentence each. Nothing where the
-// process can't be told.
+// ranges as known, else from what was measured. What was assumed stands in `assumptions`, one sentence each. Nothing
+// where the process can't be told.
 struct AssumedModel {
   std::optional<plant::LoopModel> model;
   Identification identification;
   std::vector<std::string> assumptions;
   bool controller_known = false;  // else its gains are 0, and only the measured CO counts
 };
-AssumedModel assumed_model(const IdentificationRecord& record);
+AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges& known = {});
 
 // The tangent at the steepest point of PV after one step of CO. The slope is that of a line through the
 // samples of a tenth of the time from 20 to 85 % of the answer, at least three.
