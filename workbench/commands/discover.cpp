@@ -39,9 +39,14 @@ struct DiscoverCommand {
   std::string rules;
   std::string feeder = "opcua";
   std::optional<double> sample_time_s;
+  std::string nodes;  // file
   std::string out;
   bool json = false;
 };
+
+bool is_there(const fs::path& path) {
+  return fs::symlink_status(path).type() != fs::file_type::not_found;
+}
 
 constexpr const char* kBrowser = "loopwarden-opcua";
 constexpr std::chrono::milliseconds kLookEvery{20};
@@ -52,7 +57,7 @@ int browse(const std::string& url, const fs::path& list) {
   const base::File file(list, O_WRONLY | O_CREAT | O_TRUNC, 0600);
   if (!file.is_open()) fail(kExitIo, "{}: can't be written", list.string());
   try {
-    base::ChildProcess child(kBrowser, {"browse", url},
+    base::ChildProcess child(kBrowser, {"browse", "--url", url},
                              {.output = file.fd(), .errors = STDERR_FILENO, .idle = false});
     std::optional<int> code;
     while (!(code = child.ended())) std::this_thread::sleep_for(kLookEvery);
@@ -71,10 +76,6 @@ std::vector<record::TagRule> rules_in(const std::string& path) {
   if (!rules) fail(kExitConfiguration, "{}", base::trimmed(config::to_text(rules.diagnostics)));
   fmt::print(stderr, "{}", config::to_text(rules.diagnostics));
   return std::move(*rules);
-}
-
-bool is_there(const fs::path& path) {
-  return fs::symlink_status(path).type() != fs::file_type::not_found;
 }
 
 // What becomes of the loops, one line each.
@@ -167,12 +168,14 @@ void print_rest(const discover::FoundLoops& found) {
   std::string names;
   for (std::size_t k = 0; k < shown; ++k)
     names += (k > 0 ? ", " : "") + base::in_quotes(found.other_names[k]);
-  fmt::print(stderr, "{} tags belong to no loop: {}{}; --rules tells what a name does not\n",
+  fmt::print(stderr, "tags of no loop, {}: {}{}; --rules tells what a name does not\n",
              found.other_names.size(), names, found.other_names.size() > shown ? ", ..." : "");
 }
 
 int run_discover(const DiscoverCommand& options) {
   if (options.tags.empty() == options.opcua.empty()) require("either --tags or --opcua");
+  if (!options.nodes.empty() && is_there(options.nodes))
+    fail(kExitData, "{}: is there and stays as it is; give --nodes another name", options.nodes);
   const std::vector<record::TagRule> rules = rules_in(options.rules);
   OutputFiles files({options.tags, options.rules});
   fs::path list = options.tags;
@@ -188,11 +191,15 @@ int run_discover(const DiscoverCommand& options) {
   const discover::TagList tags = discover::read_tag_list(list);
   for (const std::string& note : tags.notes) fmt::print(stderr, "{}\n", note);
   const discover::FoundLoops found = discover::find_loops(tags.tags, rules);
+  const std::string nodes = discover::node_list(found.loops);
+  if (!options.nodes.empty() && nodes.empty())
+    fail(kExitData, "{}: no loop's tag has a node, so there is nothing for --nodes", source);
   files.make_folder(options.out);
   LoopFiles loops(options, files, source);
   for (const discover::FoundLoop& loop : found.loops) loops.add(loop);
   const std::size_t written = loops.written();
-  if (written > 0) files.commit();
+  if (!options.nodes.empty()) files.add(options.nodes, nodes);
+  if (written > 0 || !options.nodes.empty()) files.commit();
   if (options.json) {
     show_json({{"loops", loops.take_json()},
                {"not_whole", found.incomplete},
@@ -211,10 +218,10 @@ void add_discover(Program& program) {
   auto [command, o] = program.command(
       "discover", "files of loops that another controller runs, from the plant's tags",
       run_discover);
-  const Option tags = command.option(
-      "--tags", o.tags,
-      "list of tags, CSV or a sheet: columns tag or name, address or node, unit, low, high, "
-      "description, in any order");
+  const Option tags =
+      command.option("--tags", o.tags,
+                     "list of tags, CSV or a sheet: columns tag or name, node, unit, low, high, "
+                     "description, in any order");
   command
       .option("--opcua", o.opcua,
               "OPC UA server, opc.tcp://HOST:PORT, whose tags loopwarden-opcua lists")
@@ -223,6 +230,9 @@ void add_discover(Program& program) {
   command.setting("--feeder", o.feeder, "who brings the values, as loopwardend.yaml calls it");
   command.option("--sample-time", o.sample_time_s, "of all loops, s; else 1, as a guess",
                  between(0.001, 3600.0));
+  command.option("--nodes", o.nodes,
+                 "also write the key `nodes` of loopwarden-opcua's opcua.yaml, names and node ids, "
+                 "to this file, which must not be there");
   command.required("--out", o.out,
                    "folder for TAG.yaml, and TAG.yaml.incomplete where a unit or range is not "
                    "known; files that are there stay as they are");

@@ -340,7 +340,7 @@ class LoopFinder {
       const std::string& name = candidate.signals.names[k];
       if (name.empty()) continue;
       used_.insert(name);
-      loop.signals[k] = LoopSignal{name, listed_.at(name)->feed_name, candidate.guesses[k]};
+      loop.signals[k] = LoopSignal{name, listed_.at(name)->node, candidate.guesses[k]};
       if (loop.description.empty()) loop.description = listed_.at(name)->description;
     }
     find_units(candidate, loop);
@@ -384,7 +384,7 @@ class LoopFinder {
       add(words->manual, loop.manual.value);
     }
     if (!loop.automatic.value.empty()) return;
-    constexpr const char* kUsual = "most often so";
+    constexpr const char* kUsual = "as most often";
     loop.automatic = {{kAutomatic}, kUsual};
     loop.manual = {{kManual}, kUsual};
   }

@@ -29,8 +29,8 @@ struct Found {
 };
 
 struct LoopSignal {
-  std::string name;       // in the list
-  std::string feed_name;  // what its feeder calls it
+  std::string name;  // in the list
+  std::string node{};
   std::string guess{};
 };
 

@@ -75,7 +75,7 @@ void write_signals(Writer& out, const FoundLoop& loop, const std::string& feeder
     const std::optional<LoopSignal>& signal = loop.signal(role);
     if (!signal) continue;
     const std::string name = record::to_text(role);
-    std::string text = "feed: " + quoted(feeder + ":" + signal->feed_name);
+    std::string text = "feed: " + quoted(feeder + ":" + signal->name);
     if (role != Role::mode) {
       out.key(name, fmt::format("  {}: {{{}}}", name, text), signal->guess);
       continue;
@@ -127,6 +127,17 @@ LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings) {
   }
   file.text = head + out.body();
   return file;
+}
+
+std::string node_list(const std::vector<FoundLoop>& loops) {
+  std::string text;
+  for (const FoundLoop& loop : loops) {
+    for (const std::optional<LoopSignal>& signal : loop.signals) {
+      if (signal && !signal->node.empty())
+        text += fmt::format("  {}: {}\n", quoted(signal->name), quoted(signal->node));
+    }
+  }
+  return text.empty() ? text : "nodes:\n" + text;
 }
 
 }  // namespace loopwarden::workbench::discover

@@ -29,4 +29,7 @@ struct LoopFile {
 // Keys that are guesses carry "# guessed: WHY". What `loopwarden check` would refuse counts as missing.
 LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings);
 
+// The key `nodes` of loopwarden-opcua's opcua.yaml, for all signals whose node is known; empty: none is.
+std::string node_list(const std::vector<FoundLoop>& loops);
+
 }  // namespace loopwarden::workbench::discover

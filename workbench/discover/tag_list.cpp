@@ -17,9 +17,26 @@
 namespace loopwarden::workbench::discover {
 namespace {
 
-enum Column : std::size_t { kTag, kName, kAddress, kNode, kUnit, kLow, kHigh, kDescription };
-const std::vector<CsvColumn> kColumns{{"tag"},  {"name"}, {"address"}, {"node"},
-                                      {"unit"}, {"low"},  {"high"},    {"description"}};
+enum Column : std::size_t {
+  kTag,
+  kName,
+  kAddress,
+  kNode,
+  kNodeId,
+  kType,
+  kUnit,
+  kLow,
+  kHigh,
+  kDescription
+};
+const std::vector<CsvColumn> kColumns{{"tag"},     {"name"},       {"address"}, {"node"},
+                                      {"node_id"}, {"data_type"},  {"unit"},    {"low"},
+                                      {"high"},    {"description"}};
+const auto kNames = {kTag, kName, kAddress, kNode, kNodeId};
+// Of OPC UA; loopwarden-opcua brings numbers alone.
+constexpr std::array<std::string_view, 8> kNoNumbers{"string",        "localizedtext", "datetime",
+                                                     "bytestring",    "guid",          "xmlelement",
+                                                     "qualifiedname", "nodeid"};
 
 template <class Wanted>
 std::string first_of(const CsvRow& row, std::initializer_list<Column> columns, Wanted wanted) {
@@ -30,6 +47,11 @@ std::string first_of(const CsvRow& row, std::initializer_list<Column> columns, W
 }
 
 bool is_filled(const std::string& cell) { return !cell.empty(); }
+
+bool is_number(const std::string& data_type) {
+  return std::find(kNoNumbers.begin(), kNoNumbers.end(), base::lower_case(data_type)) ==
+         kNoNumbers.end();
+}
 
 bool tells_signal(const std::string& cell) {
   const record::TagName tag = record::read_tag(cell);
@@ -54,16 +76,21 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
   const CsvTable table = read_csv(file, text, kColumns);
   TagList list;
   std::unordered_map<std::string, std::size_t> lines;
+  std::size_t no_numbers = 0;
   const auto note = [&](const CsvRow& row, const std::string& what) {
     list.notes.push_back(fmt::format("{}:{}: {}", file, row.line, what));
   };
   for (const CsvRow& row : table.rows) {
-    ListedTag tag{.name = first_of(row, {kTag, kName, kAddress, kNode}, tells_signal),
-                  .feed_name = first_of(row, {kNode, kAddress, kTag, kName}, is_filled),
+    if (!is_number(row.cells[kType])) {
+      ++no_numbers;
+      continue;
+    }
+    ListedTag tag{.name = first_of(row, kNames, tells_signal),
+                  .node = first_of(row, {kNodeId, kNode, kAddress}, is_filled),
                   .unit = row.cells[kUnit],
                   .description = row.cells[kDescription],
                   .range = std::nullopt};
-    if (tag.name.empty()) tag.name = first_of(row, {kTag, kName, kAddress, kNode}, is_filled);
+    if (tag.name.empty()) tag.name = first_of(row, kNames, is_filled);
     const std::optional<double> low = number_in(table, row, kLow);
     const std::optional<double> high = number_in(table, row, kHigh);
     if (low && high && *low < *high) tag.range.emplace(*low, *high);
@@ -79,6 +106,9 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
                             known->second));
     }
   }
+  if (no_numbers > 0)
+    list.notes.push_back(fmt::format("{}: {} tags are no numbers by their data_type: passed over",
+                                     file, no_numbers));
   if (list.tags.empty()) {
     throw CommandError(
         kExitData,

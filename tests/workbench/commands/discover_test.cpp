@@ -2,6 +2,7 @@
 // `loopwarden discover` as its users call it.
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -68,14 +69,14 @@ TEST_CASE("the example's tags become files that check accepts", "[discover][prog
               "TIC410.yaml.incomplete: sure: loop, process_variable.unit, output.unit, "
               "output.range, pv, co, sp; guessed: sample_time; missing: "
               "process_variable.range: [lower, upper end] of PV"));
-  CHECK(holds(made.text, "1 tags belong to no loop: 'TI411'"));
+  CHECK(holds(made.text, "tags of no loop, 1: 'TI411'"));
   CHECK(holds(made.text, "4 of 4 loops written"));
   CHECK_FALSE(holds(made.text, "needs: feeders"));
   const ShellOutcome checked = site.loopwarden("check " + site.folder.path().string());
   INFO(checked.text);
   CHECK(checked.exit_code == 0);
   CHECK(holds(checked.text, "3 loops"));
-  CHECK(holds(site.text("FIC205.yaml"), "pv: {feed: \"opcua:ns=2;s=Area2.FIC205.PV\"}\n"));
+  CHECK(holds(site.text("FIC205.yaml"), "pv: {feed: \"opcua:FIC205.PV\"}\n"));
   CHECK(holds(site.text("FIC206.yaml"), "# guessed: the same letter and number"));
   CHECK(holds(site.text("LIC301.yaml"), "range: [0, 100]  # guessed: CO is in %"));
   CHECK(site.text("TIC410.yaml.incomplete").find("# Missing, before this can be TIC410.yaml:") !=
@@ -103,6 +104,28 @@ TEST_CASE("files that exist stay as they are", "[discover][program]") {
   CHECK(again.exit_code == 65);
   CHECK(holds(again.text, "0 of 4 loops written"));
   CHECK(site.text("LIC301.yaml") == before);
+}
+
+TEST_CASE("node ids go to a file for loopwarden-opcua", "[discover][program]") {
+  const Site site;
+  const std::string example = "--tags " + std::string(kExample);
+  const std::string nodes = " --nodes " + site.path("nodes.yaml");
+  REQUIRE(site.discover(example + nodes).exit_code == 0);
+  const std::string text = read_file(site.folder / "nodes.yaml");
+  CHECK(text.find("nodes:\n  \"FIC205.PV\": \"nsu=urn:plant:dcs;s=Area2.FIC205.PV\"\n") == 0);
+  CHECK(std::count(text.begin(), text.end(), '\n') == 1 + 4 + 3 + 3 + 2);
+  const ShellOutcome again = site.discover(example + nodes);
+  CHECK(again.exit_code == 65);
+  CHECK(holds(again.text, "nodes.yaml: is there and stays as it is"));
+  // Loops whose files are there have nodes as well.
+  CHECK(site.discover(example + " --nodes " + site.path("again.yaml")).exit_code == 65);
+  CHECK(read_file(site.folder / "again.yaml") == text);
+  write_file(site.folder / "tags.csv", "tag\nF1.PV\nF1.OP\n");
+  const ShellOutcome none =
+      site.discover("--tags " + site.path("tags.csv") + " --nodes " + site.path("none.yaml"));
+  CHECK(none.exit_code == 65);
+  CHECK(holds(none.text, "no loop's tag has a node"));
+  CHECK_FALSE(fs::exists(site.folder / "none.yaml"));
 }
 
 TEST_CASE("500 loops are found in one go", "[discover][program]") {
@@ -188,7 +211,7 @@ TEST_CASE("two loops that can't get tags of their own are said", "[discover][pro
 TEST_CASE("tags of an OPC UA server come by loopwarden-opcua", "[discover][program]") {
   const Site site;
   const ShellOutcome made = site.discover_by(
-      "test \"$1 $2\" = 'browse opc.tcp://h:4840' || exit 64\n"
+      "test \"$*\" = 'browse --url opc.tcp://h:4840' || exit 64\n"
       "echo 'a word on the way' >&2\n"
       "cat " +
       std::string(kExample) + "\n");

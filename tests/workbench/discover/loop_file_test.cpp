@@ -16,9 +16,9 @@ FoundLoop whole_loop() {
   FoundLoop loop;
   loop.tag.value = "FIC-205";
   loop.description = "Feed: \"R-2\" #1";
-  loop.signals[record::index_of(Role::pv)] = LoopSignal{"PV", "ns=2;s=A \"b\": {x}", ""};
-  loop.signals[record::index_of(Role::co)] = LoopSignal{"OP", "ns=2;s=OP", "the same number"};
-  loop.signals[record::index_of(Role::mode)] = LoopSignal{"M", "ns=2;s=M", ""};
+  loop.signals[record::index_of(Role::pv)] = LoopSignal{"A \"b\": {x}", "nsu=urn:p;s=\"b\"", ""};
+  loop.signals[record::index_of(Role::co)] = LoopSignal{"OP", "", "the same number"};
+  loop.signals[record::index_of(Role::mode)] = LoopSignal{"M", "nsu=urn:p;i=7", ""};
   loop.pv_unit = {"m3/h", ""};
   loop.pv_range = {record::SignalRange{-0.5, 1e9}, ""};
   loop.co_unit = {"%", "CO runs\rfrom 0 to 100"};
@@ -52,14 +52,14 @@ TEST_CASE("the file of a loop is what was found of it", "[discover]") {
   CHECK(loop->controller.output.high == 100.0);
   CHECK(loop->sample_time_s == 1.0);
   const auto& feed = std::get<hal::feed::FeedSettings>(loop->io);
-  CHECK(feed.process_variable == hal::feed::FeedName{"opcua", "ns=2;s=A \"b\": {x}"});
-  CHECK(feed.output == hal::feed::FeedName{"opcua", "ns=2;s=OP"});
-  CHECK(feed.mode == hal::feed::FeedName{"opcua", "ns=2;s=M"});
+  CHECK(feed.process_variable == hal::feed::FeedName{"opcua", "A \"b\": {x}"});
+  CHECK(feed.output == hal::feed::FeedName{"opcua", "OP"});
+  CHECK(feed.mode == hal::feed::FeedName{"opcua", "M"});
   CHECK(feed.mode_values.automatic == std::vector<double>{1.0, 3.0});
   CHECK_FALSE(feed.set_point);
   // Each guess stands behind its key, and nowhere else.
   CHECK(file.text.find("  unit: \"%\"  # guessed: CO runs?from 0 to 100\n") != std::string::npos);
-  CHECK(file.text.find("  co: {feed: \"opcua:ns=2;s=OP\"}  # guessed: the same number\n") !=
+  CHECK(file.text.find("  co: {feed: \"opcua:OP\"}  # guessed: the same number\n") !=
         std::string::npos);
   CHECK(file.text.find("sample_time: 1  # guessed: ") != std::string::npos);
   REQUIRE(file.guessed.size() == 3);
@@ -97,6 +97,18 @@ TEST_CASE("what is missing stands at the top, and what check would refuse counts
   const LoopFile refused = loop_file(clashing, {.feeder = "opcua", .source = "t"});
   REQUIRE(refused.missing.size() == 1);
   CHECK(refused.missing[0].find("io.mode.manual: 3 stands in automatic") == 0);
+}
+
+TEST_CASE("nodes that are known are listed for loopwarden-opcua", "[discover]") {
+  CHECK(node_list({whole_loop()}) ==
+        "nodes:\n"
+        "  \"A \\\"b\\\": {x}\": \"nsu=urn:p;s=\\\"b\\\"\"\n"
+        "  \"M\": \"nsu=urn:p;i=7\"\n");
+  FoundLoop without = whole_loop();
+  for (auto& signal : without.signals) {
+    if (signal) signal->node.clear();
+  }
+  CHECK(node_list({without}).empty());
 }
 
 }  // namespace loopwarden::workbench::discover::loop_file_test

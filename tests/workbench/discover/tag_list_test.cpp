@@ -31,7 +31,7 @@ TEST_CASE("a list of tags has its columns in any order and any separator", "[dis
     REQUIRE(list.tags.size() == 1);
     const ListedTag& tag = list.tags[0];
     CHECK(tag.name == "FIC1.PV");
-    CHECK(tag.feed_name == "n1");
+    CHECK(tag.node == "n1");
     CHECK(tag.unit == "m3/h");
     CHECK(tag.description == "Feed");
     CHECK(tag.range == record::SignalRange{-2.0, 40.5});
@@ -46,10 +46,10 @@ TEST_CASE("a loop's name may stand in the node alone", "[discover]") {
       "t.csv", "name,address,node\nPV,,ns=2;s=FIC1.PV\nFIC2.PV,40001,\nFIC3.PV,,\n,,ns=2;i=7\n");
   REQUIRE(list.tags.size() == 4);
   CHECK(list.tags[0].name == "ns=2;s=FIC1.PV");
-  CHECK(list.tags[0].feed_name == "ns=2;s=FIC1.PV");
+  CHECK(list.tags[0].node == "ns=2;s=FIC1.PV");
   CHECK(list.tags[1].name == "FIC2.PV");
-  CHECK(list.tags[1].feed_name == "40001");
-  CHECK(list.tags[2].feed_name == "FIC3.PV");
+  CHECK(list.tags[1].node == "40001");
+  CHECK(list.tags[2].node.empty());
   CHECK(list.tags[3].name == "ns=2;i=7");
 }
 
@@ -63,10 +63,25 @@ TEST_CASE("what a list has wrong is said by line and column", "[discover]") {
   }
   const TagList list = read_tag_list("t.csv", "tag,node\nF.PV,a\n,\n,\"\"\nF.PV,b\n");
   REQUIRE(list.tags.size() == 1);
-  CHECK(list.tags[0].feed_name == "a");
+  CHECK(list.tags[0].node == "a");
   REQUIRE(list.notes.size() == 3);
   CHECK(list.notes[0] == "t.csv:3: no tag, name, address or node: passed over");
   CHECK(list.notes[2] == "t.csv:5: 'F.PV' stands in line 2 as well, which counts");
+}
+
+TEST_CASE("what loopwarden-opcua browse prints is a list, of which texts are left out",
+          "[discover]") {
+  const TagList list = read_tag_list("t.csv",
+                                     "name,node_id,data_type,unit,low,high,description\n"
+                                     "Area.FIC1.PV,nsu=urn:p;s=1,Double,m3/h,0,40,Feed\n"
+                                     "Area.FIC1.MODE,nsu=urn:p;s=2,String,,,,\n"
+                                     "Area.FIC1.OP,nsu=urn:p;i=3,nsu=urn:p;i=9,%,,,\n");
+  REQUIRE(list.tags.size() == 2);
+  CHECK(list.tags[0].name == "Area.FIC1.PV");
+  CHECK(list.tags[0].node == "nsu=urn:p;s=1");
+  CHECK(list.tags[1].name == "Area.FIC1.OP");
+  CHECK(list.notes ==
+        std::vector<std::string>{"t.csv: 1 tags are no numbers by their data_type: passed over"});
 }
 
 TEST_CASE("a file is read in the encodings of exports", "[discover]") {
