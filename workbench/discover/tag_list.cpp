@@ -63,10 +63,11 @@ std::optional<double> number_in(const CsvTable& table, const CsvRow& row, Column
   if (cell.empty()) return std::nullopt;
   std::optional<double> value = record::parse_number(cell, table.decimal);
   if (!value) value = record::parse_number(cell, '.');
-  if (!value)
+  if (!value) {
     table.fail_at(row, column,
                   fmt::format("{} must be a number or empty (got {})", kColumns[column].name,
                               base::in_quotes(cell)));
+  }
   return value;
 }
 
@@ -106,9 +107,10 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
                             known->second));
     }
   }
-  if (no_numbers > 0)
+  if (no_numbers > 0) {
     list.notes.push_back(fmt::format("{}: {} tags are no numbers by their data_type: passed over",
                                      file, no_numbers));
+  }
   if (list.tags.empty()) {
     throw CommandError(
         kExitData,
