@@ -56,7 +56,8 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
     posix_spawn_file_actions_addopen(&settings.files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   }
   posix_spawn_file_actions_adddup2(&settings.files, wanted.output, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&settings.files, wanted.output, STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(
+      &settings.files, wanted.errors >= 0 ? wanted.errors : wanted.output, STDERR_FILENO);
   posix_spawn_file_actions_addclosefrom_np(&settings.files, STDERR_FILENO + 1);
 
   std::vector<std::string> words{program};
@@ -65,8 +66,8 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
   pointers.reserve(words.size() + 1);
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
-  const int error = posix_spawn(&pid_, program.c_str(), &settings.files, &settings.attributes,
-                                pointers.data(), environ);
+  const int error = posix_spawnp(&pid_, program.c_str(), &settings.files, &settings.attributes,
+                                 pointers.data(), environ);
   if (error != 0) throw std::system_error(error, std::generic_category(), program);
 }
 

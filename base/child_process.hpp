@@ -14,14 +14,15 @@ namespace loopwarden::base {
 
 struct ChildSettings {
   int input = -1;    // descriptor that it reads; -1: it has no input
-  int output = 2;    // descriptor for its output and its errors; 2: the caller's standard error
+  int output = 2;    // descriptor for its output; 2: the caller's standard error
+  int errors = -1;   // descriptor for its errors; -1: as its output
   bool idle = true;  // runs only while nothing else wants the processor (SCHED_IDLE)
 };
 
 // The child inherits no other files than its input and output, and no blocked signal.
 class ChildProcess {
  public:
-  // `arguments` without the program's name. Throws std::system_error if it can't be started.
+  // `program`: a path, or a name that PATH tells. `arguments` without it. Throws std::system_error if it can't be started.
   ChildProcess(const std::string& program, const std::vector<std::string>& arguments,
                ChildSettings wanted = {});
   ChildProcess(const ChildProcess&) = delete;

@@ -432,7 +432,7 @@ plant::LoopModel stem_follows_output(std::span<const double> co, double sample_t
   return model;
 }
 
-AssumedModel assumed_model(const IdentificationRecord& record) {
+AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges& known) {
   AssumedModel out;
   out.identification = identify(record);
   const std::optional<StickingCycle>& cycle = out.identification.cycle;
@@ -465,19 +465,23 @@ AssumedModel assumed_model(const IdentificationRecord& record) {
     out.assumptions.push_back("level: PV " + number(cycle->level) + " at CO " +
                               number(cycle->mean_co) + ", as in this record");
   }
-  auto [co_low, co_high] = assumed_range(c.co);
-  if (cycle) {  // which a band fills: the range is wider than what was used
+  auto [co_low, co_high] = known.co.value_or(assumed_range(c.co));
+  if (cycle && !known.co) {  // which a band fills: the range is wider than what was used
     const double more = std::max(0.0, kSpanOverBand * cycle->s.value - (co_high - co_low)) / 2.0;
     co_low -= more;
     co_high += more;
   }
-  const auto [pv_low, pv_high] = assumed_range(c.pv);
+  const auto [pv_low, pv_high] = known.pv.value_or(assumed_range(c.pv));
   model.controller.pid.output_low = model.controller.output.low = co_low;
   model.controller.pid.output_high = model.controller.output.high = co_high;
   model.transmitter.low = model.controller.set_point.low = pv_low;
   model.transmitter.high = model.controller.set_point.high = pv_high;
-  out.assumptions.push_back("CO runs from " + number(co_low) + " to " + number(co_high));
-  out.assumptions.push_back("PV runs from " + number(pv_low) + " to " + number(pv_high));
+  const auto say_range = [&](const char* signal, double low, double high, bool told) {
+    out.assumptions.push_back(signal + (" runs from " + number(low)) + " to " + number(high) +
+                              (told ? ", as it was told" : ""));
+  };
+  say_range("CO", co_low, co_high, known.co.has_value());
+  say_range("PV", pv_low, pv_high, known.pv.has_value());
   const ControllerRows rows = controller_rows(c);
   const PiGains gains = find_pi_gains(rows.loop(), rows.period_s);
   constexpr double kUnderstood = 0.5;

@@ -97,8 +97,13 @@ struct Identification {
 
 Identification identify(const IdentificationRecord& record);
 
+// Lower and upper end, PV units and CO units, where they are known.
+struct KnownRanges {
+  std::optional<std::pair<double, double>> pv{}, co{};
+};
+
 // A loop model that a record alone suggests: the identified process, the controller as CO follows from SP and PV (SP a
-// constant where it is not in the record), ranges from what was measured. What was assumed stands in `assumptions`, one
+// constant where it is not in the record), ranges as known, else from what was measured. What was assumed stands in `assumptions`, one
 // sentence each. Behind a valve that sticks the process may have a gain as uncertain as the cycle leaves it. Nothing
 // where the process can't be told.
 struct AssumedModel {
@@ -108,7 +113,7 @@ struct AssumedModel {
   bool controller_known =
       false;  // else a proportional one stands in its place, and only the measured CO counts
 };
-AssumedModel assumed_model(const IdentificationRecord& record);
+AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges& known = {});
 // The range of a signal by what was measured: 0 to 100 or 0 to 10 where that fits, else a tenth more on either side.
 std::pair<double, double> assumed_range(std::span<const double> column);
 // A valve alone: its stem follows CO, both in CO units. `co` has a value where CO is known.

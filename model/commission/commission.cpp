@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "model/analysis/identification.hpp"
@@ -159,9 +160,7 @@ class Commissioner {
     }
     if (!passes(Outcome::not_usable, why_compressed(record_)) ||
         !passes(Outcome::not_usable, why_by_hand(first_.automatic)) ||
-        !passes(Outcome::not_usable,
-                why_clamped(record_, request_.model ? spans_of(*request_.model)
-                                                    : measured_spans(record_)))) {
+        !passes(Outcome::not_usable, why_clamped(record_, spans()))) {
       return false;
     }
     if (const std::string why = why_short(record_); !why.empty()) {
@@ -170,8 +169,16 @@ class Commissioner {
     }
     // Without CO the model's own scenario says what moved.
     if (!record_.has_co() && !record_.has_sp()) return true;
-    const Spans spans = request_.model ? spans_of(*request_.model) : measured_spans(record_);
-    return passes(Outcome::not_enough_movement, why_still(record_, spans));
+    return passes(Outcome::not_enough_movement, why_still(record_, spans()));
+  }
+
+  // As the model has them, else as they are known, else as measured.
+  Spans spans() const {
+    if (request_.model) return spans_of(*request_.model);
+    Spans spans = measured_spans(record_);
+    if (const auto& co = request_.ranges.co) std::tie(spans.co_low, spans.co_high) = *co;
+    if (const auto& pv = request_.ranges.pv) std::tie(spans.pv_low, spans.pv_high) = *pv;
+    return spans;
   }
 
   // The model to start from, and how far its process may be off.
@@ -183,7 +190,8 @@ class Commissioner {
                                            .pv = record_.pv,
                                            .sp = record_.sp,
                                            .mode = first_.automatic,
-                                           .sample_time_s = record_.period_s});
+                                           .sample_time_s = record_.period_s},
+                                          request_.ranges);
       } catch (const analysis::IdentificationError& e) {
         assumed.identification.reason = e.what();
       }

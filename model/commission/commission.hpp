@@ -25,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "model/analysis/identification.hpp"
 #include "model/gap/workflow.hpp"
 
 namespace loopwarden::commission {
@@ -58,6 +59,7 @@ struct Request {
   std::optional<plant::LoopModel> model;
   double healthy_limit_percent = 1.0;  // of the CO span
   bool accept_short = false;           // short records, and those without CO
+  analysis::KnownRanges ranges{};      // where there is no model
 };
 
 // The model after a step on the way to the twin.

@@ -461,18 +461,7 @@ void Importer::add_loops(std::size_t file, const std::vector<std::string>& names
 }
 
 std::vector<std::string> Importer::idle_rules() const {
-  std::vector<std::string> idle;
-  for (std::size_t k = 0; k < options_.rules.size(); ++k) {
-    const bool seen = k < rule_use_.size();
-    if (seen && rule_use_[k].decided) continue;
-    const TagRule& rule = options_.rules[k];
-    const std::string why = seen && rule_use_[k].earlier
-                                ? "decides nothing: what it matches is decided by " +
-                                      options_.rules[*rule_use_[k].earlier].place
-                                : "matches no column or tag";
-    idle.push_back(fmt::format("{}: {} {}", rule.place, base::in_quotes(rule.pattern.text()), why));
-  }
-  return idle;
+  return record::idle_rules(options_.rules, rule_use_);
 }
 
 std::uint64_t Importer::bytes_of(std::size_t loop) const {
@@ -518,31 +507,21 @@ std::string Importer::no_pv() const {
               : hint);
 }
 
-// ISA-5.1: the same letter for what is measured and the same number, T or I for the transmitter and V for the valve.
+// ISA-5.1: the same letter for what is measured and the same number.
 std::string Importer::pairs_hint() const {
   std::map<std::string, std::string> transmitters;  // by what both names have in common
   std::vector<std::pair<std::string, std::string>> pairs;
-  // The name without the last letter of its function, where that is one of `kinds`: 12-FV-129A gives 12-F-129A.
-  const auto shape = [](const std::string& name, const char* kinds) -> std::optional<std::string> {
-    const auto is_upper = [&](std::size_t k) { return name[k] >= 'A' && name[k] <= 'Z'; };
-    for (std::size_t k = name.size(); k-- > 1;) {
-      if (!is_upper(k) || !is_upper(k - 1)) continue;
-      const std::size_t number = name.find_first_not_of("-_ .", k + 1);
-      const bool of_loop =
-          number != std::string::npos && name[number] >= '0' && name[number] <= '9';
-      if (!of_loop || std::string_view(kinds).find(name[k]) == std::string_view::npos)
-        return std::nullopt;
-      return name.substr(0, k) + name.substr(k + 1);
-    }
-    return std::nullopt;
+  const auto common = [](const InstrumentName& name) {
+    return fmt::format("{}{}{}", name.before, name.measured, name.number);
   };
   for (const std::string& name : other_names_) {
-    if (const auto common = shape(name, "TI")) transmitters.emplace(*common, name);
+    const auto instrument = instrument_name(name);
+    if (instrument && instrument->is_transmitter()) transmitters.emplace(common(*instrument), name);
   }
   for (const std::string& name : other_names_) {
-    const auto common = shape(name, "V");
-    if (!common) continue;
-    const auto at = transmitters.find(*common);
+    const auto instrument = instrument_name(name);
+    if (!instrument || !instrument->is_valve()) continue;
+    const auto at = transmitters.find(common(*instrument));
     if (at == transmitters.end()) continue;
     pairs.emplace_back(at->second, name);
     transmitters.erase(at);

@@ -204,6 +204,22 @@ void take(LoopSignals& loop, const NamedSignal& signal) {
 
 }  // namespace
 
+std::vector<std::string> idle_rules(const std::vector<TagRule>& rules,
+                                    const std::vector<RuleUse>& use) {
+  std::vector<std::string> idle;
+  for (std::size_t k = 0; k < rules.size(); ++k) {
+    const bool seen = k < use.size();
+    if (seen && use[k].decided) continue;
+    const std::string why =
+        seen && use[k].earlier
+            ? "decides nothing: what it matches is decided by " + rules[*use[k].earlier].place
+            : "matches no column or tag";
+    idle.push_back(
+        fmt::format("{}: {} {}", rules[k].place, base::in_quotes(rules[k].pattern.text()), why));
+  }
+  return idle;
+}
+
 std::string clash_text(const std::string& tag, Role role, const std::string& name,
                        const std::string& ruled_by, const std::string& other,
                        const std::string& other_ruled_by) {

@@ -79,6 +79,10 @@ struct RuleUse {
   std::optional<std::size_t> earlier{};  // that decided of a name that this one matches as well
 };
 
+// Rules that decide of no name, each with the reason.
+std::vector<std::string> idle_rules(const std::vector<TagRule>& rules,
+                                    const std::vector<RuleUse>& use);
+
 // Loops in the order in which they first appear; of two names with one role in one loop the first. Those without a PV are
 // in the list too: the caller says what is missing. What a rule says of a name comes before what the name itself tells.
 // `use` gets one for each rule. `clash` is called with a sentence where two names are the same signal of one loop by rule.

@@ -70,9 +70,12 @@ std::string_view without_address(std::string_view name) {
   return name;
 }
 
+constexpr std::array<std::string_view, 6> kFields{".CV",    ".F_CV",  ".Value",
+                                                  ".value", ".VALUE", ".Val"};
+
 // FIC101/PID1/PV.CV: what is read of a parameter, behind its name.
 std::string_view without_field(std::string_view name) {
-  for (const std::string_view field : {".CV", ".F_CV", ".Value", ".value", ".VALUE", ".Val"}) {
+  for (const std::string_view field : kFields) {
     if (name.size() <= field.size() || !name.ends_with(field)) continue;
     const std::string_view rest = name.substr(0, name.size() - field.size());
     const std::size_t cut = rest.find_last_of("./\\_:");
@@ -133,6 +136,36 @@ TagName read_tag(std::string_view name) {
   }
   tag.loop = std::string(name);
   return tag;
+}
+
+bool InstrumentName::is_transmitter() const noexcept {
+  return function == "T" || function == "IT" || function == "I";
+}
+
+bool InstrumentName::is_valve() const noexcept { return function == "V" || function == "CV"; }
+
+bool InstrumentName::is_controller() const noexcept {
+  return function == "C" || function == "IC" || function == "RC";
+}
+
+std::optional<InstrumentName> instrument_name(std::string_view name) {
+  for (const std::string_view field : kFields) {
+    if (name.ends_with(field)) name.remove_suffix(field.size());
+  }
+  const auto is_upper = [&](std::size_t k) { return name[k] >= 'A' && name[k] <= 'Z'; };
+  std::size_t last = name.size();
+  while (last-- > 1 && !(is_upper(last) && is_upper(last - 1))) {
+  }
+  if (last == 0 || last >= name.size()) return std::nullopt;
+  const std::size_t number = name.find_first_not_of("-_ .", last + 1);
+  if (number == std::string_view::npos || name[number] < '0' || name[number] > '9')
+    return std::nullopt;
+  std::size_t first = last;
+  while (first > 0 && is_upper(first - 1)) --first;
+  return InstrumentName{.before = name.substr(0, first),
+                        .measured = name[first],
+                        .function = name.substr(first + 1, last - first),
+                        .number = name.substr(last + 1)};
 }
 
 double ModeWords::read(std::string_view text) const {

@@ -4,7 +4,8 @@
 //   FIC101.PV  FIC101_OP  /Area1/FIC101/SP  ns=2;s=Area1.FIC101.MV  \\server\FIC101.OUT  FIC101/PID1/PV.CV
 //   FIC101 Process Value  pv  "Controller Output (%)"
 //
-// What it can't do: pair tags of different names (FT101 with FV101). That takes --map or a format file.
+// Tags of different names (FT101, FV101) are not paired here: that two of them are one loop is a guess, which the caller
+// offers.
 #pragma once
 
 #include <array>
@@ -31,6 +32,20 @@ struct TagName {
   std::string unit;  // of the name's brackets: "FIC101.PV (m3/h)", "PV [%]"
 };
 TagName read_tag(std::string_view name);
+
+// A name after ISA-5.1, whose first letter is what is measured: 12-FIT-129A is "12-", F, IT, "-129A". Nothing where the
+// last two capitals have no number behind them.
+struct InstrumentName {
+  std::string_view before;
+  char measured = 0;
+  std::string_view function;
+  std::string_view number;
+
+  bool is_transmitter() const noexcept;  // T, IT, I
+  bool is_valve() const noexcept;        // V, CV
+  bool is_controller() const noexcept;   // C, IC, RC
+};
+std::optional<InstrumentName> instrument_name(std::string_view name);
 
 // Looks like a unit of measurement: %, m3/h, degC, ...
 bool is_unit(std::string_view text);

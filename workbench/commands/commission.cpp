@@ -130,8 +130,9 @@ void print_changes(const std::vector<commission::Change>& changes) {
   fmt::print("\n");
 }
 
-// In place of files what the recorder holds, kept beside the result; the longest makes the twin.
-void take_from_recorder(CommissionOptions& options, OutputFiles& files) {
+// In place of files what the recorder holds, kept beside the result; the longest makes the twin. Returns the ranges that
+// the daemon knows.
+analysis::KnownRanges take_from_recorder(CommissionOptions& options, OutputFiles& files) {
   const fs::path folder = fs::path(options.out) / "records";
   files.make_folder(folder);
   Recorded recorded = options.recorder.take(options.input.loop(), folder);
@@ -139,6 +140,7 @@ void take_from_recorder(CommissionOptions& options, OutputFiles& files) {
                    [](const auto& a, const auto& b) { return a.rows > b.rows; });
   for (const Recorded::Record& one : recorded.records) options.records.push_back(one.path);
   options.input = RecordInput();  // its loop is the folder's, not a column's
+  return recorded.ranges();
 }
 
 int run_commission(const CommissionOptions& given) {
@@ -147,7 +149,8 @@ int run_commission(const CommissionOptions& given) {
   commission::Request request{.records = {},
                               .model = std::nullopt,
                               .healthy_limit_percent = options.healthy_limit_percent,
-                              .accept_short = options.accept_short};
+                              .accept_short = options.accept_short,
+                              .ranges = {}};
   const std::string& start = options.again.empty() ? options.model : options.again;
   if (!start.empty()) request.model = load_model(start);
   const std::optional<plant::LoopModel> before =
@@ -158,7 +161,7 @@ int run_commission(const CommissionOptions& given) {
   OutputFiles files(inputs);
   const fs::path out(options.out);
   files.make_folder(out);
-  if (recorder) take_from_recorder(options, files);
+  if (recorder) request.ranges = take_from_recorder(options, files);
   for (const char* name : {"commission.json", "report.html"}) files.stage(out / name);
   const unsigned jobs = threads(options.jobs);
   const ParallelFor parallel = on_threads(jobs);
@@ -233,7 +236,9 @@ void add_commission(Program& program) {
                  "records of the loop while it works, CSV: time, sp, pv, co, and where known "
                  "mode, stem; 20 to 60 minutes with a few set-point moves. The first makes the "
                  "twin, the others must agree with it");
-  o.recorder.add_options(command, ". It is kept in the folder records of --out");
+  o.recorder.add_options(command,
+                         "; PV's and CO's range are those of the daemon's loop. The record is "
+                         "kept in the folder records of --out");
   Option model =
       command.option("--model", o.model,
                      "loop model to start from, YAML, however rough; without it one is identified");

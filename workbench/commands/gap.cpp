@@ -56,7 +56,8 @@ struct GapOptions {
   bool stem = false;             // the valve alone: its stem in the place of PV
   std::optional<analysis::StickingCycle> cycle{};  // that the model was identified with
   std::vector<double> pv_range{},
-      co_range{};  // of the record, where it is not in the model's units
+      co_range{};                 // of the record, where it is not in the model's units
+  analysis::KnownRanges known{};  // of the loop, for a model that is identified
 };
 
 void print_result(const gap::Result& r, const std::string& out) {
@@ -464,7 +465,8 @@ int run_gap_on_assumed_model(GapOptions options) {
                                  .pv = record.pv,
                                  .sp = record.sp,
                                  .mode = mode,
-                                 .sample_time_s = record.period_s});
+                                 .sample_time_s = record.period_s},
+                                options.known);
     if (!assumed.model) {
       fail(kExitData, "{}: no model can be identified: {} {}", options.record,
            assumed.identification.reason, assumed.identification.settle);
@@ -491,6 +493,7 @@ void take_from_recorder(GapOptions& options, OutputFiles& files) {
   files.make_folder(folder);
   const Recorded recorded = options.recorder.take(options.input.loop(), folder);
   options.record = recorded.longest().path;
+  options.known = recorded.ranges();
   if (recorded.records.size() > 1) {
     fmt::print(stderr, "{}: the longest of {} stretches without a break\n", options.record,
                recorded.records.size());
@@ -515,7 +518,9 @@ void add_gap(Program& program) {
       "gap", "where a model and a record disagree, the missing effect, the corrected model",
       run_any_gap);
   command.option("record", o.record, "measured record, CSV: time, pv, and where known sp, co");
-  o.recorder.add_options(command, ". It is kept in the folder records of --out");
+  o.recorder.add_options(command,
+                         "; a model that is identified gets PV's and CO's range from the daemon's "
+                         "loop. The record is kept in the folder records of --out");
   command.option("--model", o.model,
                  "loop model as its engineers believe it, YAML; without it, one is identified from "
                  "the record itself and written to model.assumed.yaml");

@@ -20,6 +20,7 @@ void add_survey(Program& program);
 void add_outcome(Program& program);
 void add_batch(Program& program);
 void add_diagnose(Program& program);
+void add_discover(Program& program);
 void add_commission(Program& program);
 void add_gap(Program& program);
 void add_demo(Program& program);

@@ -34,6 +34,11 @@ const Recorded::Record& Recorded::longest() const {
                            [](const Record& a, const Record& b) { return a.rows < b.rows; });
 }
 
+analysis::KnownRanges Recorded::ranges() const {
+  const auto pair = [](const protocol::Range& range) { return std::pair{range[0], range[1]}; };
+  return {.pv = pair(loop.pv_range), .co = pair(loop.co_range)};
+}
+
 void RecorderInput::add_options(Command& command, const char* kept) {
   command.option(
       "--last", last_,

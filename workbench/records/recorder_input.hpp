@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "model/analysis/identification.hpp"
 #include "protocol/answers.hpp"
 #include "workbench/command_line/command.hpp"
 
@@ -26,6 +27,7 @@ struct Recorded {
   std::vector<Record> records;     // in the order of time, at least one
 
   const Record& longest() const;
+  analysis::KnownRanges ranges() const;
 };
 
 // The options --last and --socket; --loop is RecordInput's.

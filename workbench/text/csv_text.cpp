@@ -81,7 +81,7 @@ CsvTable read_csv(const std::string& file, std::string_view text,
     const bool is_header = delimiter == '\0';
     if (is_header) {
       delimiter = ',';
-      for (const char other : {';', '\t'}) {
+      for (const char other : {';', '\t', '|'}) {
         if (std::count(line.begin(), line.end(), other) >
             std::count(line.begin(), line.end(), delimiter)) {
           delimiter = other;

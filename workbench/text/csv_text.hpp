@@ -34,7 +34,7 @@ struct CsvTable {
   std::string file{};
 };
 
-// Columns in any order, upper or lower case, others passed over; comma, semicolon or tab as the header has it. Throws
+// Columns in any order, upper or lower case, others passed over; comma, semicolon, tab or bar as the header has it. Throws
 // CommandError where a needed column is missing, or a quote is not closed.
 CsvTable read_csv(const std::string& file, std::string_view text,
                   const std::vector<CsvColumn>& columns);

@@ -311,6 +311,16 @@ TEST_CASE("a record alone suggests a loop model, and what it assumed is said",
   CHECK(assumed.model->controller.pid.output_high == 10.0);
   CHECK(assumed.model->uncertainty.gain >= 0.03);
   CHECK(assumed.assumptions.size() >= 4);
+  const AssumedModel told =
+      assumed_model({.co = r.co, .pv = r.pv, .sp = r.sp, .sample_time_s = kPeriod},
+                    {.pv = {{0.0, 40.0}}, .co = {{4.0, 20.0}}});
+  REQUIRE(told.model);
+  CHECK(told.model->transmitter.low == 0.0);
+  CHECK(told.model->transmitter.high == 40.0);
+  CHECK(told.model->controller.set_point.high == 40.0);
+  CHECK(told.model->controller.pid.output_low == 4.0);
+  CHECK(told.model->controller.output.high == 20.0);
+  CHECK(told.assumptions[2] == "PV runs from 0 to 40, as it was told");
   const LoopRun still = loop_run(7, 0.0, 0.3);
   const AssumedModel none =
       assumed_model({.co = still.co, .pv = still.pv, .sp = still.sp, .sample_time_s = kPeriod});

@@ -63,8 +63,12 @@ TEST_CASE("a rough model becomes a twin that the record can't tell from the plan
 }
 
 TEST_CASE("without a model one is identified", "[commission][long]") {
-  const commission::Commissioning made = commissioned(request_of(test::believed_model()));
+  commission::Request request = request_of(test::believed_model());
+  request.ranges = {.pv = {{-1.0, 12.0}}, .co = {{0.0, 20.0}}};
+  const commission::Commissioning made = commissioned(request);
   REQUIRE(made.outcome == Outcome::commissioned);
+  CHECK(made.twin.transmitter.high == 12.0);
+  CHECK(made.twin.controller.pid.output_high == 20.0);
   CHECK(made.identified);
   CHECK(made.twin.process.gain == Approx(1.1).epsilon(0.02));
   CHECK(made.twin.controller.pid.gains.kp == Approx(0.4).epsilon(0.1));
@@ -101,6 +105,12 @@ TEST_CASE("records that can't make a twin say why, and nothing is searched", "[c
   CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
   request = request_of(test::believed_model());
   request.records[0].automatic.assign(samples, 0.0);
+  CHECK(commissioned(request).outcome == Outcome::not_usable);
+  // What moves much of what was seen moves little of a range that is known.
+  request = request_of(test::believed_model());
+  request.ranges.pv = {0.0, 1000.0};
+  CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
+  request.ranges = {.pv = {}, .co = {{-1.0, 0.0}}};
   CHECK(commissioned(request).outcome == Outcome::not_usable);
 }
 

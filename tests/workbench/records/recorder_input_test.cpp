@@ -1,9 +1,102 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/records/recorder_input.hpp"
 
+#include <atomic>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "base/local_server.hpp"
+#include "base/thread.hpp"
+#include "config/loop_model_reader.hpp"
+#include "record/record_csv.hpp"
+#include "record/segment_ring.hpp"
+#include "tests/support/shell.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::workbench::recorder_input_test {
+namespace {
+
+using tests::run;
+using tests::ShellOutcome;
+
+// A daemon that knows one loop, has recorded a simulated run of it, and answers `describe`.
+class RecordedLoop {
+ public:
+  explicit RecordedLoop(protocol::Range pv_range) {
+    tests::write_file(
+        folder_ / "m.yaml",
+        "sample_time: 1\n"
+        "controller: {kp: 1.0, ki: 0.1, output: [0, 100]}\n"
+        "process: {gain: 0.36, time_constant: 8.0, dead_time: 2.0}\n"
+        "transmitter: {range: [0, 40], resolution: 0.001, noise: 0.04}\n"
+        "scenario: {duration: 1500, set_point: [[0, 18], [200, 22], [500, 16], [800, 21], "
+        "[1100, 17]]}\n");
+    REQUIRE(loopwarden("simulate " + path("m.yaml") + " --out " + path("r.csv")).exit_code == 0);
+    write_segments();
+    protocol::Description box;
+    protocol::LoopDescription& one = box.loops.emplace_back();
+    one.tag = "FIC-205";
+    one.sample_time_s = 1.0;
+    one.recording = true;
+    one.folder = path("FIC-205");
+    one.pv_range = pv_range;
+    one.co_range = {0.0, 100.0};
+    nlohmann::json answer = box;
+    answer["ok"] = true;
+    answer_ = answer.dump();
+    thread_.start({.name = "one-answer", .stack_bytes = 1024UL * 1024UL}, [this] { serve(); });
+    while (!listening_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  RecordedLoop(const RecordedLoop&) = delete;
+  RecordedLoop& operator=(const RecordedLoop&) = delete;
+  ~RecordedLoop() {
+    quit_ = true;
+    thread_.join();
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  ShellOutcome loopwarden(const std::string& arguments) const {
+    return run("LOOPWARDEN_SOCKET=" + path("s.sock") + " " LOOPWARDEN_CLI " " + arguments +
+               " 2>&1");
+  }
+  ShellOutcome of_recorder(const std::string& command) const {
+    return loopwarden(command + " --loop FIC-205 --last 4h --out " + path("out"));
+  }
+
+ private:
+  void write_segments() const {
+    const record::Record r = record::read_record(folder_ / "r.csv");
+    record::SegmentWriter writer(
+        {.folder = folder_ / "FIC-205", .loop = "FIC-205", .period_s = r.period_s});
+    for (std::size_t k = 0; k < r.size(); ++k) {
+      record::RecordRow row;
+      row.period_index = k;
+      row.time_ns = static_cast<std::int64_t>(k) * 1'000'000'000;
+      row.sp = r.sp[k];
+      row.pv = r.pv[k];
+      row.co = r.co[k];
+      row.stem = std::nan("");
+      row.mode = 1;
+      writer.append({&row, 1});
+    }
+  }
+  void serve() {
+    base::LocalServer server;
+    server.listen({.path = path("s.sock")}, [this](std::string_view, unsigned) { return answer_; });
+    listening_ = true;
+    while (!quit_) server.serve(std::chrono::milliseconds(20));
+  }
+
+  tests::TemporaryFolder folder_;
+  std::string answer_;
+  std::atomic<bool> listening_{false}, quit_{false};
+  base::Thread thread_;
+};
+
+}  // namespace
 
 TEST_CASE("a time is a number with its unit", "[records]") {
   CHECK(seconds_of("4h") == 14'400.0);
@@ -14,6 +107,26 @@ TEST_CASE("a time is a number with its unit", "[records]") {
     INFO(wrong);
     CHECK_FALSE(seconds_of(wrong));
   }
+}
+
+TEST_CASE("a model that gap identifies has the ranges that the daemon knows",
+          "[records][program]") {
+  const RecordedLoop loop({0.0, 40.0});
+  const ShellOutcome made = loop.of_recorder("gap");
+  INFO(made.text);
+  REQUIRE(made.exit_code == 0);
+  CHECK(made.text.find("PV runs from 0 to 40, as it was told") != std::string::npos);
+  const auto model = config::read_model_file(loop.path("out/model.assumed.yaml"));
+  REQUIRE(model);
+  CHECK(model->transmitter.high == 40.0);
+}
+
+TEST_CASE("commission measures moves by the range that the daemon knows", "[records][program]") {
+  const RecordedLoop loop({0.0, 4000.0});
+  const ShellOutcome made = loop.of_recorder("commission");
+  INFO(made.text);
+  CHECK(made.exit_code == 0);
+  CHECK(made.text.find("not_enough_movement: SP moves never by") != std::string::npos);
 }
 
 }  // namespace loopwarden::workbench::recorder_input_test

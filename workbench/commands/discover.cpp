@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden discover: files of loops that another controller runs, from a plant's tags.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "base/child_process.hpp"
+#include "base/file.hpp"
+#include "base/text.hpp"
+#include "config/config_reader.hpp"
+#include "config/source_file.hpp"
+#include "workbench/command_line/frame.hpp"
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/discover/found_loops.hpp"
+#include "workbench/discover/loop_file.hpp"
+#include "workbench/discover/tag_list.hpp"
+#include "workbench/files/output_files.hpp"
+#include "workbench/records/rules_file.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DiscoverCommand {
+  std::string tags;
+  std::string opcua;  // URL
+  std::string rules;
+  std::string feeder = "opcua";
+  std::optional<double> sample_time_s;
+  std::string nodes;  // file
+  std::string out;
+  bool json = false;
+};
+
+bool is_there(const fs::path& path) {
+  return fs::symlink_status(path).type() != fs::file_type::not_found;
+}
+
+constexpr const char* kBrowser = "loopwarden-opcua";
+constexpr std::chrono::milliseconds kLookEvery{20};
+
+// Writes what an OPC UA server has to `list`. What the program says goes to the error output, and its exit code is
+// returned.
+int browse(const std::string& url, const fs::path& list) {
+  const base::File file(list, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  if (!file.is_open()) fail(kExitIo, "{}: can't be written", list.string());
+  try {
+    base::ChildProcess child(kBrowser, {"browse", "--url", url},
+                             {.output = file.fd(), .errors = STDERR_FILENO, .idle = false});
+    std::optional<int> code;
+    while (!(code = child.ended())) std::this_thread::sleep_for(kLookEvery);
+    return *code;
+  } catch (const std::system_error& e) {
+    fail(kExitIo,
+         "{}: {}; it comes with the package {}, which must be installed on this machine. --tags "
+         "takes a list from elsewhere",
+         kBrowser, e.code().message(), kBrowser);
+  }
+}
+
+std::vector<record::TagRule> rules_in(const std::string& path) {
+  if (path.empty()) return {};
+  auto rules = read_rules_file(path);
+  if (!rules) fail(kExitConfiguration, "{}", base::trimmed(config::to_text(rules.diagnostics)));
+  fmt::print(stderr, "{}", config::to_text(rules.diagnostics));
+  return std::move(*rules);
+}
+
+// What becomes of the loops, one line each.
+class LoopFiles {
+ public:
+  LoopFiles(const DiscoverCommand& options, OutputFiles& files, std::string source)
+      : options_(options),
+        files_(files),
+        settings_{.feeder = options.feeder,
+                  .source = std::move(source),
+                  .sample_time_s = options.sample_time_s} {}
+
+  void add(const discover::FoundLoop& loop) {
+    const std::string& tag = loop.tag.value;
+    nlohmann::json entry{{"tag", tag}};
+    const discover::LoopFile made = discover::loop_file(loop, settings_);
+    const fs::path complete = fs::path(options_.out) / (tag + ".yaml");
+    const fs::path path =
+        made.is_complete() ? complete : fs::path(complete.string() + ".incomplete");
+    if (!tags_.insert(base::lower_case(tag)).second) {
+      leave(entry,
+            fmt::format("{}: another loop has this tag; a rule with `loop` tells them apart", tag));
+    } else if (tag.empty() || tag.size() > kLongestTag) {
+      leave(entry, fmt::format("{}: no tag of 1 to {} letters; a rule with `loop` gives one",
+                               base::in_quotes(loop.signal(record::Role::pv)->name), kLongestTag));
+    } else if (is_there(complete) || is_there(path)) {
+      const fs::path there = is_there(complete) ? complete : path;
+      leave(entry, there.string() + ": is there and stays as it is");
+    } else {
+      write(path, made, entry);
+    }
+    loops_.push_back(std::move(entry));
+  }
+  std::size_t written() const noexcept { return written_; }
+  nlohmann::json take_json() { return std::move(loops_); }
+
+ private:
+  static constexpr std::size_t kLongestTag = 32;
+
+  void leave(nlohmann::json& entry, const std::string& why) const {
+    entry["left"] = why;
+    if (!options_.json) fmt::print("{}\n", why);
+  }
+  void write(const fs::path& path, const discover::LoopFile& made, nlohmann::json& entry) {
+    files_.add(path, made.text);
+    ++written_;
+    entry["file"] = path.string();
+    entry["sure"] = made.sure;
+    entry["guessed"] = nlohmann::json::object();
+    std::string guesses;
+    for (const auto& [key, why] : made.guessed) {
+      entry["guessed"][key] = why;
+      guesses += (guesses.empty() ? "; guessed: " : ", ") + key;
+    }
+    entry["missing"] = made.missing;
+    if (options_.json) return;
+    fmt::print("{}: sure: {}{}{}{}\n", path.string(), fmt::join(made.sure, ", "), guesses,
+               made.is_complete() ? "" : "; missing: ", fmt::join(made.missing, ", "));
+  }
+
+  const DiscoverCommand& options_;
+  OutputFiles& files_;
+  discover::LoopFileSettings settings_;
+  std::set<std::string> tags_;
+  nlohmann::json loops_ = nlohmann::json::array();
+  std::size_t written_ = 0;
+};
+
+// That loopwardend.yaml beside the folder does not name the feeder; empty where it does.
+std::string feeder_text(const DiscoverCommand& options) {
+  const std::string path =
+      (fs::absolute(options.out) / ".." / "loopwardend.yaml").lexically_normal().string();
+  config::Report report(path);
+  const std::optional<std::string> text = config::read_source_file(path, report);
+  if (text) {
+    const auto daemon = config::read_daemon_text(path, *text);
+    if (daemon && daemon->feeders.contains(options.feeder)) return {};
+  }
+  return fmt::format(
+      "{} needs: feeders: {{{}: {{user: USER}}}}, the user of the program that brings the values\n",
+      path, options.feeder);
+}
+
+void print_rest(const discover::FoundLoops& found) {
+  for (const std::string& what : found.incomplete) fmt::print(stderr, "{}\n", what);
+  for (const std::string& rule : found.idle_rules) fmt::print(stderr, "{}\n", rule);
+  if (found.other_names.empty()) return;
+  constexpr std::size_t kMost = 6;
+  const std::size_t shown = std::min(kMost, found.other_names.size());
+  std::string names;
+  for (std::size_t k = 0; k < shown; ++k)
+    names += (k > 0 ? ", " : "") + base::in_quotes(found.other_names[k]);
+  fmt::print(stderr, "tags of no loop, {}: {}{}; --rules tells what a name does not\n",
+             found.other_names.size(), names, found.other_names.size() > shown ? ", ..." : "");
+}
+
+int run_discover(const DiscoverCommand& options) {
+  if (options.tags.empty() == options.opcua.empty()) require("either --tags or --opcua");
+  if (!options.nodes.empty() && is_there(options.nodes))
+    fail(kExitData, "{}: is there and stays as it is; give --nodes another name", options.nodes);
+  const std::vector<record::TagRule> rules = rules_in(options.rules);
+  OutputFiles files({options.tags, options.rules});
+  fs::path list = options.tags;
+  OutputFiles scratch;
+  if (!options.opcua.empty()) {
+    list = scratch.stage(scratch.make_scratch_folder() / "tags.csv");
+    if (const int code = browse(options.opcua, list); code != 0) {
+      fmt::print(stderr, "{} browse {}: exit code {}\n", kBrowser, options.opcua, code);
+      return code;
+    }
+  }
+  const std::string source = options.opcua.empty() ? options.tags : options.opcua;
+  const discover::TagList tags = discover::read_tag_list(list);
+  for (const std::string& note : tags.notes) fmt::print(stderr, "{}\n", note);
+  const discover::FoundLoops found = discover::find_loops(tags.tags, rules);
+  const std::string nodes = discover::node_list(found.loops);
+  if (!options.nodes.empty() && nodes.empty())
+    fail(kExitData, "{}: no loop's tag has a node, so there is nothing for --nodes", source);
+  files.make_folder(options.out);
+  LoopFiles loops(options, files, source);
+  for (const discover::FoundLoop& loop : found.loops) loops.add(loop);
+  const std::size_t written = loops.written();
+  if (!options.nodes.empty()) files.add(options.nodes, nodes);
+  if (written > 0 || !options.nodes.empty()) files.commit();
+  if (options.json) {
+    show_json({{"loops", loops.take_json()},
+               {"not_whole", found.incomplete},
+               {"not_used", found.other_names}});
+  }
+  std::fflush(stdout);
+  print_rest(found);
+  if (written > 0) fmt::print(stderr, "{}", feeder_text(options));
+  fmt::print(stderr, "{} of {} loops written\n", written, found.loops.size());
+  return written > 0 ? kExitOk : kExitData;
+}
+
+}  // namespace
+
+void add_discover(Program& program) {
+  auto [command, o] = program.command(
+      "discover", "files of loops that another controller runs, from the plant's tags",
+      run_discover);
+  const Option tags =
+      command.option("--tags", o.tags,
+                     "list of tags, CSV or a sheet: columns tag or name, node, unit, low, high, "
+                     "description, in any order");
+  command
+      .option("--opcua", o.opcua,
+              "OPC UA server, opc.tcp://HOST:PORT, whose tags loopwarden-opcua lists")
+      .excludes(tags);
+  command.option("--rules", o.rules, "what the site's names mean, YAML: docs/import.md");
+  command.setting("--feeder", o.feeder, "who brings the values, as loopwardend.yaml calls it");
+  command.option("--sample-time", o.sample_time_s, "of all loops, s; else 1, as a guess",
+                 between(0.001, 3600.0));
+  command.option("--nodes", o.nodes,
+                 "also write the key `nodes` of loopwarden-opcua's opcua.yaml, names and node ids, "
+                 "to this file, which must not be there");
+  command.required("--out", o.out,
+                   "folder for TAG.yaml, and TAG.yaml.incomplete where a unit or range is not "
+                   "known; files that are there stay as they are");
+  command.flag("--json", o.json, "print JSON");
+  command.footer(
+      "There is no --sparkplug: of Sparkplug edges take a list of the metrics. Exit code 65: no "
+      "file was written; 78: also a server whose certificate is not trusted yet.\n"
+      "Example: loopwarden discover --tags tags.csv --out /etc/loopwardend/loops.d");
+}
+
+}  // namespace loopwarden::workbench

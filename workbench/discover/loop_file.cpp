@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/discover/loop_file.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "config/config_reader.hpp"
+
+namespace loopwarden::workbench::discover {
+namespace {
+
+using record::Role;
+
+constexpr double kUsualSampleTime_s = 1.0;
+
+// JSON's double quotes are YAML's, too.
+std::string quoted(const std::string& text) {
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+// For a comment.
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7F) c = '?';
+  }
+  return text;
+}
+
+std::string list(const std::vector<double>& numbers) {
+  return fmt::format("[{}]", fmt::join(numbers, ", "));
+}
+
+class Writer {
+ public:
+  explicit Writer(LoopFile& file) : file_(file) {}
+
+  void line(const std::string& text) { body_ += text + "\n"; }
+  // `path`: what the key is called in the answer.
+  void key(const std::string& path, const std::string& text, const std::string& guess) {
+    line(guess.empty() ? text : text + "  # guessed: " + one_line(guess));
+    if (guess.empty()) {
+      file_.sure.push_back(path);
+    } else {
+      file_.guessed.emplace_back(path, guess);
+    }
+  }
+  void unit(const std::string& section, const char* signal, const Found<std::string>& unit) {
+    if (unit.value.empty()) return missing(section + ".unit", std::string("unit of ") + signal);
+    key(section + ".unit", "  unit: " + quoted(unit.value), unit.guess);
+  }
+  void range(const std::string& section, const char* signal,
+             const Found<std::optional<record::SignalRange>>& range) {
+    if (!range.value)
+      return missing(section + ".range", std::string("[lower, upper end] of ") + signal);
+    key(section + ".range",
+        fmt::format("  range: {}", list({range.value->first, range.value->second})), range.guess);
+  }
+  void missing(const std::string& path, const std::string& what) {
+    file_.missing.push_back(path + ": " + what);
+  }
+  const std::string& body() const noexcept { return body_; }
+
+ private:
+  LoopFile& file_;
+  std::string body_;
+};
+
+void write_signals(Writer& out, const FoundLoop& loop, const std::string& feeder) {
+  out.line("io:");
+  out.line("  backend: feed");
+  for (const Role role : {Role::pv, Role::co, Role::sp, Role::stem, Role::mode}) {
+    const std::optional<LoopSignal>& signal = loop.signal(role);
+    if (!signal) continue;
+    const std::string name = record::to_text(role);
+    std::string text = "feed: " + quoted(feeder + ":" + signal->name);
+    if (role != Role::mode) {
+      out.key(name, fmt::format("  {}: {{{}}}", name, text), signal->guess);
+      continue;
+    }
+    out.line("  mode:");
+    out.key(name, "    " + text, signal->guess);
+    out.key("mode.automatic", "    automatic: " + list(loop.automatic.value), loop.automatic.guess);
+    if (!loop.manual.value.empty())
+      out.key("mode.manual", "    manual: " + list(loop.manual.value), loop.manual.guess);
+  }
+}
+
+// What check says of the file as it stands.
+std::vector<std::string> refusals(const std::string& text, const std::string& feeder) {
+  config::DaemonConfig daemon;
+  daemon.feeders.emplace(feeder, config::FeederUser{});
+  std::vector<std::string> found;
+  for (const config::Diagnostic& what : config::read_loop_text("", text, daemon).diagnostics) {
+    if (what.level == config::Diagnostic::Level::error)
+      found.push_back(what.key + ": " + what.message);
+  }
+  return found;
+}
+
+}  // namespace
+
+LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings) {
+  LoopFile file;
+  Writer out(file);
+  out.key("loop", "loop: " + quoted(loop.tag.value), loop.tag.guess);
+  if (!loop.description.empty()) out.line("description: " + quoted(loop.description));
+  out.line("control: elsewhere  # nothing of this loop is ever written");
+  out.key("sample_time",
+          fmt::format("sample_time: {}", settings.sample_time_s.value_or(kUsualSampleTime_s)),
+          settings.sample_time_s ? "" : "in s; a fifth of the time constant or shorter");
+  out.line("process_variable:");
+  out.unit("process_variable", "PV", loop.pv_unit);
+  out.range("process_variable", "PV", loop.pv_range);
+  out.line("output:");
+  out.unit("output", "CO", loop.co_unit);
+  out.range("output", "CO", loop.co_range);
+  write_signals(out, loop, settings.feeder);
+  if (file.is_complete()) file.missing = refusals(out.body(), settings.feeder);
+  std::string head =
+      fmt::format("# Found by loopwarden discover in {}.\n", one_line(settings.source));
+  if (!file.is_complete()) {
+    head += fmt::format("# Missing, before this can be {}.yaml:\n", loop.tag.value);
+    for (const std::string& what : file.missing) head += "#   " + one_line(what) + "\n";
+  }
+  file.text = head + out.body();
+  return file;
+}
+
+std::string node_list(const std::vector<FoundLoop>& loops) {
+  std::string text;
+  for (const FoundLoop& loop : loops) {
+    for (const std::optional<LoopSignal>& signal : loop.signals) {
+      if (signal && !signal->node.empty())
+        text += fmt::format("  {}: {}\n", quoted(signal->name), quoted(signal->node));
+    }
+  }
+  return text.empty() ? text : "nodes:\n" + text;
+}
+
+}  // namespace loopwarden::workbench::discover
