@@ -10,10 +10,9 @@
 namespace loopwarden::config {
 
 inline std::string read_log_level(MapReader& in) {
-  constexpr std::array kLevels{Choice<const char*>{"debug", "debug"},
-                               Choice<const char*>{"info", "info"},
-                               Choice<const char*>{"warn", "warn"},
-                               Choice<const char*>{"error", "error"}};
+  constexpr std::array kLevels{
+      Choice<const char*>{"debug", "debug"}, Choice<const char*>{"info", "info"},
+      Choice<const char*>{"warn", "warn"}, Choice<const char*>{"error", "error"}};
   return in.one_of("log_level", kLevels, "least grave message that is logged", kLevels[1].value)
       .value;
 }

@@ -43,8 +43,8 @@ void read_tls(MapReader& in, const std::string& file, mqtt::ClientSettings& mqtt
       file);
   mqtt.certificate_file =
       read_path(in, "certificate_file", "the box's own certificate, PEM; needs key", file);
-  mqtt.key = read_secret_at(
-      in, "key", "private key of certificate_file, PEM, without a pass phrase", file);
+  mqtt.key = read_secret_at(in, "key",
+                            "private key of certificate_file, PEM, without a pass phrase", file);
   const bool own = !mqtt.certificate_file.empty();
   if (in.describing()) return;
   if (own != mqtt.key.given()) in.error("certificate_file and key are given both or none");

@@ -14,6 +14,7 @@ void read_broker(config::MapReader in, const std::string& file, const std::strin
                  mqtt::ClientSettings& mqtt);
 
 // Reports a name that no topic can hold.
-void check_identifier(config::MapReader& in, const char* key, const config::Value<std::string>& name);
+void check_identifier(config::MapReader& in, const char* key,
+                      const config::Value<std::string>& name);
 
 }  // namespace loopwarden::broker

@@ -79,10 +79,9 @@ PayloadRule read_payload(MapReader& in) {
   rule.time_form = in.one_of("time_form", kTimeForms,
                              "s or ms since 1970, or ISO 8601 with Z or an offset", TimeForm::s);
   rule.quality = read_pointer(in, "quality", "JSON Pointer to the quality; absent: always good");
-  rule.quality_codes =
-      in.one_of("quality_codes", kQualityCodes,
-                "where quality is a number: opc, 192 is good; opc_ua, 0 is good",
-                QualityCodes::opc);
+  rule.quality_codes = in.one_of("quality_codes", kQualityCodes,
+                                 "where quality is a number: opc, 192 is good; opc_ua, 0 is good",
+                                 QualityCodes::opc);
   if ((rule.time || rule.quality) && !rule.value) in.error("`time` and `quality` need `value`");
   return rule;
 }

@@ -51,8 +51,9 @@ void FeedLink::flush(Clock::time_point now) {
   std::array<char, 256> end{};
   const ssize_t n = ::recv(fd_, end.data(), end.size(), MSG_DONTWAIT);
   if (n == 0) {
-    return lost(now, path_ + ": closed by the daemon; is this program's user a feeder of "
-                             "loopwardend.yaml, and no other process its own?");
+    return lost(now, path_ +
+                         ": closed by the daemon; is this program's user a feeder of "
+                         "loopwardend.yaml, and no other process its own?");
   }
   if (n < 0 && errno != EAGAIN && errno != EINTR) {
     return lost(now, path_ + ": " + std::generic_category().message(errno));

@@ -117,10 +117,11 @@ void Feeder::keep_link() {
 void Feeder::ask_rebirths() {
   for (const auto& [group, edge] : edges_.to_ask(ms_of(Clock::now()))) {
     spdlog::info("{}/{}: a rebirth is asked for", group, edge);
-    client_.publish({.topic = to_text(sparkplug::Topic{group, sparkplug::MessageType::ncmd, edge, ""}),
-                     .payload = rebirth_request(static_cast<std::uint64_t>(base::utc_ms())),
-                     .qos = mqtt::Qos::at_most_once,
-                     .retain = false});
+    client_.publish(
+        {.topic = to_text(sparkplug::Topic{group, sparkplug::MessageType::ncmd, edge, ""}),
+         .payload = rebirth_request(static_cast<std::uint64_t>(base::utc_ms())),
+         .qos = mqtt::Qos::at_most_once,
+         .retain = false});
   }
 }
 
@@ -156,8 +157,7 @@ void Feeder::complain(const std::string& what) {
   ++complaints_;
   if (Clock::now() < complain_again_) return;
   complain_again_ = Clock::now() + kBetweenComplaints;
-  spdlog::warn("{} (so many since the last such line: {})", what,
-               std::exchange(complaints_, 0));
+  spdlog::warn("{} (so many since the last such line: {})", what, std::exchange(complaints_, 0));
 }
 
 std::string Feeder::status() const {

@@ -17,10 +17,11 @@ TEST_CASE("a line of feed.sock as a feeder writes it", "[feed]") {
   const std::vector<FedValue> values{
       {.name = "FIC205.PV", .value = 12.25, .time_s = 1764000000.125, .quality = Quality::good},
       {.name = "FIC205.OP", .quality = Quality::bad}};
-  CHECK(write_feed_lines(values) ==
-        std::vector<std::string>{
-            R"({"values":[{"name":"FIC205.PV","quality":"good","time":1764000000.125,"value":12.25},)"
-            R"({"name":"FIC205.OP","quality":"bad","value":null}]})"});
+  CHECK(
+      write_feed_lines(values) ==
+      std::vector<std::string>{
+          R"({"values":[{"name":"FIC205.PV","quality":"good","time":1764000000.125,"value":12.25},)"
+          R"({"name":"FIC205.OP","quality":"bad","value":null}]})"});
   CHECK(write_feed_lines({}).empty());
   std::string id;
   CHECK(read_feed_line(feed_sign_of_life(), id).values.empty());

@@ -72,9 +72,7 @@ void ForeignEdges::apply(Edge& edge, const sparkplug::Message& message, std::int
   switch (type) {
     case MessageType::nbirth:
     case MessageType::dbirth: return born(found->second, message, values, complaint);
-    case MessageType::ddeath:
-      ++counts_.deaths;
-      return die(found->second, values);
+    case MessageType::ddeath: ++counts_.deaths; return die(found->second, values);
     default: return data(edge, found->second, message, values, complaint);
   }
 }
@@ -140,9 +138,8 @@ void ForeignEdges::say(std::vector<Metric>& metrics, const sparkplug::Metric& sa
   const std::optional<double> code =
       quality == nullptr ? std::nullopt : sparkplug::number_of(quality->value);
   for (Metric& metric : metrics) {
-    const sparkplug::Value value = metric.type == DataType::unknown
-                                       ? said.value
-                                       : sparkplug::retyped(said.value, metric.type);
+    const sparkplug::Value value =
+        metric.type == DataType::unknown ? said.value : sparkplug::retyped(said.value, metric.type);
     FedValue fed{.name = metric.newest.name, .value = sparkplug::number_of(value)};
     if (time_ms) fed.time_s = static_cast<double>(*time_ms) * 1e-3;
     if (code) fed.quality = quality_of_code(*code, QualityCodes::opc);

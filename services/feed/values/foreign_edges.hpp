@@ -74,13 +74,14 @@ class ForeignEdges {
   struct Device {
     bool born = false;
     std::optional<std::int64_t> awaited_since_ms{};  // its node was born, it was not yet
-    std::map<std::string, std::vector<Metric>> metrics;  // by their name; a value may have several names
+    std::map<std::string, std::vector<Metric>>
+        metrics;  // by their name; a value may have several names
     std::unordered_map<std::uint64_t, std::vector<Metric>*> by_alias;
   };
   struct Edge {
     sparkplug::EdgeTracker tracker{};
     sparkplug::RebirthWait rebirth{};
-    std::uint64_t missing = 0;  // so many are known to the values
+    std::uint64_t missing = 0;              // so many are known to the values
     std::map<std::string, Device> devices;  // "": the node
   };
 

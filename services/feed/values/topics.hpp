@@ -19,7 +19,7 @@ struct TopicRule {
   std::string name;   // on feed.sock
   std::string topic;  // without + and #
   PayloadRule payload{};
-  bool retained = false;         // a retained message counts also without a time
+  bool retained = false;        // a retained message counts also without a time
   std::int64_t timeout_ms = 0;  // silent for longer: bad; 0: never
 };
 

@@ -104,13 +104,13 @@ TEST_CASE("what is wrong in feed.yaml is named with its place", "[feed]") {
              Catch::Contains("need `value`"));
   CHECK_THAT(complaints(kBroker + "metrics: [{name: a, group: g/h, edge: e, metric: m}]\n"),
              Catch::Contains("metrics[0].group") && Catch::Contains("without / + #"));
-  CHECK_THAT(complaints(kBroker + "metrics: [{name: a, group: g, edge: e, device: '#', metric: m}]\n"),
-             Catch::Contains("metrics[0].device"));
+  CHECK_THAT(
+      complaints(kBroker + "metrics: [{name: a, group: g, edge: e, device: '#', metric: m}]\n"),
+      Catch::Contains("metrics[0].device"));
 }
 
 TEST_CASE("the example is a sound configuration", "[feed]") {
-  const auto loaded =
-      read_feed_file(LOOPWARDEN_SOURCE_DIR "/config/examples/watch-mqtt/feed.yaml");
+  const auto loaded = read_feed_file(LOOPWARDEN_SOURCE_DIR "/config/examples/watch-mqtt/feed.yaml");
   CHECK(to_text(loaded.diagnostics).empty());
   REQUIRE(loaded);
   CHECK_FALSE(loaded->topics.empty());
@@ -122,7 +122,8 @@ TEST_CASE("docs/feed-keys.md says what the reader says", "[feed][reference]") {
   const std::string described =
       "# Keys of feed.yaml\n\n"
       "<!-- Generated from services/feed; tests_fleet \"[reference]\" says how to renew it. -->\n\n"
-      "What they mean together: [watch.md](watch.md#3-by-mqtt-and-sparkplug-loopwarden-feed). Unknown "
+      "What they mean together: [watch.md](watch.md#3-by-mqtt-and-sparkplug-loopwarden-feed). "
+      "Unknown "
       "keys are errors with their place.\n" +
       loopwarden::config::to_markdown(describe_feed());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {

@@ -50,10 +50,10 @@ struct Rig {
                {{"loops.d/205.yaml", kTopics}, {"loops.d/206.yaml", kSparkplug}}),
         feeder({LOOPWARDEN_BIN_DIR "/loopwarden-feed", "--config", file("feed.yaml")}, file("log")),
         edge("sparkplug_edge.py", {std::to_string(broker.port()), "plant", "e1", "dev"}) {
-    tests::write_file(folder / "feed.yaml", "broker: {url: 'mqtt://127.0.0.1:" +
-                                                std::to_string(broker.port()) +
-                                                "', reconnect_min: 0.1, reconnect_max: 0.2}\n" +
-                                                "runtime_directory: " + daemon.folder().string() + R"(
+    tests::write_file(folder / "feed.yaml",
+                      "broker: {url: 'mqtt://127.0.0.1:" + std::to_string(broker.port()) +
+                          "', reconnect_min: 0.1, reconnect_max: 0.2}\n" +
+                          "runtime_directory: " + daemon.folder().string() + R"(
 alive_interval: 0.1
 topics:
   - {name: FIC205.PV, topic: plant/fic205, value: /pv, time: /t, quality: /q}
@@ -82,14 +82,13 @@ metrics:
   }
   // A value by its time, which is now.
   void publish(double pv, const std::string& quality = "good") {
-    const auto now = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch());
+    const auto now =
+        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch());
     edge.command("publish plant/fic205 " +
                  json{{"pv", pv}, {"t", now.count()}, {"q", quality}}.dump());
     edge.command("publish plant/fic205/op 33");
   }
-  json counters() {
-    return daemon.status().at("daemon").at("feeders").at(0);
-  }
+  json counters() { return daemon.status().at("daemon").at("feeders").at(0); }
 
   tests::TemporaryFolder folder;
   MqttBroker broker;
@@ -197,7 +196,8 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   CHECK(rig.is("FIC-206", "pv", 5.5));
 }
 
-TEST_CASE("loopwarden-feed --check names what is wrong; a bad configuration is 78, a bad line 64", "[feed]") {
+TEST_CASE("loopwarden-feed --check names what is wrong; a bad configuration is 78, a bad line 64",
+          "[feed]") {
   const tests::TemporaryFolder folder;
   const std::string program = LOOPWARDEN_BIN_DIR "/loopwarden-feed";
   const std::string file = (folder / "feed.yaml").string();

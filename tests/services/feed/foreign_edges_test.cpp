@@ -32,9 +32,8 @@ Metric metric(const std::string& name, std::optional<std::uint64_t> alias, DataT
   return made;
 }
 
-const std::vector<MetricRule> kRules{{"PV", "g", "e", "d", "PV"},
-                                     {"MODE", "g", "e", "d", "MODE"},
-                                     {"T", "g", "e", "", "T"}};
+const std::vector<MetricRule> kRules{
+    {"PV", "g", "e", "d", "PV"}, {"MODE", "g", "e", "d", "MODE"}, {"T", "g", "e", "", "T"}};
 
 // An edge node and what is made of its words.
 struct Foreign {
@@ -102,8 +101,9 @@ TEST_CASE("births give values, types and aliases; data comes by alias without ty
   CHECK(born.at("MODE").value == 1.0);
   CHECK(edge.pv(2.5).at("PV").value == 2.5);
   // The sign of a whole number is in the birth's type alone.
-  const auto mode = edge.say(MessageType::ddata, "d", {metric("", 8, DataType::int16, std::int64_t{-2})},
-                             sparkplug::Types::left_out);
+  const auto mode =
+      edge.say(MessageType::ddata, "d", {metric("", 8, DataType::int16, std::int64_t{-2})},
+               sparkplug::Types::left_out);
   CHECK(mode.at("MODE").value == -2.0);
   // By name as well.
   CHECK(edge.say(MessageType::ndata, "", {metric("T", {}, DataType::float64, 21.0)},
@@ -178,8 +178,9 @@ TEST_CASE("historical values are not now's; null, NaN and text are bad", "[feed]
   CHECK(edge.say(MessageType::ddata, "d", {old}, sparkplug::Types::sent).empty());
   CHECK(edge.edges.counts().historical == 1);
   const auto of = [&](Value value, DataType type) {
-    return edge.say(MessageType::ddata, "d", {metric("", 7, type, std::move(value))},
-                    sparkplug::Types::sent)
+    return edge
+        .say(MessageType::ddata, "d", {metric("", 7, type, std::move(value))},
+             sparkplug::Types::sent)
         .at("PV");
   };
   CHECK(of(std::monostate{}, DataType::float32).quality == Quality::bad);
@@ -211,7 +212,7 @@ TEST_CASE("where messages are missing all of the edge node is uncertain until it
   Foreign edge;
   edge.node_birth();
   edge.device_birth();
-  ++edge.seq;  // one is lost
+  ++edge.seq;                   // one is lost
   CHECK(edge.pv(4.0).empty());  // it waits for the one before it
   edge.now_ms += 10'000;
   const auto now = edge.look();

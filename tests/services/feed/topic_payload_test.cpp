@@ -40,7 +40,8 @@ TEST_CASE("a payload that is a number", "[feed]") {
   CHECK_FALSE(fed.time_s);
   CHECK(fed.quality == Quality::good);
   CHECK(read({}, "-1e-3").value == -0.001);
-  for (const char* bad : {"", " ", "12,5", "12.5 m3/h", "nan", "inf", "1e999", "{\"v\": 1}", "0x10"}) {
+  for (const char* bad :
+       {"", " ", "12,5", "12.5 m3/h", "nan", "inf", "1e999", "{\"v\": 1}", "0x10"}) {
     CAPTURE(bad);
     CHECK(refused({}, bad) == "expected a number");
   }
@@ -104,8 +105,8 @@ TEST_CASE("qualities as words, flags and codes", "[feed]") {
 TEST_CASE("times of ISO 8601 with a zone", "[feed]") {
   CHECK(parse_iso_time("2025-11-24T16:00:00Z") == 1764000000.0);
   CHECK(parse_iso_time("2025-11-24T17:00:00.25+01:00") == 1764000000.25);
-  for (const char* bad : {"2025-11-24T16:00:00", "2025-11-24", "16:00:00Z", "", "Z", "2025-13-24T16:00:00Z",
-                          "2025-11-24T16:00:00Z and more"}) {
+  for (const char* bad : {"2025-11-24T16:00:00", "2025-11-24", "16:00:00Z", "", "Z",
+                          "2025-13-24T16:00:00Z", "2025-11-24T16:00:00Z and more"}) {
     CAPTURE(bad);
     CHECK_FALSE(parse_iso_time(bad));
   }
@@ -150,7 +151,8 @@ TEST_CASE("one message brings several values; one that can't be read is bad and 
 TEST_CASE("a retained message of unknown age does not count, unless it may", "[feed]") {
   TopicRule timed = kPv;
   timed.payload.time = JsonPointer("/t");
-  TopicRule allowed{.name = "SP", .topic = "a", .payload = {.value = JsonPointer("/sp")}, .retained = true};
+  TopicRule allowed{
+      .name = "SP", .topic = "a", .payload = {.value = JsonPointer("/sp")}, .retained = true};
   Heard heard({timed, kOp, allowed});
   const auto values = heard.take("a", R"({"pv": 1, "op": 2, "sp": 3, "t": 5})", true);
   REQUIRE(values.size() == 2);
