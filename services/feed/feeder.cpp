@@ -59,7 +59,7 @@ void Feeder::round() {
   edges_.look(now_ms, values_);
   keep_link();
   deliver();
-  if (config_.ask_rebirth && broker_there_) ask_rebirths();
+  if (config_.ask_rebirth && client_.connected()) ask_rebirths();
 }
 
 void Feeder::take(const mqtt::Event& event) {

@@ -203,6 +203,7 @@ void ForeignEdges::disconnected(Values& values) {
   for (auto& [name, edge] : edges_) {
     edge.tracker.forget();
     edge.tracker.want_rebirth();
+    edge.rebirth = {};
     for (auto& [device_name, device] : edge.devices) die(device, values);
   }
 }

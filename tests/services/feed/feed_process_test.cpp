@@ -9,6 +9,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/device/foreign_process.hpp"
@@ -194,6 +195,36 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   CHECK(rig.is("FIC-206", "pv_reason", "stale"));
   rig.feeder.start();
   CHECK(rig.is("FIC-206", "pv", 5.5));
+}
+
+TEST_CASE("loopwarden-feed by TLS, with a certificate of its own", "[feed]") {
+  const tests::TemporaryFolder folder;
+  const tests::Certificates certificates;
+  const MqttBroker broker(certificates.broker_lines());
+  const std::string url = "mqtts://127.0.0.1:" + std::to_string(broker.port());
+  const auto config = [&](const std::string& authority) {
+    return "broker: {url: '" + url +
+           "', reconnect_min: 0.1, ca_file: " + certificates.file(authority) +
+           ", certificate_file: " + certificates.file("client.crt") +
+           ", key: {file: " + certificates.file("client.key") +
+           "}}\nruntime_directory: " + folder.path().string() + "\ntopics: [{name: a, topic: b}]\n";
+  };
+  const auto says = [&](const tests::Program& feeder, const std::string& text) {
+    return eventually([&] { return feeder.log().find(text) != std::string::npos; });
+  };
+  const std::string file = (folder / "feed.yaml").string();
+  const std::vector<std::string> words{LOOPWARDEN_BIN_DIR "/loopwarden-feed", "--config", file};
+  tests::write_file(file, config("ca.crt"));
+  tests::Program feeder(words, folder / "log");
+  feeder.start();
+  CHECK(says(feeder, "broker: connected"));
+  CHECK(feeder.end(SIGTERM) == 0);
+  tests::write_file(file, config("other.crt"));
+  tests::Program stranger(words, folder / "other log");
+  stranger.start();
+  CHECK(says(stranger, "broker: "));
+  CHECK(stranger.end(SIGTERM) == 0);
+  CHECK(stranger.log().find("broker: connected") == std::string::npos);
 }
 
 TEST_CASE("loopwarden-feed --check names what is wrong; a bad configuration is 78, a bad line 64",

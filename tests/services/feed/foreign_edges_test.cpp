@@ -241,11 +241,18 @@ TEST_CASE("births are asked for where they are missing, less and less often", "[
   CHECK(edge.edges.all_born());
   edge.device_birth();
   CHECK(edge.edges.to_ask(100'000).empty());
+  // Asked in vain for long, it may be asked at once on a new connection.
+  ++edge.seq;
+  edge.pv(3.0);
+  edge.now_ms = 200'000;
+  edge.look();
+  CHECK(edge.edges.to_ask(200'000).size() == 1);
+  CHECK(edge.edges.to_ask(200'001).empty());
   edge.values.clear();
   edge.edges.disconnected(edge.values);
   CHECK(edge.by_name().at("PV").quality == Quality::bad);
   CHECK(edge.pv(2.0).empty());
-  CHECK(edge.edges.to_ask(100'000).size() == 1);
+  CHECK(edge.edges.to_ask(200'002).size() == 1);
   const sparkplug::Payload request = sparkplug::decode(feed::rebirth_request(5));
   REQUIRE(request.metrics.size() == 1);
   CHECK(request.metrics[0].name == "Node Control/Rebirth");
