@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "base/clock.hpp"
@@ -19,6 +20,8 @@ namespace {
 using protocol::FedValue;
 
 constexpr std::chrono::milliseconds kRound{100};
+// What comes within it goes in one line: a wake-up for each value would cost more than all else.
+constexpr std::chrono::milliseconds kGathering{20};
 constexpr std::chrono::minutes kBetweenComplaints{1};
 
 std::int64_t ms_of(std::chrono::steady_clock::time_point moment) {
@@ -54,6 +57,8 @@ void Feeder::round() {
   for (const mqtt::Event& event : client_.events(std::min(kRound, config_.alive_interval))) {
     take(event);
   }
+  std::this_thread::sleep_for(kGathering);
+  for (const mqtt::Event& event : client_.events(std::chrono::milliseconds(0))) take(event);
   const std::int64_t now_ms = ms_of(Clock::now());
   topics_.look(now_ms, values_);
   edges_.look(now_ms, values_);
