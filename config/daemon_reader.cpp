@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "config/log_level.hpp"
 #include "config/daemon_reader.hpp"
 
 #include <arpa/inet.h>
@@ -20,8 +21,6 @@ using hal::modbus::Transport;
 
 constexpr auto kTransports =
     std::to_array<Choice<Transport>>({{"tcp", Transport::tcp}, {"rtu", Transport::rtu}});
-constexpr auto kLogLevels = std::to_array<Choice<const char*>>(
-    {{"debug", "debug"}, {"info", "info"}, {"warn", "warn"}, {"error", "error"}});
 
 int milliseconds(double seconds) { return static_cast<int>(std::lround(seconds * 1000.0)); }
 
@@ -175,8 +174,7 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   config.state_directory = resolve(
       file,
       in.text("state_directory", "for recordings; relative to this file", config.state_directory));
-  config.log_level =
-      in.one_of("log_level", kLogLevels, "least grave message that is logged", kLogLevels[1].value);
+  config.log_level = read_log_level(in);
   in.set_number("stop_timeout",
                 {"s", between(0.1, 60.0), "to bring every output to its stop action"},
                 config.stop_timeout_s);

@@ -14,6 +14,8 @@ using nlohmann::json;
 
 constexpr std::size_t kLongestId = 64;
 constexpr std::size_t kLongestName = 1024;
+constexpr const char* kStart = R"({"values":[)";
+constexpr const char* kEnd = "]}";
 
 // The number at `key`; nullopt for null or nothing.
 std::optional<double> number_at(const json& object, const char* key) {
@@ -53,6 +55,22 @@ FedValue value_of(const json& object) {
   return fed;
 }
 
+const char* to_text(FedValue::Quality quality) noexcept {
+  switch (quality) {
+    case FedValue::Quality::good: return "good";
+    case FedValue::Quality::uncertain: return "uncertain";
+    case FedValue::Quality::bad: break;
+  }
+  return "bad";
+}
+
+json json_of(const FedValue& fed) {
+  json object{{"name", fed.name}, {"value", nullptr}, {"quality", to_text(fed.quality)}};
+  if (fed.value) object["value"] = *fed.value;
+  if (fed.time_s) object["time"] = *fed.time_s;
+  return object;
+}
+
 std::string id_of(const json& object) {
   const auto found = object.find("id");
   if (found == object.end()) return {};
@@ -77,6 +95,25 @@ FeedLine read_feed_line(std::string_view line, std::string& id) {
   for (const json& value : *values) feed.values.push_back(value_of(value));
   return feed;
 }
+
+std::vector<std::string> write_feed_lines(const std::vector<FedValue>& values) {
+  std::vector<std::string> lines;
+  for (const FedValue& fed : values) {
+    const std::string one = json_of(fed).dump();
+    const bool fits = !lines.empty() && lines.back().size() + one.size() + 3 <= FeedLine::kLongest;
+    if (fits) {
+      lines.back() += ',';
+    } else {
+      if (!lines.empty()) lines.back() += kEnd;
+      lines.emplace_back(kStart);
+    }
+    lines.back() += one;
+  }
+  if (!lines.empty()) lines.back() += kEnd;
+  return lines;
+}
+
+std::string feed_sign_of_life() { return std::string(kStart) + kEnd; }
 
 std::string feed_taken(const std::string& id, std::size_t taken) {
   return R"({"id":)" + id + R"(,"ok":true,"taken":)" + std::to_string(taken) + "}";

@@ -35,6 +35,12 @@ struct FeedLine {
 // Throws RequestError, with what was expected. `id` is set where the line has one, whatever else is wrong with it.
 FeedLine read_feed_line(std::string_view line, std::string& id);
 
+// Lines, without their ends, that read_feed_line() reads as these values, in order; none is longer than kLongest. Names have at most
+// 1024 bytes.
+std::vector<std::string> write_feed_lines(const std::vector<FedValue>& values);
+// A line without values.
+std::string feed_sign_of_life();
+
 // The answers to a line with this id.
 std::string feed_taken(const std::string& id, std::size_t taken);
 std::string feed_refused(const std::string& id, std::string_view why);

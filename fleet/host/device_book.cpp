@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/host/device_book.hpp"
 
-#include <cmath>
 #include <utility>
 
 namespace loopwarden::fleet {
 namespace {
 
 using sparkplug::Metric;
+using sparkplug::number_of;
 
 std::optional<double> birth_number(const Metric& metric, const char* key) noexcept {
   const sparkplug::Property* property = metric.property(key);
@@ -27,15 +27,6 @@ std::string unit_of(const Metric& metric) {
 }
 
 }  // namespace
-
-std::optional<double> number_of(const sparkplug::Value& value) noexcept {
-  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1.0 : 0.0;
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
-  if (const auto* count = std::get_if<std::uint64_t>(&value)) return static_cast<double>(*count);
-  const auto* real = std::get_if<double>(&value);
-  // No number is what a sensor without a reading has: as good as null.
-  return real != nullptr && std::isfinite(*real) ? std::optional(*real) : std::nullopt;
-}
 
 const MetricInfo* DeviceBook::find(const Metric& metric) const noexcept {
   if (!metric.name.empty()) {

@@ -42,7 +42,4 @@ struct DeviceBook {
 std::shared_ptr<DeviceBook> book_of(const std::string& device,
                                     const std::vector<sparkplug::Metric>& metrics);
 
-// Numbers as they are, true and false as 1 and 0; nullopt for text, null and all else.
-std::optional<double> number_of(const sparkplug::Value& value) noexcept;
-
 }  // namespace loopwarden::fleet

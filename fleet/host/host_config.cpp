@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "config/file_keys.hpp"
+#include "config/log_level.hpp"
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
@@ -25,9 +25,6 @@ using config::MapReader;
 using config::Report;
 using config::Value;
 
-constexpr std::array kLogLevels{
-    Choice<const char*>{"debug", "debug"}, Choice<const char*>{"info", "info"},
-    Choice<const char*>{"warn", "warn"}, Choice<const char*>{"error", "error"}};
 constexpr std::uint64_t kMebibyte = 1024ULL * 1024ULL;
 constexpr std::size_t kMostGroups = 100;
 constexpr const char* kDatabasePassword = "database_password";
@@ -129,8 +126,7 @@ void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
     config.metrics.port = static_cast<std::uint16_t>(
         metrics->integer("port", {0, 65'535, "", "0: none"}, config.metrics.port));
   }
-  config.log_level =
-      in.one_of("log_level", kLogLevels, "least grave message that is logged", kLogLevels[1].value);
+  config.log_level = config::read_log_level(in);
 }
 
 void read_file(const std::string& file, std::string_view text, Report& report, HostConfig& config) {

@@ -10,7 +10,7 @@
 
 #include "config/diagnostic.hpp"
 #include "fleet/database/database_settings.hpp"
-#include "fleet/host/edge_tracker.hpp"
+#include "net/sparkplug/edge_tracker.hpp"
 #include "fleet/host/maintenance.hpp"
 #include "fleet/host/writer.hpp"
 #include "net/mqtt/client.hpp"
@@ -35,7 +35,7 @@ struct HostConfig {
   std::filesystem::path state_directory = "/var/lib/loopwarden-fleet";
   std::uint64_t spool_bytes = 1024ULL * 1024ULL * 1024ULL;  // a group
   Retention retention;
-  TrackerSettings tracker;
+  sparkplug::TrackerSettings tracker;
   WriterSettings writer;
   MetricsServer metrics;
   std::string log_level = "info";

@@ -18,12 +18,18 @@
 #include <vector>
 
 #include "fleet/host/device_book.hpp"
-#include "fleet/host/edge_tracker.hpp"
-#include "fleet/host/rebirth_policy.hpp"
+#include "net/sparkplug/edge_tracker.hpp"
+#include "net/sparkplug/rebirth_policy.hpp"
 #include "fleet/host/rows.hpp"
 #include "fleet/host/spool.hpp"
 
 namespace loopwarden::fleet {
+
+using sparkplug::EdgeTracker;
+using sparkplug::RebirthBudget;
+using sparkplug::RebirthWait;
+using sparkplug::TrackerSettings;
+using sparkplug::Verdict;
 
 struct EdgeName {
   std::string group;

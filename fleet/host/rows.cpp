@@ -15,6 +15,7 @@ namespace loopwarden::fleet {
 namespace {
 
 using sparkplug::Metric;
+using sparkplug::number_of;
 
 constexpr std::string_view kAlarm = "alarm/";
 constexpr std::string_view kExplanation = "explanation/";

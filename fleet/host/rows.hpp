@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "fleet/host/device_book.hpp"
-#include "fleet/host/edge_tracker.hpp"
+#include "net/sparkplug/edge_tracker.hpp"
 
 namespace loopwarden::fleet {
+
+using sparkplug::Message;
 
 using BookPointer = std::shared_ptr<DeviceBook>;
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <type_traits>
 #include <utility>
 
@@ -311,6 +312,15 @@ Payload decode(std::string_view bytes) {
   payload.metrics.reserve(static_cast<std::size_t>(in.metrics_size()));
   for (const Wire::Metric& metric : in.metrics()) payload.metrics.push_back(taken_metric(metric));
   return payload;
+}
+
+std::optional<double> number_of(const Value& value) noexcept {
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1.0 : 0.0;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+  if (const auto* count = std::get_if<std::uint64_t>(&value)) return static_cast<double>(*count);
+  const auto* real = std::get_if<double>(&value);
+  // No number is what a sensor without a reading has: as good as null.
+  return real != nullptr && std::isfinite(*real) ? std::optional(*real) : std::nullopt;
 }
 
 Value retyped(Value value, DataType type) {

@@ -131,6 +131,9 @@ Payload decode(std::string_view bytes);
 // An integer of a message without types, as the birth's type has it; everything else as it is.
 Value retyped(Value value, DataType type);
 
+// Numbers as they are, true and false as 1 and 0; nullopt for text, null and all else.
+std::optional<double> number_of(const Value& value) noexcept;
+
 bool is_signed(DataType type) noexcept;    // Int8 to Int64
 bool is_unsigned(DataType type) noexcept;  // UInt8 to UInt64, DateTime
 bool is_text(DataType type) noexcept;      // String, Text, UUID

@@ -13,12 +13,9 @@ namespace {
 using sparkplug::Metric;
 using sparkplug::Value;
 
-std::optional<double> number_of(const Value& value) {
-  if (const auto* d = std::get_if<double>(&value))
-    return std::isfinite(*d) ? std::optional(*d) : std::nullopt;
-  if (const auto* i = std::get_if<std::int64_t>(&value)) return static_cast<double>(*i);
-  if (const auto* u = std::get_if<std::uint64_t>(&value)) return static_cast<double>(*u);
-  return std::nullopt;
+// true and false are no number that an order could have.
+std::optional<double> ordered(const Value& value) {
+  return std::holds_alternative<bool>(value) ? std::nullopt : sparkplug::number_of(value);
 }
 
 bool is_true(const Value& value) {
@@ -34,7 +31,7 @@ std::optional<std::string> behind(std::string_view prefix, const std::string& na
 
 // What may stand together in one `set`. False: the metric is none of them, or has no value for it.
 bool add_to_set(const Metric& metric, std::string& what, protocol::SetRequest& set) {
-  const std::optional<double> value = number_of(metric.value);
+  const std::optional<double> value = ordered(metric.value);
   if (!value) return false;
   if (metric.name == "mode") {
     if (*value != 0.0 && *value != 1.0) return false;
@@ -59,7 +56,7 @@ protocol::AlarmRequest on_alarm(std::string alarm, const char* action) {
 
 std::optional<Order> shelve_order(const Metric& metric) {
   const auto alarm = behind("shelve_", metric.name);
-  const std::optional<double> minutes = number_of(metric.value);
+  const std::optional<double> minutes = ordered(metric.value);
   if (!alarm || !minutes || *minutes < 0.0 || *minutes != std::floor(*minutes)) return std::nullopt;
   protocol::AlarmRequest request = on_alarm(*alarm, *minutes == 0.0 ? "unshelve" : "shelve");
   if (*minutes > 0.0) request.minutes = static_cast<std::uint64_t>(*minutes);

@@ -3,92 +3,27 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 #include <vector>
 
 #include "config/file_keys.hpp"
+#include "config/log_level.hpp"
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
 #include "net/sparkplug/topic.hpp"
+#include "services/broker/broker_reader.hpp"
 
 namespace loopwarden::edge {
 namespace {
 
+using broker::check_identifier;
 using config::between;
 using config::MapReader;
 
-constexpr std::array kLogLevels{
-    config::Choice<const char*>{"debug", "debug"}, config::Choice<const char*>{"info", "info"},
-    config::Choice<const char*>{"warn", "warn"}, config::Choice<const char*>{"error", "error"}};
-
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(std::llround(seconds * 1000.0));
-}
-
-void read_url(MapReader& in, mqtt::ClientSettings& mqtt) {
-  const config::Value<std::string> url =
-      in.need_text("url", "mqtt://HOST[:PORT] or, with TLS, mqtts://HOST[:PORT]");
-  if (!url.given || !url.valid) return;
-  try {
-    mqtt.broker = mqtt::parse_broker_url(url.value);
-  } catch (const std::invalid_argument& e) {
-    in.error("url", fmt::format("{} (got '{}')", e.what(), config::quotable(url.value)));
-  }
-}
-
-void read_tls(MapReader& in, const std::string& file, mqtt::ClientSettings& mqtt) {
-  mqtt.ca_file = config::read_path(
-      in, "ca_file", "authorities that may sign the broker's certificate, PEM; empty: the system's",
-      file);
-  mqtt.certificate_file =
-      config::read_path(in, "certificate_file", "the box's own certificate, PEM; needs key", file);
-  mqtt.key = config::read_secret_at(
-      in, "key", "private key of certificate_file, PEM, without a pass phrase", file);
-  const bool own = !mqtt.certificate_file.empty();
-  if (in.describing()) return;
-  if (own != mqtt.key.given()) in.error("certificate_file and key are given both or none");
-  const bool any = own || !mqtt.ca_file.empty();
-  if (any && !mqtt.broker.tls) in.error("url", "certificates need TLS: mqtts://");
-}
-
-void read_waits(MapReader& in, mqtt::ClientSettings& mqtt) {
-  mqtt.keep_alive = std::chrono::seconds(
-      in.integer("keep_alive",
-                 {5, 600, "s", "a broker that says nothing is given up after one to two of these"},
-                 mqtt.keep_alive.count()));
-  const config::Value<double> shortest =
-      in.number("reconnect_min",
-                {"s", between(0.1, 600.0), "first wait before a new attempt; it doubles"}, 1.0);
-  const config::Value<double> longest = in.number(
-      "reconnect_max", {"s", between(0.1, 3600.0), "longest wait before a new attempt"}, 60.0);
-  mqtt.reconnect_min = milliseconds(shortest);
-  mqtt.reconnect_max = milliseconds(longest);
-  if (shortest.valid && longest.valid && shortest > longest) {
-    in.error("reconnect_max", "must be at least reconnect_min");
-  }
-}
-
-void read_broker(MapReader in, const std::string& file, EdgeConfig& config) {
-  mqtt::ClientSettings& mqtt = config.mqtt;
-  read_url(in, mqtt);
-  mqtt.client_id =
-      in.text("client_id",
-              "MQTT client identifier, unique at the broker; empty: loopwarden-GROUP-EDGE", "");
-  mqtt.user = in.text("user", "name at the broker; empty: none", "");
-  mqtt.password = config::read_secret_at(in, "password", "of user", file);
-  if (mqtt.password.given() && mqtt.user.empty()) in.error("password", "needs user");
-  read_tls(in, file, mqtt);
-  read_waits(in, mqtt);
-}
-
-void check_identifier(MapReader& in, const char* key, const config::Value<std::string>& name) {
-  if (!name.given || !name.valid || sparkplug::is_identifier(name.value)) return;
-  in.error(key, fmt::format("must be a name without / + # of at most {} bytes (got '{}')",
-                            sparkplug::kMostIdentifierBytes, config::quotable(name.value)));
 }
 
 void read_names(MapReader in, EdgeConfig& config) {
@@ -174,7 +109,9 @@ void read_files(MapReader in, EdgeConfig& config) {
 
 EdgeConfig read_edge(MapReader& in, const std::string& file) {
   EdgeConfig config;
-  if (auto broker = in.need_section("broker", "MQTT broker")) read_broker(*broker, file, config);
+  if (auto broker = in.need_section("broker", "MQTT broker")) {
+    broker::read_broker(*broker, file, "loopwarden-GROUP-EDGE", config.mqtt);
+  }
   if (auto names = in.need_section("sparkplug", "names by which hosts know this box"))
     read_names(*names, config);
   config.runtime_directory =
@@ -189,8 +126,7 @@ EdgeConfig read_edge(MapReader& in, const std::string& file) {
       config.orders);
   config.commissions = config::read_path(
       in, "commissions", "folder with TAG/commission.json, for detectable/NAME; empty: none", file);
-  config.log_level =
-      in.one_of("log_level", kLogLevels, "least grave message that is logged", kLogLevels[1].value);
+  config.log_level = config::read_log_level(in);
   if (config.mqtt.client_id.empty()) {
     config.mqtt.client_id = fmt::format("loopwarden-{}-{}", config.group, config.edge);
   }

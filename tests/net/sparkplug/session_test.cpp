@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The specification's rules of an edge node. Those of a host: tests/fleet/host/edge_tracker_test.cpp.
+// The specification's rules of an edge node. Those of a host: tests/net/sparkplug/edge_tracker_test.cpp.
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <optional>

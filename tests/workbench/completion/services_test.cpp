@@ -19,7 +19,7 @@ std::string completed(const std::string& program, const std::string& words) {
 }
 
 TEST_CASE("completion knows each service's options", "[completion]") {
-  for (const char* program : {"page", "edge", "notify", "fleet"}) {
+  for (const char* program : {"page", "edge", "feed", "notify", "fleet"}) {
     CHECK(completed(program, "--che") == "--check\n");
     CHECK(completed(program, "--conf") == "--config\n");
   }
@@ -48,7 +48,7 @@ TEST_CASE("completion of paths: configuration files, folders", "[completion]") {
   const TemporaryFolder folder;
   write_file(folder / "page.yaml", "control: false\n");
   const std::string path = (folder / "pa").string();
-  for (const char* program : {"page", "edge", "notify", "fleet"}) {
+  for (const char* program : {"page", "edge", "feed", "notify", "fleet"}) {
     CHECK(completed(program, "--config " + path) == (folder / "page.yaml").string() + "\n");
   }
   CHECK(completed("page", "--site " + path) == "\n");

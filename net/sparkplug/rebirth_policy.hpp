@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace loopwarden::fleet {
+namespace loopwarden::sparkplug {
 
 inline constexpr std::int64_t kFirstRebirthWaitMs = 5'000;
 inline constexpr std::int64_t kLongestRebirthWaitMs = 300'000;
@@ -59,4 +59,4 @@ class RebirthBudget {
   std::int64_t filled_ms_ = 0;
 };
 
-}  // namespace loopwarden::fleet
+}  // namespace loopwarden::sparkplug

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/host/edge_tracker.hpp"
+#include "net/sparkplug/edge_tracker.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -17,10 +17,10 @@
 namespace loopwarden::edge_tracker_test {
 namespace {
 
-using fleet::EdgeTracker;
-using fleet::Message;
-using fleet::Verdict;
+using sparkplug::EdgeTracker;
+using sparkplug::Message;
 using sparkplug::MessageType;
+using sparkplug::Verdict;
 namespace property = tests::property;
 
 Message data(std::uint64_t seq, std::uint64_t time_ms) {

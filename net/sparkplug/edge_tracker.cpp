@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fleet/host/edge_tracker.hpp"
+#include "net/sparkplug/edge_tracker.hpp"
 
 #include <utility>
 
-namespace loopwarden::fleet {
+namespace loopwarden::sparkplug {
 namespace {
 
-using sparkplug::MessageType;
-
 // bdSeq and seq count from 0 to 255. Older clients send bdSeq signed.
-std::optional<std::uint8_t> counter_of(const sparkplug::Value& value) {
+std::optional<std::uint8_t> counter_of(const Value& value) {
   std::uint64_t number = 256;
   if (const auto* unsigned_one = std::get_if<std::uint64_t>(&value)) number = *unsigned_one;
   if (const auto* signed_one = std::get_if<std::int64_t>(&value)) {
@@ -18,12 +16,12 @@ std::optional<std::uint8_t> counter_of(const sparkplug::Value& value) {
   return number < 256 ? std::optional(static_cast<std::uint8_t>(number)) : std::nullopt;
 }
 
-std::optional<std::uint8_t> bd_seq_of(const sparkplug::Payload& payload) {
-  const sparkplug::Metric* metric = payload.find("bdSeq");
+std::optional<std::uint8_t> bd_seq_of(const Payload& payload) {
+  const Metric* metric = payload.find("bdSeq");
   return metric == nullptr ? std::nullopt : counter_of(metric->value);
 }
 
-std::optional<std::uint8_t> seq_of(const sparkplug::Payload& payload) {
+std::optional<std::uint8_t> seq_of(const Payload& payload) {
   return payload.seq ? counter_of(*payload.seq) : std::nullopt;
 }
 
@@ -175,4 +173,4 @@ void EdgeTracker::give_up(std::vector<Message>& ready) {
   wants_rebirth_ = true;
 }
 
-}  // namespace loopwarden::fleet
+}  // namespace loopwarden::sparkplug

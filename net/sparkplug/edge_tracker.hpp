@@ -19,11 +19,11 @@
 #include "net/sparkplug/payload.hpp"
 #include "net/sparkplug/topic.hpp"
 
-namespace loopwarden::fleet {
+namespace loopwarden::sparkplug {
 
 struct Message {
-  sparkplug::Topic topic;
-  sparkplug::Payload payload{};
+  Topic topic;
+  Payload payload{};
   std::int64_t received_ms = 0;  // since 1970, UTC, by the host's clock
   bool left_over = false;        // received by an earlier run of the host
 };
@@ -91,4 +91,4 @@ class EdgeTracker {
   std::uint64_t conflicts_ = 0;
 };
 
-}  // namespace loopwarden::fleet
+}  // namespace loopwarden::sparkplug

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// feed.yaml, the configuration of loopwarden-feed.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/diagnostic.hpp"
+#include "config/key_reference.hpp"
+#include "net/mqtt/client.hpp"
+#include "services/feed/values/foreign_edges.hpp"
+#include "services/feed/values/topics.hpp"
+
+namespace loopwarden::feed {
+
+struct FeedConfig {
+  mqtt::ClientSettings mqtt;
+  std::filesystem::path runtime_directory = "/run/loopwardend";  // of the daemon: feed.sock
+  std::chrono::milliseconds alive_interval{1000};
+  std::vector<TopicRule> topics;
+  std::vector<MetricRule> metrics;
+  bool ask_rebirth = false;
+  std::string log_level = "info";
+};
+
+config::Loaded<FeedConfig> read_feed_file(const std::filesystem::path& path);
+// `file` is the name that diagnostics carry, and where relative paths start.
+config::Loaded<FeedConfig> read_feed_text(const std::string& file, std::string_view text);
+
+config::KeyReference describe_feed();
+
+}  // namespace loopwarden::feed

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/feed/values/foreign_edges.hpp"
+
+#include <algorithm>
+
+#include "services/feed/values/quality_code.hpp"
+
+namespace loopwarden::feed {
+
+using protocol::FedValue;
+using sparkplug::DataType;
+using sparkplug::MessageType;
+using sparkplug::Verdict;
+using Quality = FedValue::Quality;
+
+ForeignEdges::ForeignEdges(const std::vector<MetricRule>& rules) {
+  for (const MetricRule& rule : rules) {
+    Edge& edge = edges_[{rule.group, rule.edge}];
+    Metric metric;
+    metric.newest.name = rule.name;
+    edge.devices[rule.device].metrics[rule.metric].push_back(std::move(metric));
+    edge.tracker.want_rebirth();
+  }
+}
+
+void ForeignEdges::take(const sparkplug::Topic& topic, std::string_view payload,
+                        std::int64_t now_ms, Values& values, std::string& complaint) {
+  const auto found = edges_.find({topic.group, topic.edge});
+  if (found == edges_.end()) {
+    ++counts_.unknown;
+    return;
+  }
+  Edge& edge = found->second;
+  sparkplug::Message message{.topic = topic, .received_ms = now_ms};
+  try {
+    message.payload = sparkplug::decode(payload);
+  } catch (const sparkplug::BadPayload& e) {
+    ++counts_.bad_payloads;
+    complaint = to_text(topic) + ": " + e.what();
+    return;
+  }
+  std::vector<sparkplug::Message> ready;
+  switch (edge.tracker.take(std::move(message), now_ms, ready)) {
+    case Verdict::malformed:
+      ++counts_.bad_payloads;
+      complaint = to_text(topic) + ": without seq, or a birth or death without bdSeq";
+      break;
+    case Verdict::duplicate:
+    case Verdict::old_death:
+    case Verdict::unborn: ++counts_.dropped; break;
+    default: break;
+  }
+  doubt_after_gap(edge, values);
+  for (const sparkplug::Message& one : ready) apply(edge, one, now_ms, values, complaint);
+}
+
+void ForeignEdges::apply(Edge& edge, const sparkplug::Message& message, std::int64_t now_ms,
+                         Values& values, std::string& complaint) {
+  const MessageType type = message.topic.type;
+  if (type == MessageType::nbirth) node_born(edge, now_ms);
+  if (type == MessageType::ndeath) {
+    ++counts_.deaths;
+    for (auto& [name, device] : edge.devices) die(device, values);
+    return;
+  }
+  const auto found = edge.devices.find(message.topic.device);
+  if (found == edge.devices.end()) {
+    // What a node says of itself comes whether a rule names it or not.
+    if (!message.topic.device.empty()) ++counts_.unknown;
+    return;
+  }
+  switch (type) {
+    case MessageType::nbirth:
+    case MessageType::dbirth: return born(found->second, message, values, complaint);
+    case MessageType::ddeath: ++counts_.deaths; return die(found->second, values);
+    default: return data(edge, found->second, message, values, complaint);
+  }
+}
+
+void ForeignEdges::node_born(Edge& edge, std::int64_t now_ms) {
+  edge.rebirth.born(now_ms);
+  for (auto& [name, device] : edge.devices) {
+    device.born = false;
+    device.by_alias.clear();
+    if (!name.empty()) device.awaited_since_ms = now_ms;
+  }
+}
+
+void ForeignEdges::born(Device& device, const sparkplug::Message& message, Values& values,
+                        std::string& complaint) {
+  device.born = true;
+  device.awaited_since_ms.reset();
+  device.by_alias.clear();
+  for (auto& [name, metrics] : device.metrics) {
+    const sparkplug::Metric* said = message.payload.find(name);
+    if (said == nullptr) {
+      complaint = to_text(message.topic) + ": no metric '" + name + "'";
+      for (Metric& metric : metrics) {
+        metric.newest = {.name = metric.newest.name, .quality = Quality::bad};
+        values.push_back(metric.newest);
+      }
+      continue;
+    }
+    if (said->alias) device.by_alias.insert_or_assign(*said->alias, &metrics);
+    for (Metric& metric : metrics) metric.type = said->type;
+    say(metrics, *said, message.payload, values, complaint);
+  }
+}
+
+void ForeignEdges::data(Edge& edge, Device& device, const sparkplug::Message& message,
+                        Values& values, std::string& complaint) {
+  if (!device.born) {
+    ++counts_.dropped;
+    edge.tracker.want_rebirth();
+    return;
+  }
+  for (const sparkplug::Metric& said : message.payload.metrics) {
+    std::vector<Metric>* metrics = nullptr;
+    if (!said.name.empty()) {
+      const auto found = device.metrics.find(said.name);
+      if (found != device.metrics.end()) metrics = &found->second;
+    } else if (said.alias) {
+      const auto found = device.by_alias.find(*said.alias);
+      if (found != device.by_alias.end()) metrics = found->second;
+    }
+    if (metrics != nullptr) say(*metrics, said, message.payload, values, complaint);
+  }
+}
+
+void ForeignEdges::say(std::vector<Metric>& metrics, const sparkplug::Metric& said,
+                       const sparkplug::Payload& payload, Values& values, std::string& complaint) {
+  if (said.historical) {
+    ++counts_.historical;
+    return;
+  }
+  const std::optional<std::uint64_t> time_ms = said.time_ms ? said.time_ms : payload.time_ms;
+  const sparkplug::Property* quality = said.property("Quality");
+  const std::optional<double> code =
+      quality == nullptr ? std::nullopt : sparkplug::number_of(quality->value);
+  for (Metric& metric : metrics) {
+    const sparkplug::Value value =
+        metric.type == DataType::unknown ? said.value : sparkplug::retyped(said.value, metric.type);
+    FedValue fed{.name = metric.newest.name, .value = sparkplug::number_of(value)};
+    if (time_ms) fed.time_s = static_cast<double>(*time_ms) * 1e-3;
+    if (code) fed.quality = quality_of_code(*code, QualityCodes::opc);
+    if (!fed.value) {
+      fed.quality = Quality::bad;
+      const bool number =
+          std::holds_alternative<std::monostate>(value) || std::holds_alternative<double>(value);
+      if (!number) {
+        ++counts_.bad_payloads;
+        complaint = "a value for " + fed.name + " is no number";
+      }
+    }
+    metric.newest = fed;
+    values.push_back(std::move(fed));
+  }
+}
+
+void ForeignEdges::doubt_after_gap(Edge& edge, Values& values) {
+  if (edge.tracker.missing() == edge.missing) return;
+  edge.missing = edge.tracker.missing();
+  for (auto& [name, device] : edge.devices) {
+    for (auto& [metric_name, metrics] : device.metrics) {
+      for (Metric& metric : metrics) {
+        if (!device.born || metric.newest.quality != Quality::good) continue;
+        metric.newest.quality = Quality::uncertain;
+        values.push_back(metric.newest);
+      }
+    }
+  }
+}
+
+void ForeignEdges::die(Device& device, Values& values) {
+  device.born = false;
+  device.awaited_since_ms.reset();
+  device.by_alias.clear();
+  for (auto& [name, metrics] : device.metrics) {
+    for (Metric& metric : metrics) {
+      metric.newest = {.name = metric.newest.name, .quality = Quality::bad};
+      values.push_back(metric.newest);
+    }
+  }
+}
+
+void ForeignEdges::look(std::int64_t now_ms, Values& values) {
+  std::string unsaid;
+  for (auto& [name, edge] : edges_) {
+    std::vector<sparkplug::Message> ready;
+    if (edge.tracker.give_up_late(now_ms, ready)) {
+      doubt_after_gap(edge, values);
+      for (const sparkplug::Message& one : ready) apply(edge, one, now_ms, values, unsaid);
+    }
+    for (auto& [device_name, device] : edge.devices) {
+      const bool late =
+          device.awaited_since_ms && now_ms - *device.awaited_since_ms > kDeviceWaitMs;
+      if (late) die(device, values);
+    }
+  }
+}
+
+void ForeignEdges::disconnected(Values& values) {
+  for (auto& [name, edge] : edges_) {
+    edge.tracker.forget();
+    edge.tracker.want_rebirth();
+    edge.rebirth = {};
+    for (auto& [device_name, device] : edge.devices) die(device, values);
+  }
+}
+
+std::vector<ForeignEdges::EdgeName> ForeignEdges::to_ask(std::int64_t now_ms) {
+  std::vector<EdgeName> asked;
+  for (auto& [name, edge] : edges_) {
+    if (!edge.tracker.wants_rebirth() || !edge.rebirth.may_ask(now_ms)) continue;
+    edge.rebirth.asked(now_ms);
+    asked.push_back(name);
+  }
+  return asked;
+}
+
+std::vector<ForeignEdges::EdgeName> ForeignEdges::edges() const {
+  std::vector<EdgeName> names;
+  for (const auto& [name, edge] : edges_) names.push_back(name);
+  return names;
+}
+
+bool ForeignEdges::all_born() const noexcept {
+  return std::all_of(edges_.begin(), edges_.end(),
+                     [](const auto& edge) { return edge.second.tracker.born(); });
+}
+
+ForeignEdges::Counts ForeignEdges::counts() const noexcept {
+  Counts counts = counts_;
+  for (const auto& [name, edge] : edges_) counts.missing += edge.tracker.missing();
+  return counts;
+}
+
+std::string rebirth_request(std::uint64_t now_ms) {
+  sparkplug::Metric metric;
+  metric.name = "Node Control/Rebirth";
+  metric.time_ms = now_ms;
+  metric.type = DataType::boolean;
+  metric.value = true;
+  return sparkplug::encode({.time_ms = now_ms, .seq = {}, .metrics = {std::move(metric)}},
+                           sparkplug::Types::sent);
+}
+
+}  // namespace loopwarden::feed

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/feed/values/topic_payload.hpp"
+
+#include <date/date.h>
+
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <locale>
+#include <sstream>
+
+#include "base/text.hpp"
+
+namespace loopwarden::feed {
+namespace {
+
+using nlohmann::json;
+using protocol::FedValue;
+
+constexpr std::size_t kLongestTime = 40;
+constexpr double kLastTime_s = 4'102'444'800.0;  // 2100
+constexpr const char* kSpace = " \t\r\n";
+
+std::optional<double> number_in(std::string_view text) {
+  const std::size_t from = text.find_first_not_of(kSpace);
+  if (from == std::string_view::npos) return std::nullopt;
+  text = text.substr(from, text.find_last_not_of(kSpace) + 1 - from);
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole && std::isfinite(number) ? std::optional(number) : std::nullopt;
+}
+
+[[noreturn]] void refuse(const JsonPointer& at, const char* expected) {
+  throw BadTopicPayload("expected " + std::string(expected) + " at '" + at.to_string() + "'");
+}
+
+// What the pointer names.
+const json& part(const json& document, const JsonPointer& at, const char* expected) {
+  try {
+    return document.at(at);
+  } catch (const json::exception&) {
+    refuse(at, expected);
+  }
+}
+
+// nullopt: null, which says that there is no value.
+std::optional<double> value_at(const json& document, const JsonPointer& at) {
+  constexpr const char* kExpected = "a number";
+  const json& found = part(document, at, kExpected);
+  if (found.is_null()) return std::nullopt;
+  if (found.is_boolean()) return found.get<bool>() ? 1.0 : 0.0;
+  std::optional<double> number;
+  if (found.is_number()) number = found.get<double>();
+  if (found.is_string()) number = number_in(found.get_ref<const std::string&>());
+  if (!number || !std::isfinite(*number)) refuse(at, kExpected);
+  return number;
+}
+
+double time_at(const json& document, const JsonPointer& at, TimeForm form) {
+  const char* const expected = form == TimeForm::iso  ? "a time of ISO 8601 with Z or an offset"
+                               : form == TimeForm::ms ? "ms since 1970"
+                                                      : "s since 1970";
+  const json& found = part(document, at, expected);
+  std::optional<double> time_s;
+  if (form == TimeForm::iso) {
+    if (found.is_string()) time_s = parse_iso_time(found.get_ref<const std::string&>());
+  } else if (found.is_number()) {
+    time_s = found.get<double>() * (form == TimeForm::ms ? 1e-3 : 1.0);
+  }
+  if (!time_s || !(*time_s >= 0.0) || *time_s >= kLastTime_s) refuse(at, expected);
+  return *time_s;
+}
+
+FedValue::Quality quality_at(const json& document, const JsonPointer& at, QualityCodes codes) {
+  constexpr const char* kExpected = "good, uncertain, bad, true, false or a code";
+  const json& found = part(document, at, kExpected);
+  if (found.is_boolean()) {
+    return found.get<bool>() ? FedValue::Quality::good : FedValue::Quality::bad;
+  }
+  if (found.is_number()) return quality_of_code(found.get<double>(), codes);
+  if (!found.is_string()) refuse(at, kExpected);
+  const std::string word = base::lower_case(found.get_ref<const std::string&>());
+  if (word == "good") return FedValue::Quality::good;
+  if (word == "uncertain") return FedValue::Quality::uncertain;
+  if (word != "bad") refuse(at, kExpected);
+  return FedValue::Quality::bad;
+}
+
+}  // namespace
+
+std::optional<double> parse_iso_time(const std::string& text) {
+  if (text.size() > kLongestTime) return std::nullopt;
+  const char* const form = text.ends_with('Z') ? "%FT%TZ" : "%FT%T%Ez";
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  date::sys_time<std::chrono::microseconds> time;
+  in >> date::parse(form, time);
+  if (in.fail() || in.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
+  return static_cast<double>(time.time_since_epoch().count()) * 1e-6;
+}
+
+FedValue read_topic_payload(const PayloadRule& rule, const std::string& name,
+                            std::string_view payload) {
+  if (payload.size() > kMostTopicBytes) throw BadTopicPayload("longer than 1 MiB");
+  FedValue fed{.name = name};
+  if (!rule.value) {
+    fed.value = number_in(payload);
+    if (!fed.value) throw BadTopicPayload("expected a number");
+    return fed;
+  }
+  const json document = json::parse(payload, nullptr, false);
+  if (document.is_discarded()) throw BadTopicPayload("expected JSON");
+  fed.value = value_at(document, *rule.value);
+  if (rule.time) fed.time_s = time_at(document, *rule.time, rule.time_form);
+  if (rule.quality) fed.quality = quality_at(document, *rule.quality, rule.quality_codes);
+  if (!fed.value) fed.quality = FedValue::Quality::bad;
+  return fed;
+}
+
+}  // namespace loopwarden::feed

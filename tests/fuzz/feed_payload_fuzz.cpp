@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Any bytes as what a broker delivers to loopwarden-feed: of a plain topic by each kind of rule, and as each message of a
+// foreign edge node's life. What comes of it is fit for feed.sock.
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/feed_line.hpp"
+#include "services/feed/values/foreign_edges.hpp"
+#include "services/feed/values/topics.hpp"
+#include "tests/fuzz/require.hpp"
+
+namespace {
+
+using namespace loopwarden;
+using protocol::FedValue;
+using sparkplug::MessageType;
+using tests::fuzz::require;
+
+// The daemon reads each value as it was meant.
+void check(const std::vector<FedValue>& values) {
+  std::size_t read = 0;
+  for (const std::string& line : protocol::write_feed_lines(values)) {
+    require(line.find('\n') == std::string::npos, "one line");
+    std::string id;
+    for (const FedValue& fed : protocol::read_feed_line(line, id).values) {
+      const FedValue& meant = values.at(read++);
+      require(fed.name == meant.name && fed.value == meant.value && fed.time_s == meant.time_s &&
+                  fed.quality == meant.quality,
+              "the same");
+    }
+  }
+  require(read == values.size(), "all of them");
+}
+
+std::vector<feed::TopicRule> topic_rules() {
+  const auto at = [](const char* text) { return feed::JsonPointer(text); };
+  return {{.name = "number", .topic = "t"},
+          {.name = "whole", .topic = "t", .payload = {.value = at("")}},
+          {.name = "s",
+           .topic = "t",
+           .payload = {.value = at("/v"), .time = at("/t"), .quality = at("/q")}},
+          {.name = "ms",
+           .topic = "t",
+           .payload = {.value = at("/v/0"), .time = at("/t"), .time_form = feed::TimeForm::ms}},
+          {.name = "iso",
+           .topic = "t",
+           .payload = {.value = at("/v"),
+                       .time = at("/t"),
+                       .time_form = feed::TimeForm::iso,
+                       .quality = at("/q"),
+                       .quality_codes = feed::QualityCodes::opc_ua}}};
+}
+
+void plain(std::string_view bytes) {
+  feed::Topics topics(topic_rules());
+  std::vector<FedValue> values;
+  std::string complaint;
+  topics.take("t", bytes, false, 0, values, complaint);
+  require(values.size() == 5, "a value of each rule, if a bad one");
+  topics.disconnected(values);
+  check(values);
+}
+
+void live(std::string_view bytes) {
+  feed::ForeignEdges edges({{"node", "g", "e", "", "pv"}, {"device", "g", "e", "d", "pv"}});
+  std::vector<FedValue> values;
+  std::string complaint;
+  const auto say = [&](MessageType type, const char* device) {
+    edges.take({"g", type, "e", device}, bytes, 0, values, complaint);
+  };
+  say(MessageType::nbirth, "");
+  say(MessageType::dbirth, "d");
+  say(MessageType::ddata, "d");
+  say(MessageType::ndata, "");
+  say(MessageType::ddeath, "d");
+  say(MessageType::ndeath, "");
+  edges.look(60'000, values);
+  edges.disconnected(values);
+  check(values);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  plain(bytes);
+  live(bytes);
+  return 0;
+}

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/feed/values/foreign_edges.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace foreign_edges_test {
+
+using namespace loopwarden;
+using feed::ForeignEdges;
+using feed::MetricRule;
+using protocol::FedValue;
+using sparkplug::DataType;
+using sparkplug::MessageType;
+using sparkplug::Metric;
+using sparkplug::Value;
+using Quality = FedValue::Quality;
+
+Metric metric(const std::string& name, std::optional<std::uint64_t> alias, DataType type,
+              Value value, std::uint64_t time_ms = 1000) {
+  Metric made;
+  made.name = name;
+  made.alias = alias;
+  made.time_ms = time_ms;
+  made.type = type;
+  made.value = std::move(value);
+  return made;
+}
+
+const std::vector<MetricRule> kRules{
+    {"PV", "g", "e", "d", "PV"}, {"MODE", "g", "e", "d", "MODE"}, {"T", "g", "e", "", "T"}};
+
+// An edge node and what is made of its words.
+struct Foreign {
+  explicit Foreign(const std::vector<MetricRule>& rules = kRules) : edges(rules) {}
+
+  std::map<std::string, FedValue> say(MessageType type, const std::string& device,
+                                      std::vector<Metric> metrics, sparkplug::Types types,
+                                      std::optional<std::uint64_t> number = std::nullopt) {
+    if (type == MessageType::nbirth || type == MessageType::ndeath) {
+      metrics.push_back(metric("bdSeq", {}, DataType::int64, bd_seq));
+    }
+    if (type == MessageType::nbirth) seq = 0;
+    sparkplug::Payload payload{.time_ms = ++time_ms, .seq = {}, .metrics = std::move(metrics)};
+    if (type != MessageType::ndeath) payload.seq = number ? *number : seq++ % 256;
+    values.clear();
+    complaint.clear();
+    edges.take({"g", type, "e", device}, sparkplug::encode(payload, types), now_ms, values,
+               complaint);
+    return by_name();
+  }
+  std::map<std::string, FedValue> by_name() const {
+    std::map<std::string, FedValue> all;
+    for (const FedValue& fed : values) all[fed.name] = fed;
+    return all;
+  }
+  void node_birth() {
+    say(MessageType::nbirth, "", {metric("T", 1, DataType::float64, 20.5)}, sparkplug::Types::sent);
+  }
+  std::map<std::string, FedValue> device_birth(std::uint64_t pv_alias = 7) {
+    return say(MessageType::dbirth, "d",
+               {metric("PV", pv_alias, DataType::float32, 1.5),
+                metric("MODE", 8, DataType::int16, std::int64_t{1}),
+                metric("other", 9, DataType::string, std::string("x"))},
+               sparkplug::Types::sent);
+  }
+  std::map<std::string, FedValue> pv(double value, std::uint64_t alias = 7) {
+    return say(MessageType::ddata, "d", {metric("", alias, DataType::float32, value)},
+               sparkplug::Types::left_out);
+  }
+  std::map<std::string, FedValue> look() {
+    values.clear();
+    edges.look(now_ms, values);
+    return by_name();
+  }
+
+  ForeignEdges edges;
+  std::int64_t bd_seq = 3;
+  std::uint64_t seq = 0;
+  std::uint64_t time_ms = 5000;
+  std::int64_t now_ms = 0;
+  std::vector<FedValue> values;
+  std::string complaint;
+};
+
+TEST_CASE("births give values, types and aliases; data comes by alias without types", "[feed]") {
+  Foreign edge;
+  CHECK(edge.pv(9.0).empty());  // no birth yet
+  CHECK(edge.edges.counts().dropped == 1);
+  edge.node_birth();
+  CHECK(edge.by_name().at("T").value == 20.5);
+  auto born = edge.device_birth();
+  CHECK(born.size() == 2);
+  CHECK(born.at("PV").value == 1.5);
+  CHECK(born.at("PV").time_s == 1.0);
+  CHECK(born.at("MODE").value == 1.0);
+  CHECK(edge.pv(2.5).at("PV").value == 2.5);
+  // The sign of a whole number is in the birth's type alone.
+  const auto mode =
+      edge.say(MessageType::ddata, "d", {metric("", 8, DataType::int16, std::int64_t{-2})},
+               sparkplug::Types::left_out);
+  CHECK(mode.at("MODE").value == -2.0);
+  // By name as well.
+  CHECK(edge.say(MessageType::ndata, "", {metric("T", {}, DataType::float64, 21.0)},
+                 sparkplug::Types::sent)
+            .at("T")
+            .value == 21.0);
+  // Other metrics and other devices are nobody's.
+  CHECK(edge.say(MessageType::ddata, "d", {metric("", 9, DataType::string, std::string("y"))},
+                 sparkplug::Types::sent)
+            .empty());
+  CHECK(edge.say(MessageType::dbirth, "d2", {metric("PV", 70, DataType::float32, 1.0)},
+                 sparkplug::Types::sent)
+            .empty());
+  CHECK(edge.edges.counts().unknown == 1);
+  CHECK(edge.edges.counts().missing == 0);
+}
+
+TEST_CASE("a new birth may give other aliases; the old ones no longer count", "[feed]") {
+  Foreign edge;
+  edge.node_birth();
+  edge.device_birth(7);
+  edge.node_birth();
+  CHECK(edge.pv(5.0).empty());  // the device is not born again yet
+  edge.device_birth(17);
+  CHECK(edge.pv(5.0, 7).empty());
+  CHECK(edge.pv(6.0, 17).at("PV").value == 6.0);
+}
+
+TEST_CASE("deaths make values bad: of a device its own, of a node all", "[feed]") {
+  Foreign edge;
+  edge.node_birth();
+  edge.device_birth();
+  auto dead = edge.say(MessageType::ddeath, "d", {}, sparkplug::Types::sent);
+  CHECK(dead.size() == 2);
+  CHECK(dead.at("PV").quality == Quality::bad);
+  CHECK_FALSE(dead.at("PV").value);
+  CHECK(edge.pv(1.0).empty());
+  edge.device_birth();
+  // The will of an older connection comes late.
+  edge.bd_seq = 2;
+  CHECK(edge.say(MessageType::ndeath, "", {}, sparkplug::Types::sent).empty());
+  edge.bd_seq = 3;
+  dead = edge.say(MessageType::ndeath, "", {}, sparkplug::Types::sent);
+  CHECK(dead.size() == 3);
+  for (const auto& [name, fed] : dead) CHECK(fed.quality == Quality::bad);
+  CHECK(edge.edges.counts().deaths == 2);
+  edge.bd_seq = 4;
+  edge.node_birth();
+  CHECK(edge.device_birth().at("PV").quality == Quality::good);
+}
+
+TEST_CASE("a device that its node's new birth does not bring back is dead", "[feed]") {
+  Foreign edge;
+  edge.node_birth();
+  edge.device_birth();
+  edge.node_birth();
+  edge.now_ms += ForeignEdges::kDeviceWaitMs;
+  CHECK(edge.look().empty());
+  edge.now_ms += 1;
+  const auto dead = edge.look();
+  CHECK(dead.size() == 2);
+  CHECK(dead.at("PV").quality == Quality::bad);
+  CHECK(edge.look().empty());
+}
+
+TEST_CASE("historical values are not now's; null, NaN and text are bad", "[feed]") {
+  Foreign edge;
+  edge.node_birth();
+  edge.device_birth();
+  Metric old = metric("", 7, DataType::float32, 9.0);
+  old.historical = true;
+  CHECK(edge.say(MessageType::ddata, "d", {old}, sparkplug::Types::sent).empty());
+  CHECK(edge.edges.counts().historical == 1);
+  const auto of = [&](Value value, DataType type) {
+    return edge
+        .say(MessageType::ddata, "d", {metric("", 7, type, std::move(value))},
+             sparkplug::Types::sent)
+        .at("PV");
+  };
+  CHECK(of(std::monostate{}, DataType::float32).quality == Quality::bad);
+  CHECK(of(std::nan(""), DataType::float32).quality == Quality::bad);
+  CHECK(edge.edges.counts().bad_payloads == 0);
+  CHECK(of(std::string("12"), DataType::string).quality == Quality::bad);
+  CHECK(edge.edges.counts().bad_payloads == 1);
+  CHECK(edge.complaint == "a value for PV is no number");
+  CHECK(of(true, DataType::boolean).value == 1.0);
+}
+
+TEST_CASE("the property Quality is the value's quality", "[feed]") {
+  Foreign edge;
+  edge.node_birth();
+  edge.device_birth();
+  const auto with = [&](std::int64_t code) {
+    Metric one = metric("", 7, DataType::float32, 3.0);
+    one.properties.push_back({.key = "Quality", .type = DataType::int32, .value = code});
+    return edge.say(MessageType::ddata, "d", {one}, sparkplug::Types::sent).at("PV").quality;
+  };
+  CHECK(with(192) == Quality::good);
+  CHECK(with(500) == Quality::bad);
+  CHECK(with(0) == Quality::bad);
+  CHECK(with(64) == Quality::uncertain);
+}
+
+TEST_CASE("where messages are missing all of the edge node is uncertain until it says it again",
+          "[feed]") {
+  Foreign edge;
+  edge.node_birth();
+  edge.device_birth();
+  ++edge.seq;                   // one is lost
+  CHECK(edge.pv(4.0).empty());  // it waits for the one before it
+  edge.now_ms += 10'000;
+  const auto now = edge.look();
+  CHECK(now.at("MODE").quality == Quality::uncertain);
+  CHECK(now.at("MODE").value == 1.0);
+  CHECK(now.at("T").quality == Quality::uncertain);
+  CHECK(now.at("PV").quality == Quality::good);
+  CHECK(now.at("PV").value == 4.0);
+  CHECK(edge.edges.counts().missing == 1);
+  CHECK(edge.look().empty());
+  CHECK(edge.say(MessageType::ddata, "d", {metric("", 8, DataType::int16, std::int64_t{1})},
+                 sparkplug::Types::sent)
+            .at("MODE")
+            .quality == Quality::good);
+}
+
+TEST_CASE("births are asked for where they are missing, less and less often", "[feed]") {
+  Foreign edge;
+  CHECK(edge.edges.to_ask(0) == std::vector<ForeignEdges::EdgeName>{{"g", "e"}});
+  CHECK(edge.edges.to_ask(4'999).empty());
+  CHECK(edge.edges.to_ask(5'000).size() == 1);
+  CHECK(edge.edges.to_ask(14'999).empty());
+  CHECK_FALSE(edge.edges.all_born());
+  edge.now_ms = 20'000;
+  edge.node_birth();
+  CHECK(edge.edges.all_born());
+  edge.device_birth();
+  CHECK(edge.edges.to_ask(100'000).empty());
+  // Asked in vain for long, it may be asked at once on a new connection.
+  ++edge.seq;
+  edge.pv(3.0);
+  edge.now_ms = 200'000;
+  edge.look();
+  CHECK(edge.edges.to_ask(200'000).size() == 1);
+  CHECK(edge.edges.to_ask(200'001).empty());
+  edge.values.clear();
+  edge.edges.disconnected(edge.values);
+  CHECK(edge.by_name().at("PV").quality == Quality::bad);
+  CHECK(edge.pv(2.0).empty());
+  CHECK(edge.edges.to_ask(200'002).size() == 1);
+  const sparkplug::Payload request = sparkplug::decode(feed::rebirth_request(5));
+  REQUIRE(request.metrics.size() == 1);
+  CHECK(request.metrics[0].name == "Node Control/Rebirth");
+  CHECK(request.metrics[0].value == Value(true));
+  CHECK_FALSE(request.seq);
+}
+
+TEST_CASE("a birth without the metric, bytes that are no payload, strangers", "[feed]") {
+  Foreign edge;
+  edge.node_birth();
+  const auto born = edge.say(MessageType::dbirth, "d", {metric("PV", 7, DataType::float32, 1.5)},
+                             sparkplug::Types::sent);
+  CHECK(born.at("MODE").quality == Quality::bad);
+  CHECK(edge.complaint == "spBv1.0/g/DBIRTH/e/d: no metric 'MODE'");
+  std::vector<FedValue> values;
+  std::string complaint;
+  edge.edges.take({"g", MessageType::ddata, "e", "d"}, "\xff\xff", 0, values, complaint);
+  CHECK(values.empty());
+  CHECK_THAT(complaint, Catch::StartsWith("spBv1.0/g/DDATA/e/d: "));
+  CHECK(edge.edges.counts().bad_payloads == 1);
+  edge.edges.take({"g", MessageType::ddata, "stranger", "d"}, "", 0, values, complaint);
+  CHECK(edge.edges.counts().unknown == 1);
+}
+
+TEST_CASE("one metric may have several names", "[feed]") {
+  Foreign edge({{"A", "g", "e", "d", "PV"}, {"B", "g", "e", "d", "PV"}});
+  edge.node_birth();
+  const auto born = edge.device_birth();
+  CHECK(born.at("A").value == 1.5);
+  CHECK(born.at("B").value == 1.5);
+}
+
+}  // namespace foreign_edges_test
