@@ -43,8 +43,8 @@ TEST_CASE("a request spans what lies close together, below and above", "[modbus]
   Tasks tasks;
   tasks.add(100, RegisterType::f32);
   mb::LinkTask& first = tasks.add(110, RegisterType::f32);
-  tasks.add(120);             // behind a gap of eight
-  tasks.add(100);             // shares a register
+  tasks.add(120);              // behind a gap of eight
+  tasks.add(100);              // shares a register
   auto& far = tasks.add(130);  // behind one of nine
   const mb::ReadShape shape = tasks.gathered(first);
   CHECK(shape.address == 100);

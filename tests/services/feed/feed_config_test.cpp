@@ -122,7 +122,7 @@ TEST_CASE("docs/feed-keys.md says what the reader says", "[feed][reference]") {
   const std::string described =
       "# Keys of feed.yaml\n\n"
       "<!-- Generated from services/feed; tests_fleet \"[reference]\" says how to renew it. -->\n\n"
-      "What they mean together: [watch.md](watch.md#3-by-mqtt-and-sparkplug-loopwarden-feed). "
+      "What they mean together: [watch.md](watch.md#4-by-mqtt-and-sparkplug-loopwarden-feed). "
       "Unknown "
       "keys are errors with their place.\n" +
       loopwarden::config::to_markdown(describe_feed());
