@@ -11,8 +11,7 @@ constexpr std::int64_t kEarlyPart = 10;  // of a period
 
 bool can_be_merged(const LinkTask& task) {
   return task.yields && task.merges && !task.command && task.reads.size() == 1 &&
-         !task.reads.front()->status_read &&
-         !reads_bits(task.reads.front()->value_read.function);
+         !task.reads.front()->status_read && !reads_bits(task.reads.front()->value_read.function);
 }
 
 const ReadShape& shape_of(const LinkTask& task) { return task.reads.front()->value_read; }

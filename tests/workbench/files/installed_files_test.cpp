@@ -44,13 +44,14 @@ TEST_CASE("Files of the source tree are found where the package has them") {
   CHECK(installed("", root).empty());
 }
 
-TEST_CASE("The documents name only state folders that the package has") {
+TEST_CASE("The documents name only state folders that the packages have") {
   const auto text_of = [](const fs::path& path) {
     std::ifstream in(path);
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
   const std::string taken_at_purge =
-      text_of(LOOPWARDEN_SOURCE_DIR "/debian/loopwarden.postrm") + " ";
+      text_of(LOOPWARDEN_SOURCE_DIR "/debian/loopwarden.postrm") + " " +
+      text_of(LOOPWARDEN_SOURCE_DIR "/debian/loopwarden-opcua.postrm") + " ";
   const std::regex folder("/var/lib/loopwarden[a-z-]*");
   std::size_t named = 0;
   for (const auto& file : fs::recursive_directory_iterator(LOOPWARDEN_SOURCE_DIR "/docs")) {
