@@ -7,7 +7,7 @@ no command arrives for the time in its watchdog register, the valve goes to its 
 A restart forgets that register, as real devices do.
 
 Prints "READY port=N" or "READY serial=PATH". Commands on standard input, each answered by a line:
-  state              STATE co=.. written=.. pv=.. stem=.. watchdog=ok|tripped watchdog_register=.. writes=..
+  state              STATE co=.. written=.. pv=.. stem=.. watchdog=ok|tripped trips=.. watchdog_register=.. writes=..
                      unguarded_writes=.. restarts=..
                      (co: what drives the valve; unguarded_writes: commands that came while the
                      watchdog register was 0)
@@ -61,6 +61,7 @@ class Positioner:
         self.written = start
         self.watchdog_tenths = 0
         self.tripped = False
+        self.trips = 0  # of the watchdog
         self.last_write = time.monotonic()
         self.writes = 0
         self.unguarded_writes = 0
@@ -94,6 +95,7 @@ class Positioner:
         waited = time.monotonic() - self.last_write
         if self.watchdog_tenths and not self.tripped and waited > self.watchdog_tenths / 10:
             self.tripped = True
+            self.trips += 1
             self.command = self.fail_safe
 
     def measured_pv(self):
@@ -102,7 +104,7 @@ class Positioner:
     def text(self):
         return (
             f"STATE co={self.command:.6g} written={self.written:.6g} pv={self.measured_pv():.6g} stem={self.stem:.6g} "
-            f"watchdog={'tripped' if self.tripped else 'ok'} "
+            f"watchdog={'tripped' if self.tripped else 'ok'} trips={self.trips} "
             f"watchdog_register={self.watchdog_tenths} writes={self.writes} "
             f"unguarded_writes={self.unguarded_writes} restarts={self.restarts}"
         )
