@@ -6,8 +6,7 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <locale>
-#include <sstream>
+#include <regex>
 
 #include "base/text.hpp"
 
@@ -90,14 +89,27 @@ FedValue::Quality quality_at(const json& document, const JsonPointer& at, Qualit
 }  // namespace
 
 std::optional<double> parse_iso_time(const std::string& text) {
-  if (text.size() > kLongestTime) return std::nullopt;
-  const char* const form = text.ends_with('Z') ? "%FT%TZ" : "%FT%T%Ez";
-  std::istringstream in(text);
-  in.imbue(std::locale::classic());
-  date::sys_time<std::chrono::microseconds> time;
-  in >> date::parse(form, time);
-  if (in.fail() || in.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
-  return static_cast<double>(time.time_since_epoch().count()) * 1e-6;
+  static const std::regex kForm(
+      R"((\d{4})-(\d\d)-(\d\d)T(\d\d):(\d\d):(\d\d(?:\.\d+)?)(?:Z|([+-])(\d\d):?(\d\d)))");
+  std::smatch found;
+  if (text.size() > kLongestTime || !std::regex_match(text, found, kForm)) return std::nullopt;
+  const auto number = [&](std::size_t part) { return std::stoi(found[part].str()); };
+  const date::year_month_day day{date::year{number(1)},
+                                 date::month{static_cast<unsigned>(number(2))},
+                                 date::day{static_cast<unsigned>(number(3))}};
+  const int hour = number(4);
+  const int minute = number(5);
+  const std::optional<double> second = number_in(found[6].str());
+  constexpr double kMinute_s = 60.0;
+  if (!day.ok() || hour > 23 || minute > 59 || !second || *second >= kMinute_s) return std::nullopt;
+  int behind_min = 60 * hour + minute;
+  if (found[7].matched) {
+    if (number(8) > 23 || number(9) > 59) return std::nullopt;
+    const int offset_min = 60 * number(8) + number(9);
+    behind_min += found[7].str() == "+" ? -offset_min : offset_min;
+  }
+  const std::chrono::seconds midnight = date::sys_days(day).time_since_epoch();
+  return static_cast<double>(midnight.count()) + kMinute_s * behind_min + *second;
 }
 
 FedValue read_topic_payload(const PayloadRule& rule, const std::string& name,

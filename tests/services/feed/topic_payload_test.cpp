@@ -106,7 +106,8 @@ TEST_CASE("times of ISO 8601 with a zone", "[feed]") {
   CHECK(parse_iso_time("2025-11-24T16:00:00Z") == 1764000000.0);
   CHECK(parse_iso_time("2025-11-24T17:00:00.25+01:00") == 1764000000.25);
   for (const char* bad : {"2025-11-24T16:00:00", "2025-11-24", "16:00:00Z", "", "Z",
-                          "2025-13-24T16:00:00Z", "2025-11-24T16:00:00Z and more"}) {
+                          "2025-13-24T16:00:00Z", "2025-02-30T16:00:00Z", "2025-11-24T16:00:60Z",
+                          "2025-11-24T24:00:00Z", "2025-11-24T16:00:00Z and more"}) {
     CAPTURE(bad);
     CHECK_FALSE(parse_iso_time(bad));
   }
