@@ -72,6 +72,8 @@ void ModbusLink::attach(LinkTask& task) {
     const std::lock_guard lock(mutex_);
     if (!is_tcp()) choose_lengths(task);
     task.due_ns = BusWaiter::now_ns();
+    // Watched loops of one period in one phase, whenever they came, so that one request can serve them.
+    if (task.yields) task.due_ns -= task.due_ns % task.period_ns;
     task.merges = true;
     if (task.command) task.command->armed_epoch = 0;  // of another link's numbering
     tasks_.push_back(&task);

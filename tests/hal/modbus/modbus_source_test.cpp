@@ -125,6 +125,26 @@ TEST_CASE("one request reads what lies close together", "[modbus][source]") {
   source.close();
 }
 
+TEST_CASE("one request serves loops that came at different times", "[modbus][source]") {
+  TcpRig rig({}, "plc_device.py");
+  mb::ModbusBus bus;
+  mb::ModbusSourceSettings settings = all_input_registers(rig.link());
+  settings.poll_period_ns = 100'000'000;
+  mb::ModbusSource first(settings, "FIC-1", bus);
+  mb::ModbusSource second(settings, "FIC-2", bus);
+  first.open();
+  hal::SourceInputs inputs;
+  REQUIRE(eventually([&] { return all_good(first, inputs); }));
+  // Half a period behind the first one's newest read.
+  const std::int64_t at_ns = inputs.process_variable.sample.time_ns + 150'000'000;
+  REQUIRE(eventually([&] { return mb::BusWaiter::now_ns() >= at_ns; }));
+  second.open();
+  REQUIRE(eventually([&] { return all_good(second, inputs); }));
+  CHECK(requests_a_period(rig, first) < 1.5);
+  second.close();
+  first.close();
+}
+
 TEST_CASE("a device that refuses registers in between is asked value by value",
           "[modbus][source]") {
   TcpRig rig({"--absent", "9"}, "plc_device.py");
