@@ -29,12 +29,8 @@ inline plant::LoopModel believed_model() {
   return model;
 }
 
-// A run of `truth` with SP steps and noise, measured every sample.
-inline gap::Record record_of(plant::LoopModel truth, double seconds, std::uint64_t seed = 7) {
-  truth.transmitter.noise = 0.015;
-  truth.scenario.seed = seed;
-  truth.scenario.set_point = {{0.0, 3.0},  {10.0, 5.0}, {35.0, 6.5},
-                              {60.0, 4.0}, {85.0, 5.5}, {110.0, 3.5}};
+// A run, measured every sample.
+inline gap::Record run_of(const plant::LoopModel& truth, double seconds) {
   plant::SimulatedLoop loop(truth, 10.0 / 4096.0);
   gap::Record record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
   for (double t = 0.0; t < seconds; t += truth.sample_time_s) {
@@ -44,6 +40,15 @@ inline gap::Record record_of(plant::LoopModel truth, double seconds, std::uint64
     record.co.push_back(s.co);
   }
   return record;
+}
+
+// The same with SP steps and noise.
+inline gap::Record record_of(plant::LoopModel truth, double seconds, std::uint64_t seed = 7) {
+  truth.transmitter.noise = 0.015;
+  truth.scenario.seed = seed;
+  truth.scenario.set_point = {{0.0, 3.0},  {10.0, 5.0}, {35.0, 6.5},
+                              {60.0, 4.0}, {85.0, 5.5}, {110.0, 3.5}};
+  return run_of(truth, seconds);
 }
 
 // CO that steps, ramps and turns back, 2 to 7.5.

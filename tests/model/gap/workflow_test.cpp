@@ -293,15 +293,7 @@ gap::Record under_load(plant::LoopModel truth, double seconds, double moved_s) {
   for (double t = 0.0; t < moved_s; t += 20.0) {
     truth.scenario.set_point.emplace_back(t, random.uniform(3.5, 6.5));
   }
-  plant::SimulatedLoop loop(truth, 10.0 / 4096.0);
-  gap::Record record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
-  for (double t = 0.0; t < seconds; t += truth.sample_time_s) {
-    const plant::LoopSample s = loop.step();
-    record.pv.push_back(s.pv);
-    record.sp.push_back(s.sp);
-    record.co.push_back(s.co);
-  }
-  return record;
+  return test::run_of(truth, seconds);
 }
 
 }  // namespace
