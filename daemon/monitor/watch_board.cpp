@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "daemon/journal/incident_text.hpp"
+
 namespace loopwarden::daemon::monitor {
 
 namespace model = loopwarden::monitor;
@@ -61,6 +63,8 @@ void WatchBoard::restore(const journal::AlarmStates& states) {
       const auto found = states.memories.find({names_[i], model::to_text(kind)});
       if (found != states.memories.end()) watches_[i].alarms.restore(kind, found->second);
     }
+    const auto incident = states.incidents.find(names_[i]);
+    if (incident != states.incidents.end()) watches_[i].incident.restore(incident->second);
   }
 }
 
@@ -141,6 +145,17 @@ void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
   }
   line.result = explanation.agrees ? "agrees" : "does not agree";
   journal_.post(std::move(line));
+  write_incident(
+      loop, watch.incident.explained(
+                utc_ms_(),
+                {.alarm = explanation.alarm,
+                 .raised_ms = explanation.raised_ms,
+                 .from_ms = std::isfinite(explanation.since_s)
+                                ? explanation.raised_ms - std::llround(1000.0 * explanation.since_s)
+                                : 0,
+                 .effect = explanation.effect,
+                 .block = explanation.block,
+                 .confidence = explanation.confidence}));
   if (!explanation.final_name) return;
   const Memories before = memories(loop);
   write_down(loop, before,
@@ -195,6 +210,7 @@ void WatchBoard::stick_not_known(std::size_t loop) {
 void WatchBoard::pass_time() {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (watches_[i].incident.incident().open()) follow_incident(i);
     if (!watches_[i].alarms.any_shelved()) continue;
     const Memories before = memories(i);
     write_down(i, before, watches_[i].alarms.pass_time(utc_ms_()));
@@ -228,6 +244,28 @@ OrderResult WatchBoard::act_locked(std::size_t loop, const AlarmOrder& order) {
   const std::uint64_t changed = write_down(loop, before, done.transitions);
   if (result.accepted) result.ticket = std::max(ordered, changed);
   return result;
+}
+
+OrderResult WatchBoard::acknowledge_incident(std::size_t loop, const std::string& id,
+                                             const std::string& peer, const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  const LoopWatch& watch = watches_[loop];
+  const model::Incident incident = watch.incident.incident();
+  OrderResult done;
+  if (!incident.there() || journal::incident_id(names_[loop], incident) != id) {
+    done.why =
+        fmt::format("{} has no incident '{}'; its newest is {}", names_[loop], id,
+                    incident.there() ? journal::incident_id(names_[loop], incident) : "none");
+    return done;
+  }
+  for (const AlarmKind kind : model::kValveAlarms) {
+    if (!incident.has(kind) || !watch.alarms.alarm(kind).unacknowledged()) continue;
+    const OrderResult one = act_locked(loop, {kind, AlarmAction::acknowledge, 0, peer, reason});
+    done.accepted = done.accepted || one.accepted;
+    done.ticket = std::max(done.ticket, one.ticket);
+  }
+  if (!done.accepted) done.why = fmt::format("incident {}: nothing to acknowledge", id);
+  return done;
 }
 
 Acknowledged WatchBoard::acknowledge_all(std::span<const AlarmKind> kinds, const std::string& peer,
@@ -367,6 +405,36 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
     ticket = journal_.post(std::move(entry));
   }
   if (ticket != 0 || !transitions.empty()) ++alarm_changes_;
+  return std::max(ticket, follow_incident(loop));
+}
+
+std::uint64_t WatchBoard::follow_incident(std::size_t loop) {
+  LoopWatch& watch = watches_[loop];
+  return write_incident(loop, watch.incident.follow(utc_ms_(), watch.alarms));
+}
+
+std::uint64_t WatchBoard::write_incident(std::size_t loop,
+                                         const model::LoopIncident::Changes& changes) {
+  std::uint64_t ticket = 0;
+  const model::Incident& incident = watches_[loop].incident.incident();
+  for (const model::IncidentChange& change : changes) {
+    JournalEntry entry;
+    entry.kind = JournalEntry::Kind::system;
+    entry.utc_ms = utc_ms_();
+    entry.loop = names_[loop];
+    entry.what = fmt::format("incident {}", model::to_text(change.kind));
+    using Kind = model::IncidentChange::Kind;
+    if (change.kind == Kind::opened || change.kind == Kind::joined) {
+      entry.alarm = model::to_text(change.alarm);
+    }
+    entry.old_value = change.from;
+    entry.new_value = incident.name;
+    entry.reason = journal::incident_id(names_[loop], incident);
+    entry.result = "done";
+    entry.incident = incident;
+    ticket = journal_.post(std::move(entry));
+  }
+  if (ticket != 0) ++alarm_changes_;
   return ticket;
 }
 

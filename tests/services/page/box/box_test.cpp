@@ -142,4 +142,15 @@ TEST_CASE("of a loop's alarms the one that came first is told") {
   CHECK(shown["alarms"][2]["first_out"] == true);
 }
 
+TEST_CASE("incidents that are on, or wait for the operator, are told") {
+  json on{{"id", "A-1"}, {"active", true}, {"unacknowledged", false}};
+  json waits{{"id", "B-1"}, {"active", false}, {"unacknowledged", true}};
+  json over{{"id", "C-1"}, {"active", false}, {"unacknowledged", false}};
+  const json shown =
+      alarms_for_page(json{{"alarms", json::array()}, {"incidents", {on, waits, over}}});
+  REQUIRE(shown["incidents"].size() == 2);
+  CHECK(shown["incidents"][0]["id"] == "A-1");
+  CHECK(shown["incidents"][1]["id"] == "B-1");
+}
+
 }  // namespace loopwarden::tests::box_test
