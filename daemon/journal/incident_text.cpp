@@ -30,8 +30,7 @@ std::string write_incident(const Incident& incident) {
               {"alarms", incident.alarms},
               {"name", incident.name},
               {"cause", incident.cause ? json(static_cast<int>(*incident.cause)) : json(nullptr)},
-              {"confidence",
-               incident.explained() ? json(incident.confidence) : json(nullptr)},
+              {"confidence", incident.explained() ? json(incident.confidence) : json(nullptr)},
               {"renamed", std::move(renamed)}}
       .dump(-1, ' ', false, json::error_handler_t::replace);
 }

@@ -45,7 +45,7 @@ struct Incident {
   std::uint16_t alarms = 0;    // a bit each, by index_of
   std::string name;
   std::optional<plant::Block> cause;  // nothing: not known
-  double confidence = kNone;          // of the explanation that gave the name; NaN: an alarm gave it
+  double confidence = kNone;  // of the explanation that gave the name; NaN: an alarm gave it
   struct Renamed {
     std::int64_t at_ms = 0;
     std::string from;

@@ -47,6 +47,10 @@ function listOf(chosen) {
   return scroller(t.title, node);
 }
 
+// What it means and what to do, as the daemon says it of an alarm.
+const guideOf = (e) => el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
+  .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key]))));
+
 const mayAct = () => live.session.can?.alarms;
 const whyNot = () => el('p', {class: 'soft small'}, live.session.login && !operator() ? t.needsOperator : t.noActing);
 
@@ -91,9 +95,10 @@ class IncidentDetail {
     Object.assign(this, {chosen, scope});
     this.head = el('h2', {tabindex: -1}, chosen.loop);
     this.about = el('div', {});
+    this.guide = el('div', {});
     this.why = el('div', {});
     this.alarms = el('div', {});
-    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.why, this.alarms);
+    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.alarms);
   }
 
   async load() {
@@ -104,10 +109,15 @@ class IncidentDetail {
       const report = ours ? await reportOf(ours.folder.split('/').at(-1), this.scope.signal) : null;
       if (this.scope.over) return;
       const line = linesOf(live.alarms, live.incidents).find((one) => one.incident && one.loop === loop);
+      // Where the explanation has found another cause than the alarms say, it has the remedy as well.
+      const telling = incident?.alarms.find((alarm) => alarm === incident.name) ?? (typeof incident?.confidence === 'number' ? null : incident?.alarms.at(-1));
+      const guide = telling && await get(loopPath(loop, 'alarms', telling), this.scope.signal);
+      if (this.scope.over) return;
       const key = JSON.stringify([incident, line?.alarms, ours, report?.id, live.session.can]);
       if (key === this.key) return;
       this.key = key;
       this.#fill(incident, line, ours, report);
+      this.guide.replaceChildren(guide && line ? guideOf(guide) : '');
     } catch (error) {
       if (error.name !== 'AbortError') this.about.replaceChildren(el('p', {class: 'trouble', role: 'alert'}, fill(texts.failed, {why: error.message})));
     }
@@ -164,8 +174,7 @@ class Detail {
       [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)],
       alarm.shelved_until_ms ? [texts.alarmStates.shelved, fill(t.until, {time: wall().dateTime(alarm.shelved_until_ms)})] : null]),
     alarm.consequence ? el('p', {}, t.consequenceOf) : '', el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, t.open)));
-    this.guide.replaceChildren(el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
-      .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key])))));
+    this.guide.replaceChildren(guideOf(e));
     const id = e.evidence?.id ?? null;
     if (!ofProcess(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
     const lines = e.history ?? [];
