@@ -107,6 +107,7 @@ struct Candidate {
   bool shifts_pv = false;      // moves PV as a whole: what sticks is searched for again beside it
   bool at_one_moment = false;  // shows at one place of the record: need not gain in all of it
   bool hides = false;          // of the transmitter: shows less than PV, not linear in it
+  bool bends = false;          // of the transmitter: PV shows through a curve without memory
   bool is_level = false;       // a constant: without a measured CO nothing tells it from CO's level
 
   double output_low = 0.0;       // CO units
@@ -118,7 +119,8 @@ struct Candidate {
   std::size_t linear_columns() const noexcept { return columns; }
   bool starts_offset() const noexcept { return resting_half_band != nullptr; }
   // Stepped in the signal's path, not solved for.
-  bool in_path() const noexcept { return columns == 0 && !solves_gain && !hides; }
+  bool in_path() const noexcept { return columns == 0 && !solves_gain && !shown(); }
+  bool shown() const noexcept { return hides || bends; }
 };
 
 }  // namespace loopwarden::effects

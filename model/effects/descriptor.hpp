@@ -79,6 +79,8 @@ struct EffectContext {
   double sample_time_s = 0.1;  // s
   double output_low = 0.0;     // CO units
   double output_high = 100.0;  // CO units
+  double pv_low = 0.0;         // PV units, the transmitter's range
+  double pv_high = 100.0;      // PV units
   std::uint64_t seed = 1;      // for effects with random numbers
   // s, of the process; 0: not known here
   double time_constant_s = 0.0;
@@ -107,7 +109,7 @@ struct Descriptor {
   std::vector<OptionInfo> options{};
   bool takes_table =
       false;  // in files `curve` or `table` stands for its options, `table` where it has none
-  TableInfo table{};        // where it has no options
+  TableInfo table{};
   bool is_learned = false;  // its table has the keys of its form, and a description goes with it
   const char* header = "";  // in model/plant: equation, source and limits
 
@@ -168,6 +170,10 @@ class SpecReader {
 
 // Throws EffectError: `key` must be as `rule` says, which stands before what was given.
 [[noreturn]] void refuse(const SpecReader& read, const char* key, const std::string& rule);
+
+// Of an effect whose option `curve` names a curve or says `table`: a table of 2 to `most` points that rise in both
+// columns, and none beside a name. Throws EffectError.
+void check_curve(const SpecReader& read, std::size_t most);
 
 // As error messages give numbers.
 std::string number_text(double value);
