@@ -49,6 +49,7 @@ Descriptor describe() {
           .candidates = candidates,
           .valve_rank = 2,
           .made_of = {"low_air_supply", "stiction"},
+          .more_by = "band",
           .resting_band = [](const SpecReader& read) { return read.value("band"); },
           .alarms = {"unknown"},
           .examples = {{"deadband_drive",

@@ -126,6 +126,8 @@ struct Descriptor {
   bool is_noise = false;  // wanders by chance: no part of a free run
   // Two effects that belong together and are this one: `gap` names them as its alternative.
   std::vector<const char*> made_of{};
+  // Where this parameter is 0 the effect is another one, in the catalogue or not; null: there is none.
+  const char* more_by = nullptr;
   // How far from CO the stem can rest, CO units; null: nowhere but where CO puts it.
   double (*resting_band)(const SpecReader& read) = nullptr;
   // The law of a healthy valve's little friction and fast actuator; one effect has it, and where a

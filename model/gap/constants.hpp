@@ -106,6 +106,8 @@ inline constexpr double kFollowingPart = 0.05;
 // Most confidence of a name where what is left follows SP or CO, and where that could not be tested. By definition.
 inline constexpr double kMostFollowing = 0.7;
 inline constexpr double kMostUntested = 0.8;
+// ... and of one that is more than a simpler effect by a parameter whose interval holds 0. By definition.
+inline constexpr double kMostLikeSimpler = 0.7;
 
 // prove ------------------------------------------------------------------------------------------------
 // Gap closed on the holdout = (before^2 - after^2)/(before^2 - floor^2). By definition (gap.json): where the
