@@ -129,7 +129,8 @@ inline constexpr double kAsGood = 1.2;
 // By so much more of the gap on blocks left out a law ousts names: on all together, or on so many of those with a gap.
 // By definition.
 inline constexpr double kOusts = 0.2;
-inline constexpr double kOustsOn = 2.0 / 3.0;
+inline constexpr double kOustsOn =
+    2.0 / 3.0;  // also of the blocks on which a gain that wanders on must be ahead
 // Most confidence of what was learned: it has no name that could be right. By hand.
 inline constexpr double kMostLearned = 0.89;
 

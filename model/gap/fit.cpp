@@ -88,6 +88,18 @@ Eigen::VectorXd damped_move(const Eigen::MatrixXd& normal, const Eigen::VectorXd
   return damped.ldlt().solve(right);
 }
 
+// At the lower end of its range what makes an effect more than a simpler one is nothing.
+bool at_simpler(const Candidate& term, const std::vector<double>& searched) {
+  constexpr double kAtEnd = 1e-3;  // of the range
+  const effects::Descriptor* info = effects::find_effect(term.name);
+  if (info == nullptr || info->more_by == nullptr) return false;
+  for (std::size_t j = 0; j < term.search.size(); ++j) {
+    if (std::string_view(term.search[j].name) != info->more_by) continue;
+    if (term.search[j].position(searched[j]) < kAtEnd) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
@@ -511,6 +523,7 @@ Fit Fitter::fit_without(const Fit& fit, std::size_t index, int evaluations) cons
 bool Fitter::tells(const Fit& fit) const {
   const std::span<const double> co(free_run_.output().data(), training_end_);
   for (std::size_t i = 0; i < fit.terms.size(); ++i) {
+    if (at_simpler(*fit.terms[i], fit.point.searched[i])) return false;
     if (fit.terms[i]->telling == nullptr) continue;
     const double share =
         fit.terms[i]->telling(fit.point.searched[i], co, free_run_.model().sample_time_s);

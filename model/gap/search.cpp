@@ -293,8 +293,10 @@ Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& l
   double spread = 0.0;
   for (const double g : gains) spread += (g - mean) * (g - mean);
   spread = std::sqrt(spread / (kGainBlocks - 1));
+  const auto ahead = std::count_if(gains.begin(), gains.end(), [](double g) { return g > 0.0; });
   return {mean * kGainBlocks,
-          spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0};
+          spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0,
+          static_cast<double>(ahead) / kGainBlocks};
 }
 
 bool contains(const Fit& fit, std::string_view name) {

@@ -52,7 +52,8 @@ struct Hypothesis {
 // Gain in log likelihood over blocks of the record, each left out of both fits.
 struct Lead {
   double nats = 0.0;
-  double t = 0.0;  // Student's, over the blocks
+  double t = 0.0;      // Student's, over the blocks
+  double ahead = 0.0;  // share of the blocks with a gain
 };
 Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& less);
 

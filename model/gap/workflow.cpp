@@ -273,7 +273,7 @@ class Workflow {
       return false;
     }
     const Lead lead = lead_on_blocks_left_out(model_fit_.fitter, fit(), search_.base);
-    return lead.nats > kFurtherGain && lead.t > kLeastT;
+    return lead.nats > kFurtherGain && lead.ahead >= kOustsOn;
   }
 
   // Then the model alone must account for the record, and where it does, nothing is missing; unless the names were far

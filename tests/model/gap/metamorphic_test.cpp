@@ -69,7 +69,8 @@ TEST_CASE("time stretched with the model's times gives the same name, its times 
   CHECK(name_of(one) == "extra_lag");
   CHECK(name_of(two) == "extra_lag");
   CHECK(two.outcome == one.outcome);
-  CHECK(parameter(two, "time_constant") == Approx(2.0 * parameter(one, "time_constant")).epsilon(0.03));
+  CHECK(parameter(two, "time_constant") ==
+        Approx(2.0 * parameter(one, "time_constant")).epsilon(0.03));
 }
 
 TEST_CASE("a record that begins later gives the same name, its moments shifted",
@@ -90,12 +91,12 @@ TEST_CASE("a record that begins later gives the same name, its moments shifted",
 TEST_CASE("half of a record never gives another name to what acts all the time",
           "[gap][metamorphic]") {
   const plant::LoopModel model = test::believed_model();
-  const plant::EffectSpec effect = GENERATE(plant::EffectSpec{"backlash", {{"deadband", 0.8}}},
-                                            plant::EffectSpec{"stiction", {{"s", 0.9}, {"j", 0.4}}});
+  const plant::EffectSpec effect =
+      GENERATE(plant::EffectSpec{"backlash", {{"deadband", 0.8}}},
+               plant::EffectSpec{"stiction", {{"s", 0.9}, {"j", 0.4}}});
   const gap::Record record = test::record_of(with(effect, plant::Block::valve), kRecord_s);
   const std::size_t middle = record.size() / 2;
-  for (const gap::Record& half :
-       {part(record, 0, middle), part(record, middle, record.size())}) {
+  for (const gap::Record& half : {part(record, 0, middle), part(record, middle, record.size())}) {
     const gap::Result result = find(half, model);
     INFO(effect.name << ": " << result.sentence);
     const bool same = name_of(result) == effect.name;
