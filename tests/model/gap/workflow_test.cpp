@@ -366,15 +366,16 @@ TEST_CASE("a gain that wanders on is said until the last third, where that gets 
           "[gap][workflow]") {
   plant::LoopModel truth = test::believed_model();
   const plant::LoopModel model = truth;
-  truth.process_effects = {
-      {"varying_gain", {}, {}, {{0.0, 1.0}, {22.0, 1.3}, {44.0, 0.85}, {86.0, 1.3}, {95.0, 1.16}}}};
+  plant::EffectSpec gain{"varying_gain"};
+  gain.table = {{0.0, 1.0}, {21.7, 1.3}, {43.3, 0.85}, {65.0, 1.1}, {86.7, 1.3}, {91.0, 1.16}};
+  truth.process_effects = {gain};
   const gap::Result until =
       test::find_among({"varying_gain", "gain_change"}, test::record_of(truth, 130.0), model);
   REQUIRE(until.effects.size() == 1);
   CHECK(until.effects[0].spec.name == "varying_gain");
   CHECK(until.effects[0].confidence < 0.9);
   CHECK_THAT(until.sentence, Catch::Contains("until 86"));
-  truth.process_effects[0].table.back().second = 0.9;  // back, where the fit left it high
+  truth.process_effects[0].table.back().second = 1.05;  // nearly back
   const gap::Result worse =
       test::find_among({"varying_gain", "gain_change"}, test::record_of(truth, 130.0), model);
   CHECK(worse.outcome == gap::Outcome::unexplained);
