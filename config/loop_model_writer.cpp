@@ -89,7 +89,8 @@ std::string effect_keys(const EffectSpec& spec) {
   if (!spec.table.empty()) return fmt::format("{}, table: {}", text, points(spec.table));
   if (known != nullptr && known->takes_table) {
     const auto curve = spec.options.find("curve");
-    const char* name = curve != spec.options.end() ? curve->second.c_str() : "linear";
+    const char* name =
+        curve != spec.options.end() ? curve->second.c_str() : known->options.front().values.front();
     return fmt::format("{}, curve: {{name: {}{}}}", text, name, parameters(spec));
   }
   text += parameters(spec);

@@ -89,6 +89,8 @@ class Fitter {
 
  private:
   struct Work;
+  // As simulate(), before the transmitter hides or bends any of it.
+  std::vector<double> whole(const Fit& fit) const;
   double evaluate(Work& work, const Terms& terms, const Point& point, std::size_t load,
                   Fit* fit) const;
   double solve(Work& work, const Terms& terms, const Point& point, std::size_t load,

@@ -52,34 +52,6 @@ std::set<std::string> names_of(const Fit& fit) {
   return names;
 }
 
-struct Lead {
-  double nats = 0.0;
-  double t = 0.0;  // Student's, over the blocks
-};
-
-// Gain in log likelihood over blocks of the record, each left out of both fits.
-Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& less) {
-  const std::vector<double> a = fitter.left_out_innovations(more, kGainBlocks);
-  const std::vector<double> b = fitter.left_out_innovations(less, kGainBlocks);
-  const std::size_t n = a.size();
-  const double constant = (less.deviance - more.deviance) / (2.0 * static_cast<double>(n));
-  std::vector<double> gains;
-  for (std::size_t block = 0; block < kGainBlocks; ++block) {
-    double gain = 0.0;
-    const std::size_t end = (block + 1) * n / kGainBlocks;
-    for (std::size_t i = block * n / kGainBlocks; i < end; ++i) {
-      gain += constant + 0.5 * (b[i] * b[i] - a[i] * a[i]);
-    }
-    gains.push_back(gain);
-  }
-  const double mean = numeric::mean(gains);
-  double spread = 0.0;
-  for (const double g : gains) spread += (g - mean) * (g - mean);
-  spread = std::sqrt(spread / (kGainBlocks - 1));
-  return {mean * kGainBlocks,
-          spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0};
-}
-
 bool better(const Hypothesis& a, const Hypothesis& b) {
   return a.placed != b.placed ? a.placed : a.score > b.score;
 }
@@ -302,6 +274,30 @@ class Search {
 };
 
 }  // namespace
+
+Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& less) {
+  const std::vector<double> a = fitter.left_out_innovations(more, kGainBlocks);
+  const std::vector<double> b = fitter.left_out_innovations(less, kGainBlocks);
+  const std::size_t n = a.size();
+  const double constant = (less.deviance - more.deviance) / (2.0 * static_cast<double>(n));
+  std::vector<double> gains;
+  for (std::size_t block = 0; block < kGainBlocks; ++block) {
+    double gain = 0.0;
+    const std::size_t end = (block + 1) * n / kGainBlocks;
+    for (std::size_t i = block * n / kGainBlocks; i < end; ++i) {
+      gain += constant + 0.5 * (b[i] * b[i] - a[i] * a[i]);
+    }
+    gains.push_back(gain);
+  }
+  const double mean = numeric::mean(gains);
+  double spread = 0.0;
+  for (const double g : gains) spread += (g - mean) * (g - mean);
+  spread = std::sqrt(spread / (kGainBlocks - 1));
+  const auto ahead = std::count_if(gains.begin(), gains.end(), [](double g) { return g > 0.0; });
+  return {mean * kGainBlocks,
+          spread > 0.0 ? mean / (spread / std::sqrt(static_cast<double>(kGainBlocks))) : 0.0,
+          static_cast<double>(ahead) / kGainBlocks};
+}
 
 bool contains(const Fit& fit, std::string_view name) {
   return std::any_of(fit.terms.begin(), fit.terms.end(),

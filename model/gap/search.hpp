@@ -49,6 +49,14 @@ struct Hypothesis {
   bool placed = true;          // else bound to a place that CO doesn't show: an alternative at most
 };
 
+// Gain in log likelihood over blocks of the record, each left out of both fits.
+struct Lead {
+  double nats = 0.0;
+  double t = 0.0;      // Student's, over the blocks
+  double ahead = 0.0;  // share of the blocks with a gain
+};
+Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& less);
+
 // Its fits point into the candidates that were searched, and must not outlive them.
 struct SearchResult {
   Fit base;                                    // the model alone, within its uncertainty
