@@ -322,8 +322,9 @@ plant::ProcessParameters FreeRun::process_at(const Point& point, double gain,
 double FreeRun::short_runs(const Terms& terms, const Point& point, const std::vector<double>& pv,
                            const std::vector<bool>& used, double gain, std::size_t run_samples,
                            double most) const {
-  constexpr int kPlaces = 3;           // to each side of CO
-  constexpr std::size_t kStretch = 32;  // samples between two looks whether a place is still worth going on
+  constexpr int kPlaces = 3;  // to each side of CO
+  constexpr std::size_t kStretch =
+      32;  // samples between two looks whether a place is still worth going on
   const double h = model_.sample_time_s;
   const double keep = kept(point);
   const bool integrating = model_.process.integrating();

@@ -18,9 +18,10 @@ namespace {
 
 constexpr std::size_t kPolish = 1280;  // evaluations
 constexpr std::size_t kPolishLast = 3840;
-constexpr std::size_t kSettled = 16;  // of those with one more effect, refined
-constexpr std::size_t kPolished = 4;  // of the best with one more effect
-constexpr std::size_t kSeeds = 3;     // best names from which pairs are formed
+// Of those with one more effect.
+constexpr std::size_t kSettled = 16;
+constexpr std::size_t kPolished = 4;
+constexpr std::size_t kSeeds = 3;  // best names from which pairs are formed
 constexpr std::size_t kMostEffects = 3;
 
 double penalty(const Fit& fit) {
@@ -119,7 +120,7 @@ class Search {
     result_.base_rmse = fitter_.training_rmse(result_.base);
     result_.chosen = hypothesis(result_.base);
     progress_(0.05);
-    result_.singles = distinct(polished(jobs_beside({result_.chosen})));
+    result_.singles = raced(jobs_beside({result_.chosen}));
     result_.tried = result_.singles;
     progress_(several ? 0.3 : 0.9);
     if (!result_.singles.empty() && accepted(result_.singles.front(), result_.chosen)) {
@@ -179,16 +180,6 @@ class Search {
     return jobs;
   }
 
-  // All taken all the way.
-  std::vector<Hypothesis> polished(const std::vector<Job>& jobs) const {
-    std::vector<Hypothesis> made(jobs.size());
-    parallel_(jobs.size(), [&](std::size_t i) {
-      const Fit fit = fitter_.fit_added(*jobs[i].base, *jobs[i].added, jobs[i].hint);
-      made[i] = hypothesis(fitter_.polish(fit, kPolish));
-    });
-    return made;
-  }
-
   // Only those that promise most are taken further.
   std::vector<Hypothesis> settled(const std::vector<Job>& jobs) const {
     std::vector<Hypothesis> made(jobs.size());
@@ -204,6 +195,15 @@ class Search {
     parallel_(std::min(kSettled, jobs.size()), [&](std::size_t i) {
       made[order[i]] = hypothesis(fitter_.settle(starts[order[i]]));
     });
+    return made;
+  }
+
+  // Best of each set of names, best first.
+  std::vector<Hypothesis> raced(const std::vector<Job>& jobs) const {
+    std::vector<Hypothesis> made = distinct(settled(jobs));
+    parallel_(std::min(kPolished, made.size()),
+              [&](std::size_t i) { made[i] = hypothesis(fitter_.polish(made[i].fit, kPolish)); });
+    std::sort(made.begin(), made.end(), better);
     return made;
   }
 
@@ -241,10 +241,7 @@ class Search {
                                                                 kSeeds, result_.singles.size())));
     for (std::size_t count = 2; count <= kMostEffects; ++count) {
       if (!leaves_more(result_.chosen.training_rmse, scale_)) return;
-      std::vector<Hypothesis> more = distinct(settled(jobs_beside(seeds)));
-      parallel_(std::min(kPolished, more.size()),
-                [&](std::size_t i) { more[i] = hypothesis(fitter_.polish(more[i].fit, kPolish)); });
-      std::sort(more.begin(), more.end(), better);
+      const std::vector<Hypothesis> more = raced(jobs_beside(seeds));
       progress_(count == 2 ? 0.75 : 0.95);
       result_.tried.insert(result_.tried.end(), more.begin(), more.end());
       if (more.empty() || !accepted(more.front(), result_.chosen)) return;
