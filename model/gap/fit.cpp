@@ -40,13 +40,6 @@ double actuator_delay_s(const Point& point) {
 // By so much an overdamped actuator must be stiffer to be as fast.
 double slowing(double damping) { return std::max(1.0, 2.0 * damping); }
 
-// Whether PV jumps with a parameter: a valve that sticks.
-bool jumps(const Terms& terms) {
-  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
-    return t->block == plant::Block::valve && !t->smooth;
-  });
-}
-
 // Whether the transmitter does not show all of PV.
 bool hides(const Terms& terms) {
   return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->hides; });
@@ -94,6 +87,12 @@ Eigen::VectorXd damped_move(const Eigen::MatrixXd& normal, const Eigen::VectorXd
 }
 
 }  // namespace
+
+bool jumps(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
+    return t->block == plant::Block::valve && !t->smooth;
+  });
+}
 
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
                const std::vector<bool>& used, AllowedWander allowed, bool allowances)

@@ -38,6 +38,9 @@ struct Fit {
   std::size_t samples = 0;     // used
 };
 
+// Whether PV jumps with a parameter: a valve that sticks.
+bool jumps(const Terms& terms);
+
 class Fitter {
  public:
   // Uses the samples where `used` is true. `free_run` must outlive it.
@@ -107,9 +110,7 @@ class Fitter {
                                   const std::vector<double>* hint) const;
   std::vector<Fit> grid_tries(Work& work, Fit fit, std::size_t base_load) const;
   std::vector<Fit> sticking_starts(const Fit& with, const std::vector<double>* hint) const;
-  void lead_on(StickingStart& from, const Sticking& sticking, std::size_t run_samples,
-               int evaluations) const;
-  Fit placed(Fit at) const;
+  void lead_on(StickingStart& from, const Sticking& sticking, std::size_t longer) const;
   std::vector<double> first_steps(const Fit& fit) const;
   // What the filter makes of PV's change with each position and each solved number, in this order.
   Eigen::MatrixXd jacobian(const Fit& fit) const;

@@ -42,10 +42,6 @@ struct Fitter::Sticking {
 struct Fitter::StickingStart {
   Fit fit;
   double gain_position;
-
-  bool operator<(const StickingStart& other) const noexcept {
-    return fit.deviance < other.fit.deviance;
-  }
 };
 
 struct Fitter::GridPlace {
@@ -170,6 +166,9 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
     for (double& v : sticking.pv) v -= with.solved[3];  // the level
   }
   const Candidate& candidate = *with.terms.back();
+  const auto better = [](const StickingStart& x, const StickingStart& y) {
+    return less_deviance(x.fit, y.fit);
+  };
   const std::size_t kept = hint != nullptr ? candidate.starts - 1 : candidate.starts;
   std::vector<StickingStart> found;  // best first
   Fit fit = with;
@@ -187,7 +186,7 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
           if (!(fit.deviance < most)) continue;
           if (found.size() == kept) found.pop_back();
           StickingStart start{fit, gain_position};
-          const auto place = std::upper_bound(found.begin(), found.end(), start);
+          const auto place = std::upper_bound(found.begin(), found.end(), start, better);
           found.insert(place, std::move(start));
         }
       }
@@ -197,56 +196,47 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
     fit.point.searched.back() = *hint;
     found.push_back({fit, 0.5});
   }
-  for (StickingStart& start : found) lead_on(start, sticking, sticking.short_run, 200);
-  std::sort(found.begin(), found.end());
-  if (found.size() > kTaken) found.resize(kTaken);
-  const std::size_t longer = hint != nullptr ? 4 : 2;
+  for (StickingStart& start : found) lead_on(start, sticking, hint != nullptr ? 4 : 2);
+  std::sort(found.begin(), found.end(), better);
   std::vector<Fit> best;
-  for (StickingStart& start : found) {
-    for (std::size_t run = longer * sticking.short_run; run < 16 * sticking.short_run;
-         run *= longer) {
-      lead_on(start, sticking, run < 8 * sticking.short_run ? run : used_.size(), 120);
-    }
-    best.push_back(placed(start.fit));
+  for (std::size_t i = 0; i < std::min(found.size(), kTaken); ++i) {
+    best.push_back(std::move(found[i].fit));
   }
   return best;
 }
 
-// By process, actuator, s, j/s, and the gain.
-void Fitter::lead_on(StickingStart& from, const Sticking& sticking, std::size_t run_samples,
-                     int evaluations) const {
+void Fitter::lead_on(StickingStart& from, const Sticking& sticking, std::size_t longer) const {
+  Fit& start = from.fit;
   const auto count = static_cast<double>(filters_.front().count());
-  std::vector<double> x = positions(from.fit);
+  // Process, actuator, s, j/s, and the gain.
+  std::vector<double> x = positions(start);
   const std::size_t own_at = x.size() - 3;
   std::vector<double> own{x[0], x[1], x[2], x[3], x[own_at], x[own_at + 1], from.gain_position};
   const auto at_point = [&](const std::vector<double>& at) {
     std::copy(at.begin(), at.begin() + 4, x.begin());
     std::copy(at.begin() + 4, at.begin() + 6, x.begin() + static_cast<std::ptrdiff_t>(own_at));
-    return with_positions(from.fit.terms, x);
+    return with_positions(start.terms, x);
   };
-  from.fit.deviance = minimise(own, {0.2, 0.2, 0.15, 0.15, 0.02, 0.08, 0.2}, evaluations, 0.5,
-                               [&](const std::vector<double>& at) {
-                                 const double left = free_run_.short_runs(
-                                     from.fit.terms, at_point(at), sticking.pv, used_,
-                                     sticking.gain_at(at[6]), run_samples);
-                                 return count * std::log(left / pv_square_);
-                               });
-  from.fit.point = at_point(own);
-  from.gain_position = own[6];
-}
-
-// Where the stem stood at the start of the one long run.
-Fit Fitter::placed(Fit at) const {
+  for (std::size_t run = sticking.short_run; run < 16 * sticking.short_run; run *= longer) {
+    const std::size_t samples = run < 8 * sticking.short_run ? run : used_.size();
+    minimise(own, {0.2, 0.2, 0.15, 0.15, 0.02, 0.08, 0.2}, run == sticking.short_run ? 200 : 120,
+             0.5, [&](const std::vector<double>& at) {
+               const double left = free_run_.short_runs(start.terms, at_point(at), sticking.pv,
+                                                        used_, sticking.gain_at(at[6]), samples);
+               return count * std::log(left / pv_square_);
+             });
+  }
+  // Where the stem stood at the start of the one long run.
   Work work;
-  Fit best = at;
-  best.load = kLittleLoad;
-  best.deviance = kInfinity;
+  Fit at = start;
+  at.point = at_point(own);
+  start.load = kLittleLoad;
+  start.deviance = kInfinity;
   for (int place = -9; place <= 9; ++place) {
     at.point.searched.back().back() = 0.1 * place;
     evaluate(work, at.terms, at.point, kLittleLoad, &at);
-    if (at.deviance < best.deviance) best = at;
+    if (at.deviance < start.deviance) start = at;
   }
-  return best;
 }
 
 }  // namespace loopwarden::gap

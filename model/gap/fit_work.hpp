@@ -33,11 +33,11 @@ inline bool solves_gain(const Terms& terms) {
   return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->solves_gain; });
 }
 
-// From `x`, 0 to 1 in each direction, until a step brings less than `least_gain`. Returns the least value.
-inline double minimise(std::vector<double>& x, std::vector<double> steps, int evaluations,
-                       double least_gain, const numeric::Objective& objective) {
-  return numeric::subplex(x, std::move(steps), 0.0, 1.0, objective,
-                          {.most_evaluations = evaluations, .value_change = least_gain});
+// From `x`, 0 to 1 in each direction, until a step brings less than `least_gain`.
+inline void minimise(std::vector<double>& x, std::vector<double> steps, int evaluations,
+                     double least_gain, const numeric::Objective& objective) {
+  numeric::subplex(x, std::move(steps), 0.0, 1.0, objective,
+                   {.most_evaluations = evaluations, .value_change = least_gain});
 }
 
 }  // namespace loopwarden::gap

@@ -20,8 +20,10 @@ constexpr std::size_t kPolish = 1280;  // evaluations
 constexpr std::size_t kPolishLast = 3840;
 // Of those with one more effect.
 constexpr std::size_t kSettled = 16;
-constexpr std::size_t kPolished = 4;
-constexpr std::size_t kSeeds = 3;  // best names from which pairs are formed
+constexpr std::size_t kPolished = 4;  // where PV jumps with a parameter
+constexpr std::size_t kSeeds = 3;     // best names from which pairs are formed
+constexpr std::size_t kShifts =
+    4;  // best of what shifts PV, beside which a sticking valve is searched for again
 constexpr std::size_t kMostEffects = 3;
 
 double penalty(const Fit& fit) {
@@ -159,6 +161,15 @@ class Search {
     return {&base, &added, added.slips && !options_.sticks.empty() ? &options_.sticks : nullptr};
   }
 
+  // Best names of what shifts PV as a whole, as they were found without any other.
+  std::vector<const Hypothesis*> shifts() const {
+    std::vector<const Hypothesis*> best;
+    for (const Hypothesis& single : result_.singles) {
+      if (single.fit.terms[0]->shifts_pv && best.size() < kShifts) best.push_back(&single);
+    }
+    return best;
+  }
+
   // Every candidate beside every base, as far as a valve can have both.
   std::vector<Job> jobs_beside(const std::vector<Hypothesis>& bases) const {
     std::vector<Job> jobs;
@@ -166,15 +177,16 @@ class Search {
       const Terms& terms = base.fit.terms;
       const bool friction = std::any_of(terms.begin(), terms.end(),
                                         [](const Candidate* term) { return term->friction; });
-      const bool sticks =
-          terms.size() == 1 && !terms[0]->smooth && terms[0]->block == plant::Block::valve;
       for (const Candidate& candidate : all_) {
         if (contains(base.fit, candidate.name) || (candidate.friction && friction)) continue;
-        // A sticking valve is searched for again beside what shifts PV as a whole: without that its
-        // own search went astray.
-        const Hypothesis* shift = sticks && candidate.shifts_pv ? alone(candidate) : nullptr;
-        if (shift != nullptr) jobs.push_back(job(shift->fit, *terms[0]));
         jobs.push_back(job(base.fit, candidate));
+      }
+      // A sticking valve is searched for again beside what shifts PV as a whole: without that its
+      // own search went astray.
+      if (terms.size() != 1 || terms[0]->smooth || terms[0]->block != plant::Block::valve) continue;
+      for (const Hypothesis* shift : shifts()) {
+        if (!contains(base.fit, shift->fit.terms[0]->name))
+          jobs.push_back(job(shift->fit, *terms[0]));
       }
     }
     return jobs;
@@ -201,8 +213,13 @@ class Search {
   // Best of each set of names, best first.
   std::vector<Hypothesis> raced(const std::vector<Job>& jobs) const {
     std::vector<Hypothesis> made = distinct(settled(jobs));
-    parallel_(std::min(kPolished, made.size()),
-              [&](std::size_t i) { made[i] = hypothesis(fitter_.polish(made[i].fit, kPolish)); });
+    std::vector<Hypothesis*> rough;
+    for (Hypothesis& h : made) {
+      if (jumps(h.fit.terms) && rough.size() < kPolished) rough.push_back(&h);
+    }
+    parallel_(rough.size(), [&](std::size_t i) {
+      *rough[i] = hypothesis(fitter_.polish(rough[i]->fit, kPolish));
+    });
     std::sort(made.begin(), made.end(), better);
     return made;
   }
