@@ -488,11 +488,6 @@ Fit Fitter::fit_model() const {
   return best;
 }
 
-Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
-                      const std::vector<double>* hint) const {
-  return settle(approach(base, candidate, hint));
-}
-
 Fit Fitter::settle(const std::vector<Fit>& starts) const {
   Fit best;
   best.deviance = kInfinity;
