@@ -66,6 +66,55 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
   CHECK(condition.severity_percent == Approx(4.0).epsilon(0.5));
 }
 
+// The same of a source that reports a value when it has changed by more than a band.
+SmallLoop::Run on_change(SmallLoop::Run run, double pv_band, double co_band) {
+  const auto hold = [](std::vector<double>& values, double band) {
+    double held = values.front();
+    for (double& value : values) {
+      if (std::abs(value - held) > band) held = value;
+      value = held;
+    }
+  };
+  hold(run.pv, pv_band);
+  hold(run.co, co_band);
+  return run;
+}
+
+TEST_CASE("what a source that reports on change hides raises nothing, and is told",
+          "[routine][watch]") {
+  WindowSettings settings = kSettings;
+  settings.on_change = true;
+  const auto watch_all = [&](const SmallLoop::Run& run, RoutineWatch& watch) {
+    bool raised = false;
+    for (std::size_t k = 0; k < run.pv.size(); ++k) {
+      watch.add(cycle_of(run, k, k));
+      raised |= stiction_on(watch);
+    }
+    return raised;
+  };
+  const auto run = sticky(4 * RoutineWatch::kSamples);
+  RoutineWatch plain(settings);
+  CHECK(watch_all(run, plain));
+  CHECK(plain.judgement().sees_from_percent == 0.0);
+  RoutineWatch hidden(settings);
+  CHECK_FALSE(watch_all(on_change(run, 0.3, 2.5), hidden));
+  const RoutineWatch::Judgement& judgement = hidden.judgement();
+  CHECK(judgement.source.co.kind == analysis::ArchiveKind::exception);
+  CHECK(judgement.source.co.deviation == Approx(2.5).epsilon(0.2));
+  CHECK(judgement.sees_from_percent > 4.0);
+  // Looked at as if all were there, the held values are taken for a sticking valve.
+  settings.on_change = false;
+  RoutineWatch credulous(settings);
+  CHECK(watch_all(on_change(run, 0.3, 2.5), credulous));
+  // All of it comes again.
+  settings.on_change = true;
+  for (std::size_t k = 0; k < run.pv.size(); ++k) {
+    hidden.add(cycle_of(run, k, run.pv.size() + k));
+  }
+  CHECK(hidden.judgement().sees_from_percent == 0.0);
+  CHECK(stiction_on(hidden));
+}
+
 TEST_CASE("where nobody knows SP there is routine evidence, and no window", "[routine][watch]") {
   const auto run = sticky(2 * RoutineWatch::kSamples);
   WindowSettings settings = kSettings;
