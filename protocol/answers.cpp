@@ -9,7 +9,10 @@ using nlohmann::json;
 
 PROTOCOL_JSON(Alarm, loop, alarm, state, active, unacknowledged, consequence, raised_ms, changed_ms,
               times_raised, shelved_until_ms, severity_percent, worst_severity_percent)
-PROTOCOL_JSON(Alarms, alarms, now_ms)
+PROTOCOL_JSON(Incident::Renamed, time_s, from, to)
+PROTOCOL_JSON(Incident, id, loop, name, cause, from_s, raised_s, confidence, alarms, active,
+              unacknowledged, renamed, cleared_s)
+PROTOCOL_JSON(Alarms, alarms, incidents, now_ms)
 PROTOCOL_JSON(Explanation, alarm, final_name, raised_ms, ended_ms, verdict, effect, size_percent,
               low_percent, high_percent, confidence, alternatives, gap_closed, agrees, since_s,
               sentence, remedy, folder)
@@ -35,7 +38,8 @@ PROTOCOL_JSON(Cycle, period, time_s, sp, pv, co, stem, set_point_wanted, mode, r
               output_lost, jacket, compensator, ne107)
 
 PROTOCOL_LISTED(LoopStatus, name, description, control, pv_unit, co_unit, pv_range, co_range,
-                sample_time_s, io, recording, monitor, alarms, orders_refused, position_age_ms)
+                sample_time_s, io, recording, monitor, alarms, incident, orders_refused,
+                position_age_ms)
 template <>
 struct Members<LoopStatus> : WithPart<LoopStatus, Cycle, &LoopStatus::cycle> {};
 PROTOCOL_DEFINE(LoopStatus)
@@ -102,6 +106,7 @@ template <>
 struct Members<OrderState> : WithPart<OrderState, OrderOutcome, &OrderState::outcome> {};
 PROTOCOL_DEFINE(OrderState)
 PROTOCOL_JSON(AlarmActed, on_disk, alarm)
+PROTOCOL_JSON(IncidentActed, on_disk, incident)
 PROTOCOL_JSON(AcknowledgedAlarm, loop, alarm)
 PROTOCOL_JSON(AllAcknowledged, acknowledged, on_disk)
 PROTOCOL_JSON(Vetoed, on_disk)

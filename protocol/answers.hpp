@@ -28,8 +28,24 @@ struct Alarm {
   double severity_percent = kNone, worst_severity_percent = kNone;
 };
 
+// One change of a loop, with all valve alarms that it raised. Times are s since 1970 (UTC).
+struct Incident {
+  std::string id{}, loop{}, name{}, cause{};
+  double from_s = kNone, raised_s = kNone;
+  double confidence = kNone;  // of the explanation that gave the name; null: an alarm gave it
+  std::vector<std::string> alarms{};
+  bool active = false, unacknowledged = false;
+  struct Renamed {
+    double time_s = kNone;
+    std::string from{}, to{};
+  };
+  std::vector<Renamed> renamed{};
+  double cleared_s = kNone;
+};
+
 struct Alarms {
   std::vector<Alarm> alarms{};
+  std::vector<Incident> incidents{};  // the newest of each loop that has had one
   std::int64_t now_ms = 0;
 };
 
@@ -132,6 +148,7 @@ struct LoopStatus {
   Recording recording{};
   Monitor monitor{};
   std::map<std::string, Alarm> alarms{};  // by name
+  std::optional<Incident> incident{};     // the newest
   std::uint64_t orders_refused = 0;
   double position_age_ms = kNone;
   std::optional<Cycle> cycle{};  // its members stand among the loop's; nothing: none has run yet
@@ -347,6 +364,11 @@ struct OrderState {
 
 struct AlarmActed {
   Alarm alarm{};
+  bool on_disk = false;
+};
+
+struct IncidentActed {
+  Incident incident{};
   bool on_disk = false;
 };
 

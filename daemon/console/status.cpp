@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "config/loop_model_writer.hpp"
+#include "daemon/journal/incident_text.hpp"
 #include "daemon/loops/loop_health.hpp"
 
 namespace loopwarden::daemon::console {
@@ -133,6 +134,32 @@ protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
           .shelved_until_ms = memory.shelved_until_ms,
           .severity_percent = has_size ? memory.severity_percent : protocol::kNone,
           .worst_severity_percent = has_size ? memory.worst_severity_percent : protocol::kNone};
+}
+
+std::optional<protocol::Incident> incident_of(const std::string& loop,
+                                              const monitor::LoopWatch& watch) {
+  const model::Incident& known = watch.incident.incident();
+  if (!known.there()) return std::nullopt;
+  const auto seconds = [](std::int64_t ms) { return static_cast<double>(ms) / 1000.0; };
+  protocol::Incident incident{
+      .id = journal::incident_id(loop, known),
+      .loop = loop,
+      .name = known.name,
+      .cause = known.cause ? plant::to_text(*known.cause) : "unknown",
+      .from_s = seconds(known.from_ms),
+      .raised_s = seconds(known.opened_ms),
+      .confidence = known.confidence,
+      .unacknowledged = model::unacknowledged(known, watch.alarms),
+      .cleared_s = known.ended_ms == 0 ? protocol::kNone : seconds(known.ended_ms)};
+  for (const model::AlarmKind kind : model::kValveAlarms) {
+    if (!known.has(kind)) continue;
+    incident.alarms.emplace_back(model::to_text(kind));
+    incident.active = incident.active || watch.alarms.alarm(kind).active();
+  }
+  for (const model::Incident::Renamed& one : known.renamed) {
+    incident.renamed.push_back({seconds(one.at_ms), one.from, one.to});
+  }
+  return incident;
 }
 
 protocol::Explanation told(const Explanation& e) {
@@ -290,6 +317,7 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
   for (const model::AlarmKind kind : model::kAlarmKinds) {
     loop.alarms[model::to_text(kind)] = alarm_of(config.name, kind, watch.alarms.alarm(kind));
   }
+  loop.incident = incident_of(config.name, watch);
   record::RecordRow row;
   if (!parts.historian.latest(index, row)) return loop;
   loop.cycle = cycle_of(row, runtime, settings);
