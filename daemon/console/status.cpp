@@ -194,7 +194,7 @@ std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& wa
 std::string source_text(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
   const auto of = [](const char* name, const analysis::ArchivedSignal& kept, double span) {
     if (kept.kind == analysis::ArchiveKind::none) return std::string();
-    if (!(kept.deviation > 0.0) || !(span > 0.0)) return fmt::format("{} in part", name);
+    if (!(kept.deviation > 0.0) || !(span > 0.0)) return fmt::format("{} too seldom to tell", name);
     return fmt::format("{} on change of {:.2g} % of span", name, 100.0 * kept.deviation / span);
   };
   const control::PidSettings& pid = loop.controller.pid;

@@ -189,13 +189,18 @@ RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
 
 void RoutineWatch::learn(std::span<const double> pv, std::span<const double> co) {
   constexpr double kMostAreNew = 0.5;  // of the samples
+  constexpr std::size_t kFewest = 20;  // stored values that a rule is recognised by
   const auto learn_of = [](std::span<const double> values, analysis::ArchivedSignal& kept) {
     const analysis::ArchivedSignal found = analysis::recognise_filled(values);
     std::size_t anew = 0;
     for (std::size_t i = 1; i < values.size(); ++i) anew += values[i] != values[i - 1] ? 1U : 0U;
     const bool comes_anew =
         static_cast<double>(anew) > kMostAreNew * static_cast<double>(values.size());
-    if (found.kind != analysis::ArchiveKind::none || comes_anew) kept = found;
+    if (found.kind != analysis::ArchiveKind::none || comes_anew) {
+      kept = found;
+    } else if (anew > 0 && anew < kFewest) {
+      kept = {.kind = analysis::ArchiveKind::unknown};
+    }
   };
   learn_of(pv, source_.pv);
   learn_of(co, source_.co);

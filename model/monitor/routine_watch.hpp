@@ -15,8 +15,8 @@
 //   S  nats, one for each level
 //
 // Where the source may report on change alone (WindowSettings::on_change), what it keeps of PV and CO is learned from the
-// finest level's newest window that shows it, and forgotten when PV and CO come anew in more than half of the samples.
-// What it hides is not told (diagnosis/archive_rule.hpp): S stays.
+// finest level's newest window that shows it, and forgotten when PV and CO come anew in more than half of the samples. Of
+// one that came anew less than 20 times nothing is known. What it hides is not told (diagnosis/archive_rule.hpp): S stays.
 //
 // Levels: samples of 1, 4, 16 and 64 s (a whole number of cycles, at least one), kSamples of each: 12 minutes to 13
 // hours. Windows of one level share no sample, so that their logits may be added. Time in manual, with a PV that is not

@@ -23,8 +23,8 @@ constexpr double kSetPoint = 20.0;  // as SmallLoop has it
 // Samples of 2 s: the first level takes each as it is.
 const WindowSettings kSettings{.sample_time_s = 2.0};
 
-SmallLoop::Run sticky(std::size_t samples) {
-  plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
+SmallLoop::Run sticky(std::size_t samples, double s = 4.0) {
+  plant::StictionKarnopp valve({.s = s, .j = 0.75 * s}, 0.5);
   valve.reset(50.0);
   return SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
       samples, [&](double u) { return valve.step(u); }, wandering_load(1.3));
@@ -84,35 +84,46 @@ TEST_CASE("what a source that reports on change hides raises nothing, and is tol
           "[routine][watch]") {
   WindowSettings settings = kSettings;
   settings.on_change = true;
-  const auto watch_all = [&](const SmallLoop::Run& run, RoutineWatch& watch) {
-    bool raised = false;
+  const auto raised = [](const SmallLoop::Run& run, RoutineWatch& watch) {
+    bool any = false;
     for (std::size_t k = 0; k < run.pv.size(); ++k) {
       watch.add(cycle_of(run, k, k));
-      raised |= stiction_on(watch);
+      any |= stiction_on(watch);
     }
-    return raised;
+    return any;
   };
-  const auto run = sticky(4 * RoutineWatch::kSamples);
+  const auto wide = sticky(4 * RoutineWatch::kSamples);
   RoutineWatch plain(settings);
-  CHECK(watch_all(run, plain));
+  CHECK(raised(wide, plain));
   CHECK(plain.judgement().sees_from_percent == 0.0);
+
+  // Wider than what is left out: seen, and what could not be is told.
+  RoutineWatch seen(settings);
+  CHECK(raised(on_change(wide, 0.3, 1.0), seen));
+  CHECK(seen.judgement().source.co.kind == analysis::ArchiveKind::exception);
+  CHECK(seen.judgement().source.co.deviation == Approx(1.0).epsilon(0.1));
+  CHECK(seen.judgement().source.pv.deviation == Approx(0.3).epsilon(0.1));
+  CHECK(seen.judgement().sees_from_percent == Approx(2.0).epsilon(0.1));
+
+  // Held values make a small sticking valve by themselves.
+  const auto narrow = on_change(sticky(RoutineWatch::kSamples, 1.5), 0.1, 0.5);
   RoutineWatch hidden(settings);
-  CHECK_FALSE(watch_all(on_change(run, 0.3, 2.5), hidden));
-  const RoutineWatch::Judgement& judgement = hidden.judgement();
-  CHECK(judgement.source.co.kind == analysis::ArchiveKind::exception);
-  CHECK(judgement.source.co.deviation == Approx(2.5).epsilon(0.2));
-  CHECK(judgement.sees_from_percent > 4.0);
-  // Looked at as if all were there, the held values are taken for a sticking valve.
-  settings.on_change = false;
-  RoutineWatch credulous(settings);
-  CHECK(watch_all(on_change(run, 0.3, 2.5), credulous));
-  // All of it comes again.
-  settings.on_change = true;
-  for (std::size_t k = 0; k < run.pv.size(); ++k) {
-    hidden.add(cycle_of(run, k, run.pv.size() + k));
+  CHECK_FALSE(raised(narrow, hidden));
+  CHECK(hidden.judgement().verdict == diagnosis::DiagnosisVerdict::cant_tell);
+  RoutineWatch credulous(kSettings);
+  CHECK_FALSE(raised(narrow, credulous));
+  CHECK(credulous.judgement().verdict == diagnosis::DiagnosisVerdict::valve_effect);
+  CHECK(credulous.judgement().sum > hidden.judgement().sum);
+
+  // So seldom that no rule can be told: nothing is named. When all of it comes again it is seen.
+  RoutineWatch seldom(settings);
+  CHECK_FALSE(raised(on_change(wide, 0.05, 2.5), seldom));
+  CHECK(std::isinf(seldom.judgement().sees_from_percent));
+  for (std::size_t k = 0; k < wide.pv.size(); ++k) {
+    seldom.add(cycle_of(wide, k, wide.pv.size() + k));
   }
-  CHECK(hidden.judgement().sees_from_percent == 0.0);
-  CHECK(stiction_on(hidden));
+  CHECK(seldom.judgement().sees_from_percent == 0.0);
+  CHECK(stiction_on(seldom));
 }
 
 TEST_CASE("where nobody knows SP there is routine evidence, and no window", "[routine][watch]") {
