@@ -84,6 +84,7 @@ struct Condition {
 
 struct Monitor {
   std::string window_state{};
+  std::string source{};  // of a watched loop: what it reports on change alone, and what that hides
   std::uint64_t windows = 0, windows_suppressed = 0;
   std::map<std::string, double> probability{};  // by alarm
   double severity_percent = kNone;

@@ -231,7 +231,7 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
                              .consequence = guide.consequence,
                              .action = guide.action,
                              .explanation = explanation_of(watch, kind),
-                             .monitor = monitor_of(watch),
+                             .monitor = monitor_of(watch, parts_.loops[index].config),
                              .disk_answers = disk.has_value()};
   if (!disk) return answer;
   if (disk->folder) answer.evidence = disk->folder->string();

@@ -190,7 +190,25 @@ std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& wa
   return newest && newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
 }
 
-protocol::Monitor monitor_of(const monitor::LoopWatch& watch) {
+// What a source tells on change alone, and what that hides.
+std::string source_text(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
+  const auto of = [](const char* name, const analysis::ArchivedSignal& kept, double span) {
+    if (kept.kind == analysis::ArchiveKind::none) return std::string();
+    if (!(kept.deviation > 0.0) || !(span > 0.0)) return fmt::format("{} too seldom to tell", name);
+    return fmt::format("{} on change of {:.2g} % of span", name, 100.0 * kept.deviation / span);
+  };
+  const control::PidSettings& pid = loop.controller.pid;
+  const std::string pv = of("PV", watch.source.pv, loop.pv.high - loop.pv.low);
+  const std::string co = of("CO", watch.source.co, pid.output_high - pid.output_low);
+  if (pv.empty() && co.empty()) return {};
+  return fmt::format("reports {}{}{}; {}", pv, pv.empty() || co.empty() ? "" : ", ", co,
+                     std::isfinite(watch.sees_from_percent)
+                         ? fmt::format("a dead band below {:.2g} % of CO's span is not seen",
+                                       watch.sees_from_percent)
+                         : "routine evidence can't tell");
+}
+
+protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
   const model::WindowMeasures& m = watch.measures;
   const analysis::ConditionIndices& condition = watch.condition;
   const bool no_size = watch.judgement.result == model::WindowJudgement::Result::fault &&
@@ -200,6 +218,7 @@ protocol::Monitor monitor_of(const monitor::LoopWatch& watch) {
     probability[model::to_text(kind)] = watch.judgement.probability[model::index_of(kind)];
   }
   return {.window_state = model::to_text(watch.window_state),
+          .source = source_text(watch, loop),
           .windows = watch.windows,
           .windows_suppressed = watch.windows_suppressed,
           .probability = std::move(probability),
@@ -292,7 +311,7 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
       .sample_time_s = config.sample_time_s,
       .io = io_of(runtime.device().counters()),
       .recording = recording_of(parts.historian.status(index)),
-      .monitor = monitor_of(watch),
+      .monitor = monitor_of(watch, config),
       .orders_refused = runtime.channels->orders_refused.load(std::memory_order_relaxed),
       .position_age_ms = position_age_ms < 0.0 ? protocol::kNone : position_age_ms};
   for (const model::AlarmKind kind : model::kAlarmKinds) {

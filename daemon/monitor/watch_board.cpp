@@ -88,6 +88,8 @@ std::vector<AlarmKind> WatchBoard::routine_judged(std::size_t loop,
                                                   const model::AlarmConditions& conditions) {
   const std::lock_guard lock(mutex_);
   const Memories before = memories(loop);
+  watches_[loop].source = judgement.source;
+  watches_[loop].sees_from_percent = judgement.sees_from_percent;
   const std::string why =
       fmt::format("routine: the last {:.0f} min, probability of a valve effect {:.2f}",
                   judgement.window_s / 60.0, judgement.probability);

@@ -50,6 +50,9 @@ struct LoopWatch {
   // The newest of each alarm, by its name as it was raised, and of all. Copied with what they stand in: shared.
   std::array<std::shared_ptr<const Explanation>, loopwarden::monitor::kAlarmKindCount> explanations;
   std::shared_ptr<const Explanation> explanation;
+  // What the source keeps of PV and CO, by the newest routine judgement.
+  loopwarden::diagnosis::Archived source;
+  double sees_from_percent = 0.0;  // % of the CO span
 };
 
 // What an operator wants.

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -100,6 +102,21 @@ std::vector<std::string> refusals(const std::string& text, const std::string& fe
   return found;
 }
 
+// Of a node GROUP/EDGE/DEVICE/METRIC; the device may be empty, the metric have a / as well.
+std::string metric_rule(const LoopSignal& signal) {
+  std::array<std::string, 3> places;
+  std::string rest = signal.node;
+  for (std::string& place : places) {
+    const std::size_t end = rest.find('/');
+    if (end == std::string::npos) return {};
+    place = rest.substr(0, end);
+    rest.erase(0, end + 1);
+  }
+  return fmt::format("  - {{name: {}, group: {}, edge: {}, device: {}, metric: {}}}\n",
+                     quoted(signal.name), quoted(places[0]), quoted(places[1]), quoted(places[2]),
+                     quoted(rest));
+}
+
 }  // namespace
 
 LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings) {
@@ -129,15 +146,18 @@ LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings) {
   return file;
 }
 
-std::string node_list(const std::vector<FoundLoop>& loops) {
+std::string node_list(const std::vector<FoundLoop>& loops, NodeForm form) {
   std::string text;
   for (const FoundLoop& loop : loops) {
     for (const std::optional<LoopSignal>& signal : loop.signals) {
-      if (signal && !signal->node.empty())
-        text += fmt::format("  {}: {}\n", quoted(signal->name), quoted(signal->node));
+      if (!signal || signal->node.empty()) continue;
+      text += form == NodeForm::opcua
+                  ? fmt::format("  {}: {}\n", quoted(signal->name), quoted(signal->node))
+                  : metric_rule(*signal);
     }
   }
-  return text.empty() ? text : "nodes:\n" + text;
+  if (text.empty()) return text;
+  return (form == NodeForm::opcua ? "nodes:\n" : "metrics:\n") + text;
 }
 
 }  // namespace loopwarden::workbench::discover

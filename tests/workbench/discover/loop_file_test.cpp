@@ -52,8 +52,8 @@ TEST_CASE("the file of a loop is what was found of it", "[discover]") {
   CHECK(loop->controller.output.high == 100.0);
   CHECK(loop->sample_time_s == 1.0);
   const auto& feed = std::get<hal::feed::FeedSettings>(loop->io);
-  CHECK(feed.process_variable == hal::feed::FeedName{"opcua", "A \"b\": {x}"});
-  CHECK(feed.output == hal::feed::FeedName{"opcua", "OP"});
+  CHECK(feed.process_variable.name == hal::feed::FeedName{"opcua", "A \"b\": {x}"});
+  CHECK(feed.output.name == hal::feed::FeedName{"opcua", "OP"});
   CHECK(feed.mode == hal::feed::FeedName{"opcua", "M"});
   CHECK(feed.mode_values.automatic == std::vector<double>{1.0, 3.0});
   CHECK_FALSE(feed.set_point);
