@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "studies/jacket/jacket_trial.hpp"
+#include "studies/calm/calm_trial.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +44,7 @@ struct Segment {
 
 class Trial {
  public:
-  explicit Trial(const JacketTrial& trial)
+  explicit Trial(const CalmTrial& trial)
       : trial_(trial),
         plant_(trial.model, trial.model.scenario.seed),
         controller_(trial.model.controller, trial.model.sample_time_s,
@@ -102,11 +102,14 @@ class Trial {
     const ReadBackErrors& errors = trial_.read_back;
     const double true_pv = plant_.true_process_variable();
     const double stem = plant_.stem();
+    const double read_back = rounded(
+        stem + errors.bias + errors.noise * read_back_noise_.normal(), errors.resolution);
     const control::ControllerOutput out = controller_.step(
         {.process_variable = plant_.process_variable(),
-         .valve_position = rounded(stem + errors.bias + errors.noise * read_back_noise_.normal(),
-                                   errors.resolution),
-         .valve_position_valid = true});
+         .valve_position = read_back,
+         .valve_position_valid = true,
+         .read_back = read_back,
+         .read_back_valid = true});
     const double co = rounded(out.output, trial_.output_resolution);
     controller_.applied(co);
 
@@ -126,7 +129,7 @@ class Trial {
     plant_.step(co);
   }
 
-  const JacketTrial& trial_;
+  const CalmTrial& trial_;
   plant::Plant plant_;
   control::LoopController controller_;
   numeric::Random read_back_noise_;
@@ -140,6 +143,6 @@ class Trial {
 
 }  // namespace
 
-TrialResult run_trial(const JacketTrial& trial) { return Trial(trial).run(); }
+TrialResult run_trial(const CalmTrial& trial) { return Trial(trial).run(); }
 
 }  // namespace loopwarden::studies

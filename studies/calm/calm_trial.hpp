@@ -18,7 +18,7 @@ struct ReadBackErrors {
   double resolution = 0.0;  // CO units
 };
 
-struct JacketTrial {
+struct CalmTrial {
   plant::LoopModel model;  // controller.jacket: the form to try; scenario.duration_s is not used
   ReadBackErrors read_back;
   double output_resolution = 0.0;  // CO units, of the converter that CO goes through
@@ -39,6 +39,6 @@ struct TrialResult {
 };
 
 // Throws effects::EffectError for a model that can't be simulated.
-TrialResult run_trial(const JacketTrial& trial);
+TrialResult run_trial(const CalmTrial& trial);
 
 }  // namespace loopwarden::studies
