@@ -14,17 +14,21 @@ constexpr double kGainError = 0.1;       // of a move, for good
 constexpr double kSingle = 1.08;         // of j: what one move can do
 constexpr double kDetour = 1.15;         // of j
 constexpr double kProbe = 0.35;          // of s
-constexpr double kFollows = 0.5;         // of a probe
+constexpr double kFollows = 0.4;         // of a probe
 constexpr double kShown = 0.4;           // of L + T
 constexpr double kDoubt = 4.0;           // z^2 of P
-constexpr std::uint32_t kCycles = 4;     // of a window, and of what is watched
-constexpr double kBadRatio = 1.5;        // RMS over that without
-constexpr std::uint32_t kBadWindows = 4;
+constexpr std::uint32_t kCycles = 4;     // of a window
+constexpr std::uint32_t kMostWatched = 10;  // cycles
+constexpr double kSure = 0.15;           // of v0, its standard error
+constexpr double kNoGain = 1.1;          // mean RMS of the windows over that without
+constexpr double kWindowWeight = 0.25;   // of the newest window in that mean
+constexpr std::uint32_t kWindows = 4;    // before it is judged
 constexpr std::uint32_t kThresholds = 60;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 double sign_of(double x) noexcept { return x < 0.0 ? -1.0 : 1.0; }
 double squared(double x) noexcept { return x * x; }
+double low_of(double low, double value) noexcept { return low > 0.0 ? low : value; }
 
 }  // namespace
 
@@ -80,17 +84,30 @@ void PlannedMoves::reset(double output) noexcept {
 
 double PlannedMoves::jump() const noexcept {
   const double learnt = 0.5 * ((ways_[1].breaks - ways_[1].stands) + (ways_[0].stands - ways_[0].breaks));
-  return std::clamp(learnt, 0.3 * settings_.j, std::min(3.0 * settings_.j, 2.0 * settings_.s));
+  return std::clamp(learnt, 0.6 * low_of(settings_.j_low, settings_.j), 1.6 * std::max(settings_.j_high, settings_.j));
 }
 
 double PlannedMoves::band() const noexcept {
   const double learnt =
       0.5 * ((ways_[1].breaks - ways_[0].stands) + (ways_[1].stands - ways_[0].breaks));
-  return std::clamp(learnt, 0.3 * settings_.s, 3.0 * settings_.s);
+  return std::clamp(learnt, 0.6 * low_of(settings_.s_low, settings_.s), 1.6 * std::max(settings_.s_high, settings_.s));
+}
+
+// Without a read-back nothing tells of a stem that did not move.
+double PlannedMoves::sure_jump() const noexcept {
+  return seen() ? jump() : reach_ * std::max(jump(), settings_.j_high);
+}
+
+double PlannedMoves::sure_force(double sign) const noexcept {
+  const double force = std::abs(way(sign).breaks - middle());
+  if (seen()) return force;
+  return reach_ * std::max(force, 0.5 * (std::max(settings_.s, settings_.s_high) + std::max(settings_.j, settings_.j_high)));
 }
 
 double PlannedMoves::zone() const noexcept {
-  return std::max(4.5 * std::sqrt(read_back_variance_), 1e-3 * settings_.s);
+  // A slip is no step of the converter.
+  const double step = read_back_step_ < 0.2 * settings_.j ? 1.5 * read_back_step_ : 0.0;
+  return std::max({4.5 * std::sqrt(read_back_variance_), step, 1e-3 * settings_.s});
 }
 
 double PlannedMoves::settle_s() const noexcept {
@@ -108,13 +125,16 @@ void PlannedMoves::moved_to(Stem& stem, double place) noexcept {
 }
 
 void PlannedMoves::follow_law(Stem& stem, double output) noexcept {
-  if (!stem.known) stem.place = output - middle();
-  stem.known = true;
+  if (!stem.known) stem = {.known = true, .place = output - middle(), .output = output};
   stem.moved = false;
   stem.stood_s += period_s_;
+  const double change = output - stem.output;
+  stem.output = output;
   const double force = output - stem.place;
-  if (force > ways_[1].breaks) moved_to(stem, output - ways_[1].stands);
-  if (force < ways_[0].breaks) moved_to(stem, output - ways_[0].stands);
+  if (change * stem.going <= 0.0) stem.going = 0.0;
+  if (force > ways_[1].breaks) stem.going = 1.0;
+  if (force < ways_[0].breaks) stem.going = -1.0;
+  if (stem.going != 0.0) moved_to(stem, output - way(stem.going).stands);
 }
 
 void PlannedMoves::follow_read_back(double position, double output) noexcept {
@@ -124,6 +144,7 @@ void PlannedMoves::follow_read_back(double position, double output) noexcept {
   const double zone_now = zone();
   if (std::abs(change) < 1.5 * zone_now)
     read_back_variance_ += 0.02 * (0.5 * squared(change) - read_back_variance_);
+  if (change != 0.0) read_back_step_ = std::min(read_back_step_, std::abs(change));
   stem.moved = false;
   stem.stood_s += period_s_;
   stem.off = std::abs(position - stem.place) > zone_now ? stem.off + 1 : 0;
@@ -131,7 +152,7 @@ void PlannedMoves::follow_read_back(double position, double output) noexcept {
     const double sign = sign_of(position - stem.place);
     const bool stood = stem.stood_s >= 8.0 * period_s_;
     // It moved a period ago, of the command before.
-    if (phase_ == MovePhase::watching && stood) {
+    if (phase_ == MovePhase::watching && stood && settings_.j > 2.5 * zone_now) {
       Direction& way_now = way(sign);
       const double broke = output_before_ - stem.place;
       const double stands = output_before_ - stem.last;
@@ -215,28 +236,41 @@ void PlannedMoves::watch(const CompensatorInputs& in) noexcept {
     side_ = side;
     if (flips_ == 1) {
       first_flip_s_ = now_s_;
-      travel_ = squares_ = counted_s_ = 0.0;
+      travel_ = squares_ = counted_s_ = cycles_mean_ = cycles_spread_ = 0.0;
+    } else if (flips_ % 2 == 1 && cycle_counted_s_ > 0.0) {
+      const double mean = cycle_squares_ / cycle_counted_s_;
+      const double off = mean - cycles_mean_;
+      cycles_mean_ += off / (flips_ / 2);
+      cycles_spread_ += off * (mean - cycles_mean_);
     }
+    if (flips_ % 2 == 1) cycle_squares_ = cycle_counted_s_ = 0.0;
   }
   if (flips_ == 0) return;
   if (now_s_ >= skip_until_s_) {
     squares_ += squared(error_) * period_s_;
     counted_s_ += period_s_;
+    cycle_squares_ += squared(error_) * period_s_;
+    cycle_counted_s_ += period_s_;
   }
-  if (flips_ < 1 + 2 * kCycles || counted_s_ <= 0.0 || lost_ > 0) return;
+  const double cycles = 0.5 * (flips_ - 1.0);
+  if (cycles < kCycles || counted_s_ <= 0.0 || lost_ > 0) return;
+  const double error = std::sqrt(cycles_spread_ / (cycles * std::max(1.0, cycles - 1.0)));
+  if (cycles < kMostWatched && error > kSure * cycles_mean_) return;
   const double watched_s = now_s_ - first_flip_s_;
-  variance_without_ = std::max(squares_ / counted_s_ - noise_variance_, squared(1e-3 * settings_.gain * settings_.j));
-  travel_rate_without_ = std::max(travel_, settings_.j) / watched_s;
-  cycle_s_ = watched_s / kCycles;
+  variance_without_ = std::max(squares_ / counted_s_ - noise_variance_, std::max(squared(0.1 * settings_.gain * settings_.j), 0.01 * noise_variance_));
+  travel_rate_without_ = std::max(travel_, jump() * cycles) / watched_s;
+  cycle_s_ = watched_s / cycles;
   engage(in);
 }
 
 void PlannedMoves::engage(const CompensatorInputs& in) noexcept {
   output_ = in.applied;
   virtual_stem_ = stem_;
+  virtual_stem_.output = output_;
   virtual_process_ = process_;
   window_squares_ = window_s_ = too_large_s_ = 0.0;
-  bad_windows_ = unanswered_ = stands_ = suspicious_ = 0;
+  gain_ = 0.0;
+  windows_ = unanswered_ = stands_ = suspicious_ = 0;
   tokens_ = 2.0;
   budget_ = 10.0 * jump();
   candidate_ = 0;
@@ -265,10 +299,11 @@ void PlannedMoves::supervise(const CompensatorInputs& in) noexcept {
   }
   if (window_s_ >= kCycles * cycle_s_) {
     const double variance = std::max(0.0, window_squares_ / window_s_ - (shadow_ ? 0.0 : noise_variance_));
-    gain_ = std::sqrt(variance / variance_without_);
-    bad_windows_ = gain_ > kBadRatio ? bad_windows_ + 1 : 0;
+    ++windows_;
+    const double weight = std::max(kWindowWeight, 1.0 / windows_);
+    gain_ = std::sqrt(squared(gain_) + weight * (variance / variance_without_ - squared(gain_)));
     window_squares_ = window_s_ = 0.0;
-    if (bad_windows_ >= kBadWindows) return give_back(GivenBack::no_gain);
+    if (windows_ >= kWindows && gain_ > kNoGain) return give_back(GivenBack::no_gain);
   }
   const double largest = 5.0 * std::sqrt(variance_without_) + std::abs(settings_.gain) * settings_.s;
   too_large_s_ = counts && std::abs(error_) > largest ? too_large_s_ + period_s_ : 0.0;
@@ -287,6 +322,13 @@ void PlannedMoves::give_back(GivenBack reason) noexcept {
 
 // ---- when a move pays
 
+// q^2 as told, and as the times between moves have it: a walk leaves (-h, h) from m after (h^2 - m^2) / q^2.
+double PlannedMoves::walk() const noexcept {
+  const double told = std::max(squared(settings_.load), 1e-12 * squared(settings_.gain * jump()));
+  const double room = 3.0 * squared(threshold_);
+  return (room + passed_room_) / (room / told + passed_s_);
+}
+
 void PlannedMoves::look_at_a_threshold() noexcept {
   const double gain = std::abs(settings_.gain);
   const double j = jump();
@@ -294,7 +336,7 @@ void PlannedMoves::look_at_a_threshold() noexcept {
   const double least = 1.5 * landing;
   const double most = std::max(2.0 * least, 3.0 * gain * j + 2.0 * std::sqrt(variance_without_));
   const double h = least * std::pow(most / least, static_cast<double>(candidate_) / (kThresholds - 1));
-  const double walk = std::max(squared(settings_.load), 1e-12 * squared(gain * j));
+  const double walk = this->walk();
   const double detour = kDetour * j;
   const double pulse = settings_.time_constant_s > 0.0
                            ? squared(gain * detour * 2.0 * settle_s() / settings_.time_constant_s) * settings_.time_constant_s / 2.0
@@ -344,7 +386,7 @@ void PlannedMoves::probe() noexcept {
     phase_ = MovePhase::resting;
     return;
   }
-  const double wait_s = seen() ? settle_s() + 5.0 * period_s_ : settings_.dead_time_s + 3.0 * settings_.time_constant_s;
+  const double wait_s = seen() ? std::max(4.0, answer_s_) + settle_s() : settings_.dead_time_s + 3.0 * settings_.time_constant_s;
   if (leg_s_ < wait_s) return;
   const double followed = seen() ? stem_.last - from_ : (load_ - load_before_) / settings_.gain;
   if (followed * sign_of(pushed_) > kFollows * std::abs(pushed_)) return give_back(GivenBack::valve_follows);
@@ -398,13 +440,13 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
   wanted_ = std::clamp(place + delta, lowest, highest);
   delta = wanted_ - place;
   if (delta * sign <= 0.0) return;
-  const double detour = kDetour * j;
-  if (delta * sign > kSingle * j) {
+  const double detour = kDetour * (seen() ? j : sure_jump());
+  if (delta * sign > kSingle * sure_jump()) {
     phase_ = MovePhase::moving;
     start_leg(wanted_, wanted_ + way(sign).stands);
   } else {
     const double back = place - sign * detour;
-    const double back_output = place + (-sign) * std::max(std::abs(way(-sign).stands - middle()) + detour, 1.05 * std::abs(way(-sign).breaks - middle())) + middle();
+    const double back_output = place + (-sign) * std::max(std::abs(way(-sign).stands - middle()) + detour, 1.05 * sure_force(-sign)) + middle();
     if (back_output >= in.output_low && back_output <= in.output_high) {
       phase_ = MovePhase::backing_off;
       start_leg(back, back_output);
@@ -416,11 +458,18 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
       start_leg(past, past_output);
     }
   }
+  for_set_point_ = std::abs(in.set_point - planned_for_) > threshold_;
+  if (!for_set_point_) {
+    passed_room_ = 0.9 * passed_room_ + std::max(0.0, squared(error) - squared(left_));
+    passed_s_ = 0.9 * passed_s_ + since_plan_s_;
+  }
+  since_plan_s_ = 0.0;
   planned_for_ = in.set_point;
   stood_at_ = place;
   load_before_ = load_;
   doubt_before_ = load_variance_;
   answer_due_ = false;
+  travel_ = 0.0;
   tokens_ -= 1.0;
   ++moves_;
   ++moves_since_probe_;
@@ -481,7 +530,7 @@ void PlannedMoves::landed() noexcept {
   stands_ = 0;
   const double moved = settings_.gain * (place - stood_at_);
   load_variance_ += squared(kGainError * moved);
-  budget_ -= std::abs(place - stood_at_);
+  if (!for_set_point_) budget_ -= travel_;
   answer_due_ = !shadow_;
   if (!seen()) return;
   Direction& way_now = way(sign);
@@ -506,7 +555,8 @@ void PlannedMoves::judge_answer() noexcept {
   const bool tells = squared(expected) > 25.0 * doubt;
   if (!tells) return;
   if (std::abs(change + expected) < 0.4 * std::abs(expected)) {
-    if (slipped_ || ++unanswered_ >= 2) give_back(GivenBack::contradiction);
+    if (!settings_.read_back) reach_ = std::min(2.0, 1.15 * reach_);
+    if (slipped_ || ++unanswered_ >= (settings_.read_back ? 2U : 6U)) give_back(GivenBack::contradiction);
   } else {
     unanswered_ = 0;
   }
@@ -516,6 +566,7 @@ Correction PlannedMoves::step(const CompensatorInputs& in) noexcept {
   observe(in);
   release_ = false;
   leg_s_ += period_s_;
+  since_plan_s_ += period_s_;
   if (phase_ == MovePhase::given_back) {
     if (now_s_ > again_s_ && lost_ == 0) {
       phase_ = MovePhase::watching;
@@ -550,6 +601,8 @@ MovesState PlannedMoves::state() const noexcept {
           .settles_off = set_point_ - settings_.gain * stem().place - load_,
           .pays_from = std::sqrt(squared(threshold_) + kDoubt * load_variance_),
           .output = output_,
+          .rms_without = std::sqrt(variance_without_),
+          .travel_without = travel_rate_without_,
           .gain = gain_,
           .s = band(),
           .j = jump(),

@@ -28,11 +28,11 @@
 // Phases: watching (PI runs, four cycles: v0, p0, s, j), probing (CO moved by 0.35 s towards the middle of the
 // band: a stem that follows is well), resting, backing off, moving, given back. Given back to PI, without a bump:
 //   the stem follows the probe (for good)            the read-back is lost; comes back: watches again
-//   PV and read-back contradict each other           four windows of four cycles with 1.5 times the RMS (for good)
+//   PV and read-back contradict each other           windows of four cycles: RMS 1.1 times v0's (for good)
 //   four moves in a row did not move the stem        |SP - PV| above 5 sqrt(v0) + K s for longer than 3 L + 5 T
 // and watched again after ten cycles where not for good; after the third time for good. Reset starts afresh.
 //
-// `read_back` false: x is the stiction law's (He et al. 2007) stepped with CO. `shadow`: the same on a valve and a process
+// `read_back` false: x is the stiction law's (Choudhury et al. 2005) stepped with CO. `shadow`: the same on a valve and a process
 // in numbers beside the real ones, the load being the real one; gain() is then what it would have gained.
 // max_move bounds |w - x| of one move, max_moves_per_hour their number; what is longer goes in several moves.
 //
@@ -63,8 +63,10 @@ struct PlannedMovesSettings {
   double load = 0.0;             // q, PV units / sqrt(s), >= 0
   double s = 0.0;                // CO units, > 0
   double j = 0.0;                // CO units, 0 < j <= s
-  double s_low = 0.0;            // CO units, interval of s; 0: not given
-  double s_high = 0.0;           // CO units
+  double s_low = 0.0;            // CO units, interval of s; 0: s
+  double s_high = 0.0;           // CO units; 0: s
+  double j_low = 0.0;            // CO units, interval of j; 0: j
+  double j_high = 0.0;           // CO units; 0: j
   double max_move = std::numeric_limits<double>::infinity();            // CO units
   double max_moves_per_hour = std::numeric_limits<double>::infinity();  // 1/h
   bool read_back = true;
@@ -101,6 +103,8 @@ struct MovesState {
   double settles_off = 0.0;   // err, PV units
   double pays_from = 0.0;     // |err| from which a move pays, PV units
   double output = 0.0;        // CO units, where it holds CO
+  double rms_without = 0.0;     // PV units; 0: not known yet
+  double travel_without = 0.0;  // CO units/s
   double gain = 0.0;          // RMS of SP - PV over that without compensator; 0: not known yet
   double s = 0.0;             // CO units, as learnt
   double j = 0.0;             // CO units, as learnt
@@ -149,6 +153,8 @@ class PlannedMoves {
     std::uint32_t off = 0;    // samples in a row away from `place`
     double stood_s = 0.0;     // since it moved last
     bool moved = false;       // in this period
+    double output = 0.0;      // CO units, of the period before: by the law only
+    double going = 0.0;       // direction, 0: stuck: by the law only
   };
 
   struct Direction {
@@ -187,6 +193,8 @@ class PlannedMoves {
   double middle() const noexcept { return 0.5 * (ways_[0].stands + ways_[1].stands); }
   double jump() const noexcept;
   double band() const noexcept;
+  double sure_jump() const noexcept;             // no jump is longer
+  double sure_force(double sign) const noexcept;  // CO units, breaks the stem loose for sure
   double zone() const noexcept;
   double settle_s() const noexcept;
   const Stem& stem() const noexcept { return shadow_ ? virtual_stem_ : stem_; }
@@ -198,12 +206,16 @@ class PlannedMoves {
   double answer_s_;  // L + T
 
   // Observed.
+  double walk() const noexcept;
+
   Process process_;
   Process virtual_process_;
   Stem stem_;
   Stem virtual_stem_;
   std::array<Direction, 2> ways_{};  // down, up
   double read_back_variance_ = 0.0;
+  double read_back_step_ = std::numeric_limits<double>::infinity();  // least change seen
+  double reach_ = 1.0;  // without read-back: factor on the force that breaks the stem loose
   double last_process_variable_ = 0.0;
   bool process_variable_known_ = false;
   double noise_variance_ = 0.0;  // of PV
@@ -228,6 +240,10 @@ class PlannedMoves {
   double travel_ = 0.0;
   double squares_ = 0.0;
   double counted_s_ = 0.0;
+  double cycle_squares_ = 0.0;   // of the cycle that runs
+  double cycle_counted_s_ = 0.0;
+  double cycles_mean_ = 0.0;     // of the cycles' mean squares
+  double cycles_spread_ = 0.0;   // sum of squared differences from it
   double variance_without_ = 0.0;      // v0
   double travel_rate_without_ = 0.0;   // p0
   double cycle_s_ = 0.0;
@@ -235,7 +251,7 @@ class PlannedMoves {
   // The window that the supervisor looks at.
   double window_squares_ = 0.0;
   double window_s_ = 0.0;
-  std::uint32_t bad_windows_ = 0;
+  std::uint32_t windows_ = 0;
   double gain_ = 0.0;
   double too_large_s_ = 0.0;
 
@@ -261,6 +277,10 @@ class PlannedMoves {
   double wanted_ = 0.0;     // w
   double pushed_ = 0.0;     // CO units that CO was pushed on in this leg
   double planned_for_ = 0.0;     // SP of the last plan
+  bool for_set_point_ = false;   // the last plan followed the set point
+  double since_plan_s_ = 0.0;
+  double passed_room_ = 0.0;     // h^2 - m^2 of the moves so far, forgetting
+  double passed_s_ = 0.0;        // the time that they took
   double rested_s_ = 0.0;        // since the last landing
   double stood_at_ = 0.0;        // stem before the move
   double load_before_ = 0.0;     // d before the move

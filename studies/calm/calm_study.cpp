@@ -41,7 +41,7 @@ control::PidGains random_tuning(Random& random, const plant::ProcessParameters& 
 
 // Moves of 2 to 20 % of the span within 20 to 80 %.
 std::vector<std::pair<double, double>> random_set_points(Random& random, double pv_span) {
-  constexpr int kSetPoints = 6;
+  constexpr int kSetPoints = 7;  // the first to get to know the loop
   std::vector<std::pair<double, double>> profile;
   double share = random.uniform(0.3, 0.7);
   for (int i = 0; i < kSetPoints; ++i) {
@@ -55,6 +55,7 @@ std::vector<std::pair<double, double>> random_set_points(Random& random, double 
 
 CalmTrial random_loop(Random& random) {
   CalmTrial trial;
+  trial.unmeasured = 1;
   plant::LoopModel& model = trial.model;
   const double gain = random.uniform(0.5, 2.0);
   const double pv_span = kOutputSpan * gain;
@@ -121,6 +122,10 @@ void fit_planned_moves(const StickyLoop& loop, Random& random, CalmTrial& trial,
                   .load = loop.load * log_uniform(random, 0.7, 1.4),
                   .s = s,
                   .j = j,
+                  .s_low = s / (1.0 + wrong.valve),
+                  .s_high = s / (1.0 - wrong.valve),
+                  .j_low = j / (1.0 + wrong.valve),
+                  .j_high = j / (1.0 - wrong.valve),
                   .read_back = read_back}};
 }
 
