@@ -15,7 +15,10 @@ constexpr double kSingle = 1.08;         // of j: what one move can do
 constexpr double kDetour = 1.15;         // of j
 constexpr double kProbe = 0.35;          // of s
 constexpr double kFollows = 0.4;         // of a probe
+constexpr std::uint32_t kConfirmed = 3;  // samples in a row
 constexpr double kShown = 0.4;           // of L + T
+constexpr double kTravel = 0.95;         // of that without
+constexpr double kActuator = 1.0;        // s, lag of an actuator that was not told, at first
 constexpr double kDoubt = 4.0;           // z^2 of P
 constexpr std::uint32_t kCycles = 4;     // of a window
 constexpr std::uint32_t kMostWatched = 10;  // cycles
@@ -76,7 +79,7 @@ void PlannedMoves::reset(double output) noexcept {
   read_back_variance_ = squared(0.05 * settings_.j);
   load_variance_ = squared(settings_.gain * settings_.s);
   landing_variance_ = squared(0.1 * settings_.j);
-  actuator_s_ = settings_.actuator_lag_s;
+  actuator_s_ = settings_.actuator_lag_s > 0.0 || !seen() ? settings_.actuator_lag_s : kActuator;
   output_ = output;
   output_before_ = output;
   best_cost_ = kNever;
@@ -272,7 +275,7 @@ void PlannedMoves::engage(const CompensatorInputs& in) noexcept {
   gain_ = 0.0;
   windows_ = unanswered_ = stands_ = suspicious_ = 0;
   tokens_ = 2.0;
-  budget_ = 10.0 * jump();
+  budget_ = 8.0 * jump();
   candidate_ = 0;
   best_cost_ = kNever;
   threshold_ = 0.5 * std::abs(settings_.gain) * jump();
@@ -350,7 +353,7 @@ void PlannedMoves::look_at_a_threshold() noexcept {
     const double travel = rate * (single ? way : way + 2.0 * detour);
     const double variance = (squared(h) + squared(m)) / 6.0 + squared(landing) +
                             rate * ((settings_.dead_time_s + 0.5 * settings_.time_constant_s) * room + (single ? 0.0 : pulse));
-    const double over_travel = travel / (0.95 * travel_rate_without_) - 1.0;
+    const double over_travel = travel / (kTravel * travel_rate_without_) - 1.0;
     const double over_moves = rate * 3600.0 / settings_.max_moves_per_hour - 1.0;
     const double cost = variance / variance_without_ + 0.05 * travel / travel_rate_without_ +
                         10.0 * std::max(0.0, over_travel) + 10.0 * std::max(0.0, over_moves);
@@ -372,6 +375,7 @@ void PlannedMoves::look_at_a_threshold() noexcept {
 void PlannedMoves::begin_probe(const CompensatorInputs& in) noexcept {
   phase_ = MovePhase::probing;
   leg_s_ = 0.0;
+  followed_ = 0;
   moves_since_probe_ = 0;
   from_ = stem().place;
   load_before_ = load_;
@@ -387,9 +391,16 @@ void PlannedMoves::probe() noexcept {
     return;
   }
   const double wait_s = seen() ? std::max(4.0, answer_s_) + settle_s() : settings_.dead_time_s + 3.0 * settings_.time_constant_s;
-  if (leg_s_ < wait_s) return;
+  if (followed_ > kConfirmed) return give_back(GivenBack::valve_follows);
   const double followed = seen() ? stem_.last - from_ : (load_ - load_before_) / settings_.gain;
-  if (followed * sign_of(pushed_) > kFollows * std::abs(pushed_)) return give_back(GivenBack::valve_follows);
+  const bool follows = followed * sign_of(pushed_) > kFollows * std::abs(pushed_);
+  followed_ = follows ? followed_ + 1 : 0;
+  if (seen() ? followed_ == kConfirmed : follows && leg_s_ >= wait_s) {
+    output_ -= pushed_;  // given back in the next period
+    followed_ = kConfirmed + 1;
+    return;
+  }
+  if (leg_s_ < wait_s) return;
   phase_ = MovePhase::resting;
   rested_s_ = answer_s_;
 }
@@ -475,6 +486,14 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
   ++moves_since_probe_;
 }
 
+// It has stood as long as it took to get there. How long that was tells of the actuator.
+bool PlannedMoves::stands_now(double samples) noexcept {
+  const double took_s = leg_s_ - stem_.stood_s;
+  if (stem_.stood_s < std::max(samples * period_s_, 0.7 * took_s)) return false;
+  if (pushed_ <= 0.0) actuator_s_ += 0.5 * (std::max(0.0, took_s - 2.0 * period_s_) / 4.0 - actuator_s_);
+  return true;
+}
+
 void PlannedMoves::back_off() noexcept {
   const double sign = sign_of(leg_to_ - from_);
   if (!seen()) {
@@ -482,10 +501,10 @@ void PlannedMoves::back_off() noexcept {
   } else {
     const double gone = (stem_.place - from_) * sign;
     const bool moved = gone > 0.3 * jump();
-    if (leg_s_ < settle_s()) return;
     if (moved) {
-      if (stem_.stood_s < 2.0 * period_s_) return;
+      if (!stands_now(2.0)) return;
     } else {
+      if (leg_s_ < settle_s()) return;
       const double step = band() * period_s_ / std::max({3.0, 10.0 * period_s_, 5.0 * actuator_s_});
       pushed_ += step;
       if (pushed_ > band()) {
@@ -505,13 +524,16 @@ void PlannedMoves::back_off() noexcept {
 
 void PlannedMoves::move() noexcept {
   const double sign = sign_of(leg_to_ - from_);
-  if (leg_s_ < settle_s()) return;
-  if (!seen()) return landed();
-  const double gone = (stem_.place - from_) * sign;
-  if (gone > 0.3 * std::abs(leg_to_ - from_)) {
-    if (stem_.stood_s < 4.0 * period_s_) return;
+  if (!seen()) {
+    if (leg_s_ < settle_s()) return;
     return landed();
   }
+  const double gone = (stem_.place - from_) * sign;
+  if (gone > 0.3 * std::abs(leg_to_ - from_)) {
+    if (!stands_now(4.0)) return;
+    return landed();
+  }
+  if (leg_s_ < settle_s()) return;
   const double step = band() * period_s_ / std::max({3.0, 10.0 * period_s_, 5.0 * actuator_s_});
   pushed_ += step;
   output_ = std::clamp(output_ + sign * step, low_, high_);
@@ -580,7 +602,7 @@ Correction PlannedMoves::step(const CompensatorInputs& in) noexcept {
     look_at_a_threshold();
     tokens_ = std::min(tokens_ + settings_.max_moves_per_hour * period_s_ / 3600.0,
                        std::max(2.0, settings_.max_moves_per_hour / 6.0));
-    budget_ = std::min(budget_ + 0.95 * travel_rate_without_ * period_s_, 20.0 * jump());
+    budget_ = std::min(budget_ + kTravel * travel_rate_without_ * period_s_, 15.0 * jump());
     switch (phase_) {
       case MovePhase::probing: probe(); break;
       case MovePhase::resting: rest(in); break;

@@ -38,7 +38,7 @@
 //
 // Limits: self-regulating processes with one lag. A loop that does not cycle is left alone. A move is no finer than
 // what a stem scatters. j within the read-back's noise is not seen; a load that wanders by more than K j in a cycle
-// gains little. An actuator's lag has to be given where moves are small against it. At an output limit it rests.
+// gains little. Without a read-back an actuator's lag has to be given. At an output limit it rests.
 // What it does over random loops: `loopwarden-study calm`, docs/compensators.md.
 //
 // Sources: grown from the two moves of Srinivasan and Rengaswamy, Comput. Chem. Eng. 32 (2008) 2218-2229, and
@@ -177,6 +177,7 @@ class PlannedMoves {
   void probe() noexcept;
   void rest(const CompensatorInputs& in) noexcept;
   void plan(const CompensatorInputs& in, double error) noexcept;
+  bool stands_now(double samples) noexcept;
   void back_off() noexcept;
   void move() noexcept;
   void start_leg(double to, double output) noexcept;
@@ -287,6 +288,7 @@ class PlannedMoves {
   double doubt_before_ = 0.0;    // P before the move
   bool answer_due_ = false;
   bool slipped_ = false;         // the stem moved by itself
+  std::uint32_t followed_ = 0;   // samples in a row in which the stem has followed the probe
   std::uint32_t unanswered_ = 0;
   std::uint32_t stands_ = 0;     // moves in a row that did not move the stem
   std::uint32_t suspicious_ = 0; // landings as of a valve without friction
