@@ -22,8 +22,8 @@ namespace loopwarden::control {
 
 constexpr const char* to_text(CompensatorKind kind) noexcept {
   return numeric::enum_name<CompensatorKind::planned_moves>(
-      kind, {"none", "knocker", "two_move", "reinforcement", "backlash", "hysteresis",
-             "planned_moves"});
+      kind,
+      {"none", "knocker", "two_move", "reinforcement", "backlash", "hysteresis", "planned_moves"});
 }
 
 class Compensator {
@@ -47,8 +47,8 @@ class Compensator {
     void reset(double) noexcept {}
     Correction step(const CompensatorInputs&) noexcept { return {}; }
   };
-  using Law =
-      std::variant<None, Knocker, TwoMove, Reinforcement, BacklashCompensator, HysteresisInverse, PlannedMoves>;
+  using Law = std::variant<None, Knocker, TwoMove, Reinforcement, BacklashCompensator,
+                           HysteresisInverse, PlannedMoves>;
   static Law law_of(const CompensatorSettings& settings, double period_s) noexcept;
 
   CompensatorSettings settings_;

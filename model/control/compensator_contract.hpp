@@ -43,7 +43,7 @@ struct CompensatorSettings {
   double knee = 0.0;                                                // hysteresis
   double offset = 0.0;                                              // CO units: hysteresis
   double noise_band = 0.0;  // CO units: what is no reversal; reinforcement, backlash, hysteresis
-  PlannedMovesSettings planned;
+  PlannedMovesSettings planned{};
 
   friend bool operator==(const CompensatorSettings&, const CompensatorSettings&) = default;
 };

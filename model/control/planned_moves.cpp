@@ -9,23 +9,23 @@
 namespace loopwarden::control {
 namespace {
 
-constexpr double kModelError = 0.15;     // of a move that the model has still to go
-constexpr double kGainError = 0.1;       // of a move, for good
-constexpr double kSingle = 1.08;         // of j: what one move can do
-constexpr double kDetour = 1.15;         // of j
-constexpr double kProbe = 0.35;          // of s
-constexpr double kFollows = 0.4;         // of a probe
-constexpr std::uint32_t kConfirmed = 3;  // samples in a row
-constexpr double kShown = 0.4;           // of L + T
-constexpr double kTravel = 0.95;         // of that without
-constexpr double kActuator = 1.0;        // s, lag of an actuator that was not told, at first
-constexpr double kDoubt = 4.0;           // z^2 of P
-constexpr std::uint32_t kCycles = 4;     // of a window
+constexpr double kModelError = 0.15;        // of a move that the model has still to go
+constexpr double kGainError = 0.1;          // of a move, for good
+constexpr double kSingle = 1.08;            // of j: what one move can do
+constexpr double kDetour = 1.15;            // of j
+constexpr double kProbe = 0.35;             // of s
+constexpr double kFollows = 0.4;            // of a probe
+constexpr std::uint32_t kConfirmed = 3;     // samples in a row
+constexpr double kShown = 0.4;              // of L + T
+constexpr double kTravel = 0.95;            // of that without
+constexpr double kActuator = 1.0;           // s, lag of an actuator that was not told, at first
+constexpr double kDoubt = 4.0;              // z^2 of P
+constexpr std::uint32_t kCycles = 4;        // of a window
 constexpr std::uint32_t kMostWatched = 10;  // cycles
-constexpr double kSure = 0.15;           // of v0, its standard error
-constexpr double kNoGain = 1.1;          // mean RMS of the windows over that without
-constexpr double kWindowWeight = 0.25;   // of the newest window in that mean
-constexpr std::uint32_t kWindows = 4;    // before it is judged
+constexpr double kSure = 0.15;              // of v0, its standard error
+constexpr double kNoGain = 1.1;             // mean RMS of the windows over that without
+constexpr double kWindowWeight = 0.25;      // of the newest window in that mean
+constexpr std::uint32_t kWindows = 4;       // before it is judged
 constexpr std::uint32_t kThresholds = 60;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
@@ -39,10 +39,12 @@ double low_of(double low, double value) noexcept { return low > 0.0 ? low : valu
 
 void PlannedMoves::Process::set(const PlannedMovesSettings& settings, double period_s) noexcept {
   gain_ = settings.gain;
-  approach_ = settings.time_constant_s > 0.0 ? -std::expm1(-period_s / settings.time_constant_s) : 1.0;
+  approach_ =
+      settings.time_constant_s > 0.0 ? -std::expm1(-period_s / settings.time_constant_s) : 1.0;
   const double periods = std::min(settings.dead_time_s / period_s, 1e9);
   stride_ = 1 + static_cast<std::size_t>(periods / 250.0);
-  back_ = std::min(kSlots - 1, static_cast<std::size_t>(std::lround(periods / static_cast<double>(stride_))));
+  back_ = std::min(kSlots - 1,
+                   static_cast<std::size_t>(std::lround(periods / static_cast<double>(stride_))));
 }
 
 void PlannedMoves::Process::reset(double stem) noexcept {
@@ -61,7 +63,8 @@ void PlannedMoves::Process::step(double stem) noexcept {
 
 // ---- what is there
 
-PlannedMoves::PlannedMoves(const PlannedMovesSettings& settings, bool shadow, double period_s) noexcept
+PlannedMoves::PlannedMoves(const PlannedMovesSettings& settings, bool shadow,
+                           double period_s) noexcept
     : settings_(settings),
       shadow_(shadow),
       period_s_(period_s),
@@ -86,14 +89,17 @@ void PlannedMoves::reset(double output) noexcept {
 }
 
 double PlannedMoves::jump() const noexcept {
-  const double learnt = 0.5 * ((ways_[1].breaks - ways_[1].stands) + (ways_[0].stands - ways_[0].breaks));
-  return std::clamp(learnt, 0.6 * low_of(settings_.j_low, settings_.j), 1.6 * std::max(settings_.j_high, settings_.j));
+  const double learnt =
+      0.5 * ((ways_[1].breaks - ways_[1].stands) + (ways_[0].stands - ways_[0].breaks));
+  return std::clamp(learnt, 0.6 * low_of(settings_.j_low, settings_.j),
+                    1.6 * std::max(settings_.j_high, settings_.j));
 }
 
 double PlannedMoves::band() const noexcept {
   const double learnt =
       0.5 * ((ways_[1].breaks - ways_[0].stands) + (ways_[1].stands - ways_[0].breaks));
-  return std::clamp(learnt, 0.6 * low_of(settings_.s_low, settings_.s), 1.6 * std::max(settings_.s_high, settings_.s));
+  return std::clamp(learnt, 0.6 * low_of(settings_.s_low, settings_.s),
+                    1.6 * std::max(settings_.s_high, settings_.s));
 }
 
 // Without a read-back nothing tells of a stem that did not move.
@@ -104,7 +110,8 @@ double PlannedMoves::sure_jump() const noexcept {
 double PlannedMoves::sure_force(double sign) const noexcept {
   const double force = std::abs(way(sign).breaks - middle());
   if (seen()) return force;
-  return reach_ * std::max(force, 0.5 * (std::max(settings_.s, settings_.s_high) + std::max(settings_.j, settings_.j_high)));
+  return reach_ * std::max(force, 0.5 * (std::max(settings_.s, settings_.s_high) +
+                                         std::max(settings_.j, settings_.j_high)));
 }
 
 double PlannedMoves::zone() const noexcept {
@@ -142,7 +149,9 @@ void PlannedMoves::follow_law(Stem& stem, double output) noexcept {
 
 void PlannedMoves::follow_read_back(double position, double output) noexcept {
   Stem& stem = stem_;
-  if (!stem.known) stem = {.known = true, .place = position, .before = position, .last = position, .averaged = 1.0};
+  if (!stem.known)
+    stem = {
+        .known = true, .place = position, .before = position, .last = position, .averaged = 1.0};
   const double change = position - stem.last;
   const double zone_now = zone();
   if (std::abs(change) < 1.5 * zone_now)
@@ -188,14 +197,17 @@ void PlannedMoves::watch_load(double process_variable) noexcept {
   const double to_go = settings_.gain * stem_.place - process_.value();
   const double samples = std::max(1.0, answer_s_ / period_s_);
   const double unsure = squared(kModelError * to_go);
-  const double least_load = 0.002 * std::abs(settings_.gain) * settings_.j / std::sqrt(std::max(answer_s_, period_s_));
+  const double least_load =
+      0.002 * std::abs(settings_.gain) * settings_.j / std::sqrt(std::max(answer_s_, period_s_));
   load_variance_ += squared(std::max(settings_.load, least_load)) * period_s_;
   const double innovation = process_variable - process_.value() - load_;
   const double weight = std::min(1.0, period_s_ / std::max(answer_s_, period_s_));
   one_sided_ += weight * (innovation - one_sided_);
   const double expected = 0.5 * noise_variance_ * weight + load_variance_ + 4.0 * unsure;
   if (squared(one_sided_) > 9.0 * expected) load_variance_ += weight * squared(one_sided_);
-  const double share = load_variance_ / (load_variance_ + noise_variance_ + 1e-12 * squared(settings_.gain * settings_.s) + samples * unsure);
+  const double share =
+      load_variance_ / (load_variance_ + noise_variance_ +
+                        1e-12 * squared(settings_.gain * settings_.s) + samples * unsure);
   load_ += share * innovation;
   load_variance_ *= 1.0 - share;
 }
@@ -228,7 +240,8 @@ void PlannedMoves::observe(const CompensatorInputs& in) noexcept {
 // ---- the loop without compensator
 
 void PlannedMoves::watch(const CompensatorInputs& in) noexcept {
-  const double margin = std::max(4.0 * std::sqrt(noise_variance_), 0.1 * std::abs(settings_.gain) * settings_.j);
+  const double margin =
+      std::max(4.0 * std::sqrt(noise_variance_), 0.1 * std::abs(settings_.gain) * settings_.j);
   if (std::abs(in.set_point - set_point_seen_) > margin) {
     set_point_seen_ = in.set_point;
     skip_until_s_ = now_s_ + settings_.dead_time_s + 2.0 * answer_s_;
@@ -260,7 +273,9 @@ void PlannedMoves::watch(const CompensatorInputs& in) noexcept {
   const double error = std::sqrt(cycles_spread_ / (cycles * std::max(1.0, cycles - 1.0)));
   if (cycles < kMostWatched && error > kSure * cycles_mean_) return;
   const double watched_s = now_s_ - first_flip_s_;
-  variance_without_ = std::max(squares_ / counted_s_ - noise_variance_, std::max(squared(0.1 * settings_.gain * settings_.j), 0.01 * noise_variance_));
+  variance_without_ =
+      std::max(squares_ / counted_s_ - noise_variance_,
+               std::max(squared(0.1 * settings_.gain * settings_.j), 0.01 * noise_variance_));
   travel_rate_without_ = std::max(travel_, jump() * cycles) / watched_s;
   cycle_s_ = watched_s / cycles;
   engage(in);
@@ -288,9 +303,11 @@ void PlannedMoves::engage(const CompensatorInputs& in) noexcept {
 }
 
 void PlannedMoves::supervise(const CompensatorInputs& in) noexcept {
-  if (settings_.read_back && static_cast<double>(lost_) * period_s_ > std::max(3.0 * period_s_, 0.25 * answer_s_))
+  if (settings_.read_back &&
+      static_cast<double>(lost_) * period_s_ > std::max(3.0 * period_s_, 0.25 * answer_s_))
     return give_back(GivenBack::read_back_lost);
-  const double margin = std::max(4.0 * std::sqrt(noise_variance_), 0.1 * std::abs(settings_.gain) * settings_.j);
+  const double margin =
+      std::max(4.0 * std::sqrt(noise_variance_), 0.1 * std::abs(settings_.gain) * settings_.j);
   if (std::abs(in.set_point - set_point_seen_) > margin) {
     set_point_seen_ = in.set_point;
     skip_until_s_ = now_s_ + settings_.dead_time_s + 2.0 * answer_s_;
@@ -301,14 +318,16 @@ void PlannedMoves::supervise(const CompensatorInputs& in) noexcept {
     window_s_ += period_s_;
   }
   if (window_s_ >= kCycles * cycle_s_) {
-    const double variance = std::max(0.0, window_squares_ / window_s_ - (shadow_ ? 0.0 : noise_variance_));
+    const double variance =
+        std::max(0.0, window_squares_ / window_s_ - (shadow_ ? 0.0 : noise_variance_));
     ++windows_;
     const double weight = std::max(kWindowWeight, 1.0 / windows_);
     gain_ = std::sqrt(squared(gain_) + weight * (variance / variance_without_ - squared(gain_)));
     window_squares_ = window_s_ = 0.0;
     if (windows_ >= kWindows && gain_ > kNoGain) return give_back(GivenBack::no_gain);
   }
-  const double largest = 5.0 * std::sqrt(variance_without_) + std::abs(settings_.gain) * settings_.s;
+  const double largest =
+      5.0 * std::sqrt(variance_without_) + std::abs(settings_.gain) * settings_.s;
   too_large_s_ = counts && std::abs(error_) > largest ? too_large_s_ + period_s_ : 0.0;
   if (too_large_s_ > 3.0 * settings_.dead_time_s + 5.0 * settings_.time_constant_s)
     give_back(GivenBack::error_too_large);
@@ -316,7 +335,8 @@ void PlannedMoves::supervise(const CompensatorInputs& in) noexcept {
 
 void PlannedMoves::give_back(GivenBack reason) noexcept {
   ++given_back_;
-  const bool for_good = reason == GivenBack::valve_follows || reason == GivenBack::no_gain || given_back_ >= 3;
+  const bool for_good =
+      reason == GivenBack::valve_follows || reason == GivenBack::no_gain || given_back_ >= 3;
   phase_ = MovePhase::given_back;
   reason_ = reason;
   release_ = true;
@@ -338,11 +358,13 @@ void PlannedMoves::look_at_a_threshold() noexcept {
   const double landing = std::max(gain * std::sqrt(landing_variance_), 1e-3 * gain * j);
   const double least = 1.5 * landing;
   const double most = std::max(2.0 * least, 3.0 * gain * j + 2.0 * std::sqrt(variance_without_));
-  const double h = least * std::pow(most / least, static_cast<double>(candidate_) / (kThresholds - 1));
+  const double h =
+      least * std::pow(most / least, static_cast<double>(candidate_) / (kThresholds - 1));
   const double walk = this->walk();
   const double detour = kDetour * j;
   const double pulse = settings_.time_constant_s > 0.0
-                           ? squared(gain * detour * 2.0 * settle_s() / settings_.time_constant_s) * settings_.time_constant_s / 2.0
+                           ? squared(gain * detour * 2.0 * settle_s() / settings_.time_constant_s) *
+                                 settings_.time_constant_s / 2.0
                            : squared(gain * detour) * 2.0 * settle_s();
   for (const double share : {0.0, -0.3, -0.6, -0.85}) {
     const double m = share * h;
@@ -351,8 +373,10 @@ void PlannedMoves::look_at_a_threshold() noexcept {
     const double way = (h - m) / gain;
     const bool single = way >= kSingle * j;
     const double travel = rate * (single ? way : way + 2.0 * detour);
-    const double variance = (squared(h) + squared(m)) / 6.0 + squared(landing) +
-                            rate * ((settings_.dead_time_s + 0.5 * settings_.time_constant_s) * room + (single ? 0.0 : pulse));
+    const double variance =
+        (squared(h) + squared(m)) / 6.0 + squared(landing) +
+        rate * ((settings_.dead_time_s + 0.5 * settings_.time_constant_s) * room +
+                (single ? 0.0 : pulse));
     const double over_travel = travel / (kTravel * travel_rate_without_) - 1.0;
     const double over_moves = rate * 3600.0 / settings_.max_moves_per_hour - 1.0;
     const double cost = variance / variance_without_ + 0.05 * travel / travel_rate_without_ +
@@ -390,7 +414,8 @@ void PlannedMoves::probe() noexcept {
     phase_ = MovePhase::resting;
     return;
   }
-  const double wait_s = seen() ? std::max(4.0, answer_s_) + settle_s() : settings_.dead_time_s + 3.0 * settings_.time_constant_s;
+  const double wait_s = seen() ? std::max(4.0, answer_s_) + settle_s()
+                               : settings_.dead_time_s + 3.0 * settings_.time_constant_s;
   if (followed_ > kConfirmed) return give_back(GivenBack::valve_follows);
   const double followed = seen() ? stem_.last - from_ : (load_ - load_before_) / settings_.gain;
   const bool follows = followed * sign_of(pushed_) > kFollows * std::abs(pushed_);
@@ -415,7 +440,8 @@ void PlannedMoves::rest(const CompensatorInputs& in) noexcept {
     doubt_before_ = load_variance_;
     answer_due_ = true;
   }
-  if (answer_due_ && rested_s_ > settings_.dead_time_s + 3.0 * settings_.time_constant_s) judge_answer();
+  if (answer_due_ && rested_s_ > settings_.dead_time_s + 3.0 * settings_.time_constant_s)
+    judge_answer();
   if (phase_ != MovePhase::resting) return;
   if (slipped_ && answer_due_) return;
   if (slipped_ || suspicious_ >= 2 || moves_since_probe_ >= 25) {
@@ -428,7 +454,8 @@ void PlannedMoves::rest(const CompensatorInputs& in) noexcept {
   const double strained = budget_ < 0.0 && !new_set_point ? 1.0 - budget_ / (4.0 * jump()) : 1.0;
   const double pays = std::sqrt(squared(threshold_ * strained) + kDoubt * load_variance_);
   const bool shown = rested_s_ > kShown * answer_s_ + settle_s();
-  if (std::abs(error) > pays && (shown || new_set_point) && tokens_ >= 1.0 && lost_ == 0) plan(in, error);
+  if (std::abs(error) > pays && (shown || new_set_point) && tokens_ >= 1.0 && lost_ == 0)
+    plan(in, error);
 }
 
 void PlannedMoves::start_leg(double to, double output) noexcept {
@@ -457,7 +484,10 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
     start_leg(wanted_, wanted_ + way(sign).stands);
   } else {
     const double back = place - sign * detour;
-    const double back_output = place + (-sign) * std::max(std::abs(way(-sign).stands - middle()) + detour, 1.05 * sure_force(-sign)) + middle();
+    const double back_output = place +
+                               (-sign) * std::max(std::abs(way(-sign).stands - middle()) + detour,
+                                                  1.05 * sure_force(-sign)) +
+                               middle();
     if (back_output >= in.output_low && back_output <= in.output_high) {
       phase_ = MovePhase::backing_off;
       start_leg(back, back_output);
@@ -490,7 +520,8 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
 bool PlannedMoves::stands_now(double samples) noexcept {
   const double took_s = leg_s_ - stem_.stood_s;
   if (stem_.stood_s < std::max(samples * period_s_, 0.7 * took_s)) return false;
-  if (pushed_ <= 0.0) actuator_s_ += 0.5 * (std::max(0.0, took_s - 2.0 * period_s_) / 4.0 - actuator_s_);
+  if (pushed_ <= 0.0)
+    actuator_s_ += 0.5 * (std::max(0.0, took_s - 2.0 * period_s_) / 4.0 - actuator_s_);
   return true;
 }
 
@@ -578,7 +609,8 @@ void PlannedMoves::judge_answer() noexcept {
   if (!tells) return;
   if (std::abs(change + expected) < 0.4 * std::abs(expected)) {
     if (!settings_.read_back) reach_ = std::min(2.0, 1.15 * reach_);
-    if (slipped_ || ++unanswered_ >= (settings_.read_back ? 2U : 6U)) give_back(GivenBack::contradiction);
+    if (slipped_ || ++unanswered_ >= (settings_.read_back ? 2U : 6U))
+      give_back(GivenBack::contradiction);
   } else {
     unanswered_ = 0;
   }

@@ -56,18 +56,18 @@
 namespace loopwarden::control {
 
 struct PlannedMovesSettings {
-  double gain = 0.0;             // K, PV units / CO unit, not 0
-  double time_constant_s = 0.0;  // T, s, >= 0
-  double dead_time_s = 0.0;      // L, s, >= 0
-  double actuator_lag_s = 0.0;   // s, >= 0
-  double load = 0.0;             // q, PV units / sqrt(s), >= 0
-  double s = 0.0;                // CO units, > 0
-  double j = 0.0;                // CO units, 0 < j <= s
-  double s_low = 0.0;            // CO units, interval of s; 0: s
-  double s_high = 0.0;           // CO units; 0: s
-  double j_low = 0.0;            // CO units, interval of j; 0: j
-  double j_high = 0.0;           // CO units; 0: j
-  double max_move = std::numeric_limits<double>::infinity();            // CO units
+  double gain = 0.0;                                          // K, PV units / CO unit, not 0
+  double time_constant_s = 0.0;                               // T, s, >= 0
+  double dead_time_s = 0.0;                                   // L, s, >= 0
+  double actuator_lag_s = 0.0;                                // s, >= 0
+  double load = 0.0;                                          // q, PV units / sqrt(s), >= 0
+  double s = 0.0;                                             // CO units, > 0
+  double j = 0.0;                                             // CO units, 0 < j <= s
+  double s_low = 0.0;                                         // CO units, interval of s; 0: s
+  double s_high = 0.0;                                        // CO units; 0: s
+  double j_low = 0.0;                                         // CO units, interval of j; 0: j
+  double j_high = 0.0;                                        // CO units; 0: j
+  double max_move = std::numeric_limits<double>::infinity();  // CO units
   double max_moves_per_hour = std::numeric_limits<double>::infinity();  // 1/h
   bool read_back = true;
 
@@ -85,30 +85,30 @@ enum class GivenBack : std::uint8_t {
   error_too_large
 };
 
-
 constexpr const char* to_text(MovePhase phase) noexcept {
   return numeric::enum_name<MovePhase::given_back>(
       phase, {"watching", "probing", "resting", "backing off", "moving", "given back"});
 }
 constexpr const char* to_text(GivenBack reason) noexcept {
   return numeric::enum_name<GivenBack::error_too_large>(
-      reason, {"no", "the stem follows a probe", "the read-back is lost", "PV and read-back contradict each other",
-               "the stem does not move", "RMS of SP - PV does not fall", "SP - PV is too large"});
+      reason, {"no", "the stem follows a probe", "the read-back is lost",
+               "PV and read-back contradict each other", "the stem does not move",
+               "RMS of SP - PV does not fall", "SP - PV is too large"});
 }
 
 // What it does at the moment, and why.
 struct MovesState {
   MovePhase phase = MovePhase::watching;
   GivenBack reason = GivenBack::no;
-  double settles_off = 0.0;   // err, PV units
-  double pays_from = 0.0;     // |err| from which a move pays, PV units
-  double output = 0.0;        // CO units, where it holds CO
+  double settles_off = 0.0;     // err, PV units
+  double pays_from = 0.0;       // |err| from which a move pays, PV units
+  double output = 0.0;          // CO units, where it holds CO
   double rms_without = 0.0;     // PV units; 0: not known yet
   double travel_without = 0.0;  // CO units/s
-  double gain = 0.0;          // RMS of SP - PV over that without compensator; 0: not known yet
-  double s = 0.0;             // CO units, as learnt
-  double j = 0.0;             // CO units, as learnt
-  std::uint32_t moves = 0;    // since it engaged
+  double gain = 0.0;            // RMS of SP - PV over that without compensator; 0: not known yet
+  double s = 0.0;               // CO units, as learnt
+  double j = 0.0;               // CO units, as learnt
+  std::uint32_t moves = 0;      // since it engaged
 };
 
 struct CompensatorInputs;
@@ -146,15 +146,15 @@ class PlannedMoves {
   // What the stem does: read back, or by the law.
   struct Stem {
     bool known = false;
-    double place = 0.0;       // CO units, mean while it stands
-    double before = 0.0;      // CO units, where it stood before it moved last
-    double last = 0.0;        // CO units, newest value
-    double averaged = 0.0;    // samples in `place`
-    std::uint32_t off = 0;    // samples in a row away from `place`
-    double stood_s = 0.0;     // since it moved last
-    bool moved = false;       // in this period
-    double output = 0.0;      // CO units, of the period before: by the law only
-    double going = 0.0;       // direction, 0: stuck: by the law only
+    double place = 0.0;     // CO units, mean while it stands
+    double before = 0.0;    // CO units, where it stood before it moved last
+    double last = 0.0;      // CO units, newest value
+    double averaged = 0.0;  // samples in `place`
+    std::uint32_t off = 0;  // samples in a row away from `place`
+    double stood_s = 0.0;   // since it moved last
+    bool moved = false;     // in this period
+    double output = 0.0;    // CO units, of the period before: by the law only
+    double going = 0.0;     // direction, 0: stuck: by the law only
   };
 
   struct Direction {
@@ -194,7 +194,7 @@ class PlannedMoves {
   double middle() const noexcept { return 0.5 * (ways_[0].stands + ways_[1].stands); }
   double jump() const noexcept;
   double band() const noexcept;
-  double sure_jump() const noexcept;             // no jump is longer
+  double sure_jump() const noexcept;              // no jump is longer
   double sure_force(double sign) const noexcept;  // CO units, breaks the stem loose for sure
   double zone() const noexcept;
   double settle_s() const noexcept;
@@ -225,11 +225,11 @@ class PlannedMoves {
   double one_sided_ = 0.0;       // mean of PV - y - d
   double output_before_ = 0.0;   // CO one period before the one that moved the stem now seen
   double actuator_s_ = 0.0;
-  std::uint32_t lost_ = 0;       // samples without a read-back
+  std::uint32_t lost_ = 0;  // samples without a read-back
   double set_point_ = 0.0;
   double low_ = 0.0;
   double high_ = 0.0;
-  double error_ = 0.0;           // SP - PV of the loop that is judged
+  double error_ = 0.0;  // SP - PV of the loop that is judged
 
   // The loop without compensator.
   double now_s_ = 0.0;
@@ -241,12 +241,12 @@ class PlannedMoves {
   double travel_ = 0.0;
   double squares_ = 0.0;
   double counted_s_ = 0.0;
-  double cycle_squares_ = 0.0;   // of the cycle that runs
+  double cycle_squares_ = 0.0;  // of the cycle that runs
   double cycle_counted_s_ = 0.0;
-  double cycles_mean_ = 0.0;     // of the cycles' mean squares
-  double cycles_spread_ = 0.0;   // sum of squared differences from it
-  double variance_without_ = 0.0;      // v0
-  double travel_rate_without_ = 0.0;   // p0
+  double cycles_mean_ = 0.0;          // of the cycles' mean squares
+  double cycles_spread_ = 0.0;        // sum of squared differences from it
+  double variance_without_ = 0.0;     // v0
+  double travel_rate_without_ = 0.0;  // p0
   double cycle_s_ = 0.0;
 
   // The window that the supervisor looks at.
@@ -264,38 +264,38 @@ class PlannedMoves {
   double threshold_ = 0.0;  // h
   double left_ = 0.0;       // m
   double landing_variance_ = 0.0;
-  double tokens_ = 0.0;     // moves
-  double budget_ = 0.0;     // CO units of travel
+  double tokens_ = 0.0;  // moves
+  double budget_ = 0.0;  // CO units of travel
 
   // The move.
   MovePhase phase_ = MovePhase::watching;
   GivenBack reason_ = GivenBack::no;
   bool release_ = false;
-  double output_ = 0.0;     // CO while active
-  double leg_s_ = 0.0;      // since the leg began
-  double from_ = 0.0;       // stem when the leg began
-  double leg_to_ = 0.0;     // where it is to end
-  double wanted_ = 0.0;     // w
-  double pushed_ = 0.0;     // CO units that CO was pushed on in this leg
-  double planned_for_ = 0.0;     // SP of the last plan
-  bool for_set_point_ = false;   // the last plan followed the set point
+  double output_ = 0.0;         // CO while active
+  double leg_s_ = 0.0;          // since the leg began
+  double from_ = 0.0;           // stem when the leg began
+  double leg_to_ = 0.0;         // where it is to end
+  double wanted_ = 0.0;         // w
+  double pushed_ = 0.0;         // CO units that CO was pushed on in this leg
+  double planned_for_ = 0.0;    // SP of the last plan
+  bool for_set_point_ = false;  // the last plan followed the set point
   double since_plan_s_ = 0.0;
-  double passed_room_ = 0.0;     // h^2 - m^2 of the moves so far, forgetting
-  double passed_s_ = 0.0;        // the time that they took
-  double rested_s_ = 0.0;        // since the last landing
-  double stood_at_ = 0.0;        // stem before the move
-  double load_before_ = 0.0;     // d before the move
-  double doubt_before_ = 0.0;    // P before the move
+  double passed_room_ = 0.0;   // h^2 - m^2 of the moves so far, forgetting
+  double passed_s_ = 0.0;      // the time that they took
+  double rested_s_ = 0.0;      // since the last landing
+  double stood_at_ = 0.0;      // stem before the move
+  double load_before_ = 0.0;   // d before the move
+  double doubt_before_ = 0.0;  // P before the move
   bool answer_due_ = false;
-  bool slipped_ = false;         // the stem moved by itself
-  std::uint32_t followed_ = 0;   // samples in a row in which the stem has followed the probe
+  bool slipped_ = false;        // the stem moved by itself
+  std::uint32_t followed_ = 0;  // samples in a row in which the stem has followed the probe
   std::uint32_t unanswered_ = 0;
-  std::uint32_t stands_ = 0;     // moves in a row that did not move the stem
-  std::uint32_t suspicious_ = 0; // landings as of a valve without friction
+  std::uint32_t stands_ = 0;      // moves in a row that did not move the stem
+  std::uint32_t suspicious_ = 0;  // landings as of a valve without friction
   std::uint32_t moves_ = 0;
   std::uint32_t moves_since_probe_ = 0;
-  std::uint32_t given_back_ = 0; // times
-  double again_s_ = 0.0;         // when to watch again
+  std::uint32_t given_back_ = 0;  // times
+  double again_s_ = 0.0;          // when to watch again
 };
 
 }  // namespace loopwarden::control

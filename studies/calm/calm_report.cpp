@@ -30,14 +30,17 @@ const char* name_of(Load load) { return load == Load::steady ? "steady" : "wande
 
 void print_sticky(const StickyStudy& study) {
   fmt::print("\n{} load\n{:<42} {:>6} {:>6} | {:>6} {:>6} {:>6} {:>6} | {:>6} | {:>6} {:>6}\n",
-             name_of(study.load), "", "falls", "rises", "RMS", "", "", "", "whole", "travel", "above");
+             name_of(study.load), "", "falls", "rises", "RMS", "", "", "", "whole", "travel",
+             "above");
   fmt::print("{:<42} {:>6} {:>6} | {:>6} {:>6} {:>6} {:>6} | {:>6} | {:>6} {:>6}\n", "", "%",
              "5 %, %", "10 %", "median", "90 %", "worst", "median", "median", "1, %");
   for (const StickyRow& row : study.rows) {
-    fmt::print("{:<42} {:>6.1f} {:>6.1f} | {:>6.3f} {:>6.3f} {:>6.3f} {:>6.2f} | {:>6.3f} | {:>6.2f} {:>6.1f}\n",
-               row.name, 100.0 * row.share_falls, 100.0 * row.share_rises_5, row.rms_factor.tenth,
-               row.rms_factor.median, row.rms_factor.ninetieth, row.rms_factor.worst,
-               row.whole_rms_factor, row.travel_factor, 100.0 * row.share_travel);
+    fmt::print(
+        "{:<42} {:>6.1f} {:>6.1f} | {:>6.3f} {:>6.3f} {:>6.3f} {:>6.2f} | {:>6.3f} | {:>6.2f} "
+        "{:>6.1f}\n",
+        row.name, 100.0 * row.share_falls, 100.0 * row.share_rises_5, row.rms_factor.tenth,
+        row.rms_factor.median, row.rms_factor.ninetieth, row.rms_factor.worst, row.whole_rms_factor,
+        row.travel_factor, 100.0 * row.share_travel);
   }
 }
 
@@ -72,9 +75,10 @@ auto with_progress(const char* what, unsigned threads, Study&& study) {
 int run_calm_study(const CalmOptions& options) {
   nlohmann::json result = {{"cases", options.cases}, {"seed", options.seed}};
   if (!options.json) {
-    fmt::print("Sticking valves: {} loops, seed {}. Factors of RMS of settled SP - PV and of stem travel\n"
-               "against the same loop without compensator; whole: with set-point moves and settling.\n",
-               options.cases, options.seed);
+    fmt::print(
+        "Sticking valves: {} loops, seed {}. Factors of RMS of settled SP - PV and of stem travel\n"
+        "against the same loop without compensator; whole: with set-point moves and settling.\n",
+        options.cases, options.seed);
   }
   for (const Load load : {Load::steady, Load::wandering}) {
     const StickyStudy study =
@@ -93,8 +97,10 @@ int run_calm_study(const CalmOptions& options) {
   if (options.json) {
     fmt::print("{}\n", result.dump(2));
   } else {
-    fmt::print("\nHealthy valves under planned_moves: RMS rises by more than 0.02 % of span in {:.1f} %, at most by {:.4f} %\n",
-               100.0 * healthy.share_rises, healthy.worst_rise_percent);
+    fmt::print(
+        "\nHealthy valves under planned_moves: RMS rises by more than 0.02 % of span in {:.1f} %, "
+        "at most by {:.4f} %\n",
+        100.0 * healthy.share_rises, healthy.worst_rise_percent);
   }
   return kExitOk;
 }
@@ -103,8 +109,8 @@ int run_calm_study(const CalmOptions& options) {
 
 void add_calm(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<CalmOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "calm", "what each compensator does to loops with a sticking valve");
+  CLI::App* sub =
+      app.add_subcommand("calm", "what each compensator does to loops with a sticking valve");
   sub->add_option("--cases", options->cases, "random loops, sticky and healthy")
       ->capture_default_str()
       ->check(CLI::Range(std::size_t{1}, std::size_t{100000}));

@@ -144,7 +144,8 @@ Contestant jacket(const char* name, JacketForm form) {
 
 Contestant adding(const char* name,
                   std::function<control::CompensatorSettings(const StickyLoop&)> settings) {
-  return {name, [settings = std::move(settings)](const StickyLoop& loop, Random&, CalmTrial& trial) {
+  return {name,
+          [settings = std::move(settings)](const StickyLoop& loop, Random&, CalmTrial& trial) {
             trial.model.controller.compensator = settings(loop);
           }};
 }
@@ -176,9 +177,11 @@ std::vector<Contestant> contestants() {
              }),
       planned_moves("planned_moves", true, {}),
       planned_moves("planned_moves, s and j off by 30 %", true, {.valve = 0.3}),
-      planned_moves("planned_moves, model off by 15 % as well", true, {.valve = 0.3, .model = 0.15}),
+      planned_moves("planned_moves, model off by 15 % as well", true,
+                    {.valve = 0.3, .model = 0.15}),
       planned_moves("planned_moves without read-back", false, {}),
-      planned_moves("planned_moves without read-back, all off", false, {.valve = 0.3, .model = 0.15}),
+      planned_moves("planned_moves without read-back, all off", false,
+                    {.valve = 0.3, .model = 0.15}),
   };
 }
 
@@ -198,7 +201,8 @@ StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load) 
   if (load == Load::wandering) {
     loop.load = intensity;  // standard deviation: intensity sqrt(time constant / 2)
     trial.model.disturbances = {
-        {.name = "random_load", .parameters = {{"intensity", intensity}, {"time_constant", 300.0}}}};
+        {.name = "random_load",
+         .parameters = {{"intensity", intensity}, {"time_constant", 300.0}}}};
   }
   // About 18 periods of the limit cycle at each set point, of which the first third is left out.
   const plant::ProcessParameters& process = trial.model.process;
@@ -220,7 +224,8 @@ CalmTrial random_healthy_loop(std::uint64_t seed, std::size_t index) {
   if (random.uniform() < 0.5) {
     const double intensity = log_uniform(random, 0.0001, 0.001) * trial.model.transmitter.high;
     trial.model.disturbances = {
-        {.name = "random_load", .parameters = {{"intensity", intensity}, {"time_constant", 300.0}}}};
+        {.name = "random_load",
+         .parameters = {{"intensity", intensity}, {"time_constant", 300.0}}}};
   }
   const plant::ProcessParameters& process = trial.model.process;
   trial.hold_s = std::clamp(40.0 * (process.time_constant_s + process.dead_time_s), 300.0, 2000.0);
@@ -298,7 +303,8 @@ HealthyStudy study_healthy_loops(std::size_t cases, std::uint64_t seed, const St
     believed.load = 3e-4 * trial.model.transmitter.high;
     const double without = run_trial(trial).settled.rms_error;
     fit_planned_moves(believed, random, trial, true, {});
-    rises[i] = 100.0 * (run_trial(trial).settled.rms_error - without) / trial.model.transmitter.high;
+    rises[i] =
+        100.0 * (run_trial(trial).settled.rms_error - without) / trial.model.transmitter.high;
   };
   const auto progress = [&](std::size_t done) {
     if (work.progress) work.progress(done, cases);

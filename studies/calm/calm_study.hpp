@@ -27,11 +27,11 @@ struct StudyWork {
 enum class Load : std::uint8_t { steady, wandering };
 
 struct StickyLoop {
-  std::string law;  // of the friction
-  double s = 0.0;   // CO units
-  double j = 0.0;   // CO units
+  std::string law;    // of the friction
+  double s = 0.0;     // CO units
+  double j = 0.0;     // CO units
   double load = 0.0;  // intensity, PV units / sqrt(s); 0: steady
-  CalmTrial trial;  // without compensator
+  CalmTrial trial;    // without compensator
 };
 StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load);
 // A positioner with a lag of up to 2 s in place of the friction.
@@ -55,13 +55,13 @@ Spread spread_of(const std::vector<double>& values);
 
 struct StickyRow {
   std::string name;
-  double share_falls = 0.0;     // RMS of SP - PV below that without compensator, 0 to 1
-  double share_rises_5 = 0.0;   // above it by more than 5 %
-  Spread rms_factor;            // RMS of SP - PV over that without
+  double share_falls = 0.0;       // RMS of SP - PV below that without compensator, 0 to 1
+  double share_rises_5 = 0.0;     // above it by more than 5 %
+  Spread rms_factor;              // RMS of SP - PV over that without
   double whole_rms_factor = 0.0;  // median; the same with set-point moves and settling
-  double travel_factor = 0.0;   // median; stem travel over that without
-  double share_travel = 0.0;    // stem travel above that without, 0 to 1
-  std::vector<double> factors;  // of each case
+  double travel_factor = 0.0;     // median; stem travel over that without
+  double share_travel = 0.0;      // stem travel above that without, 0 to 1
+  std::vector<double> factors;    // of each case
 };
 
 struct StickyStudy {
@@ -69,8 +69,8 @@ struct StickyStudy {
   std::vector<StickyRow> rows;
 };
 // `only`: contestants whose name begins so; empty: all.
-StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load, const std::string& only,
-                               const StudyWork& work);
+StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
+                               const std::string& only, const StudyWork& work);
 
 struct HealthyStudy {
   double share_rises = 0.0;         // settled RMS rises by more than 0.02 % of the PV span

@@ -105,14 +105,14 @@ class Trial {
     const ReadBackErrors& errors = trial_.read_back;
     const double true_pv = plant_.true_process_variable();
     const double stem = plant_.stem();
-    const double read_back = rounded(
-        stem + errors.bias + errors.noise * read_back_noise_.normal(), errors.resolution);
-    const control::ControllerOutput out = controller_.step(
-        {.process_variable = plant_.process_variable(),
-         .valve_position = read_back,
-         .valve_position_valid = true,
-         .read_back = read_back,
-         .read_back_valid = true});
+    const double read_back =
+        rounded(stem + errors.bias + errors.noise * read_back_noise_.normal(), errors.resolution);
+    const control::ControllerOutput out =
+        controller_.step({.process_variable = plant_.process_variable(),
+                          .valve_position = read_back,
+                          .valve_position_valid = true,
+                          .read_back = read_back,
+                          .read_back_valid = true});
     const double co = rounded(out.output, trial_.output_resolution);
     controller_.applied(co);
 

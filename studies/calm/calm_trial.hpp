@@ -23,7 +23,7 @@ struct CalmTrial {
   ReadBackErrors read_back;
   double output_resolution = 0.0;  // CO units, of the converter that CO goes through
   double hold_s = 2700.0;          // s, time at each set point
-  std::size_t unmeasured = 0;  // set points in the beginning that are not measured
+  std::size_t unmeasured = 0;      // set points in the beginning that are not measured
   double settling_s = 900.0;       // s, left out of it
 };
 

@@ -43,13 +43,10 @@ plant::LoopModel loop(const std::string& law, double load = 0.0) {
 }
 
 CompensatorSettings moves(double load = 0.0) {
-  return {.kind = CompensatorKind::planned_moves,
-          .planned = {.gain = 1.5,
-                      .time_constant_s = 4.0,
-                      .dead_time_s = 2.0,
-                      .load = load,
-                      .s = kS,
-                      .j = kJ}};
+  return {
+      .kind = CompensatorKind::planned_moves,
+      .planned = {
+          .gain = 1.5, .time_constant_s = 4.0, .dead_time_s = 2.0, .load = load, .s = kS, .j = kJ}};
 }
 
 struct ReadBack {
@@ -129,7 +126,8 @@ TEST_CASE("planned moves calm a loop whose valve sticks, with and without read-b
   CHECK(with.state.gain < 1.0);
 }
 
-TEST_CASE("s and j that are off by 30 % are learnt from the read-back", "[control][planned_moves]") {
+TEST_CASE("s and j that are off by 30 % are learnt from the read-back",
+          "[control][planned_moves]") {
   const double factor = GENERATE(0.75, 1.3);
   plant::LoopModel m = loop("choudhury");
   const Run without = run(m, 4000.0);
@@ -146,8 +144,8 @@ TEST_CASE("a healthy valve follows the probe and is given back for good",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("none");
   m.valve_effects = {{.name = "positioner_lag", .parameters = {{"time_constant", 1.5}}}};
-  m.disturbances = {{.name = "oscillating_disturbance",
-                     .parameters = {{"amplitude", 0.3}, {"period", 60.0}}}};
+  m.disturbances = {
+      {.name = "oscillating_disturbance", .parameters = {{"amplitude", 0.3}, {"period", 60.0}}}};
   const Run without = run(m, 3000.0);
   m.controller.compensator = moves();
   const Run with = run(m, 3000.0);
@@ -167,7 +165,8 @@ TEST_CASE("a loop that does not cycle is left alone", "[control][planned_moves]"
   CHECK(with.co == without.co);
 }
 
-TEST_CASE("a read-back that is lost gives the loop back without a bump", "[control][planned_moves]") {
+TEST_CASE("a read-back that is lost gives the loop back without a bump",
+          "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
   m.controller.compensator = moves();
   const Run with = run(m, 3000.0, [](double time_s, double stem) {
@@ -199,8 +198,7 @@ TEST_CASE("a read-back that froze or moved by itself is not believed", "[control
 
 TEST_CASE("a valve that was repaired is given back", "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury", 0.01);
-  m.scenario.faults = {{.effect = m.valve_effects.front(),
-                        .schedule = {.to_s = 3000.0}}};
+  m.scenario.faults = {{.effect = m.valve_effects.front(), .schedule = {.to_s = 3000.0}}};
   m.valve_effects.clear();
   m.controller.compensator = moves(0.01);
   const Run with = run(m, 8000.0);

@@ -61,7 +61,8 @@ TEST_CASE("the study does not depend on the number of threads", "[calm][studies]
                          CHECK(total == 3);
                          reported = std::max(reported, done);
                        }};
-  const StickyStudy a = study_sticky_loops(3, 4, Load::steady, "planned_moves", {.threads = 1, .progress = {}});
+  const StickyStudy a =
+      study_sticky_loops(3, 4, Load::steady, "planned_moves", {.threads = 1, .progress = {}});
   const StickyStudy b = study_sticky_loops(3, 4, Load::steady, "planned_moves", many);
   CHECK(reported == 3);
   REQUIRE(a.rows.size() == 5);
