@@ -21,6 +21,7 @@ constexpr double kTravel = 0.95;            // of that without
 constexpr double kActuator = 1.0;           // s, lag of an actuator that was not told, at first
 constexpr double kDoubt = 4.0;              // z^2 of P
 constexpr std::uint32_t kCycles = 4;        // of a window
+constexpr double kLeastWatched = 3.0;       // cycles
 constexpr std::uint32_t kMostWatched = 10;  // cycles
 constexpr double kSure = 0.15;              // of v0, its standard error
 constexpr double kNoGain = 1.1;             // mean RMS of the windows over that without
@@ -81,7 +82,8 @@ void PlannedMoves::reset(double output) noexcept {
   ways_[1] = {.breaks = fs, .stands = fd};
   read_back_variance_ = squared(0.05 * settings_.j);
   load_variance_ = squared(settings_.gain * settings_.s);
-  landing_variance_ = squared(0.1 * settings_.j);
+  landing_variance_ = squared(0.03 * settings_.j +
+                              0.1 * (settings_.j_high - low_of(settings_.j_low, settings_.j_high)));
   actuator_s_ = settings_.actuator_lag_s > 0.0 || !seen() ? settings_.actuator_lag_s : kActuator;
   output_ = output;
   output_before_ = output;
@@ -269,7 +271,7 @@ void PlannedMoves::watch(const CompensatorInputs& in) noexcept {
     cycle_counted_s_ += period_s_;
   }
   const double cycles = 0.5 * (flips_ - 1.0);
-  if (cycles < kCycles || counted_s_ <= 0.0 || lost_ > 0) return;
+  if (cycles < kLeastWatched || counted_s_ <= 0.0 || lost_ > 0) return;
   const double error = std::sqrt(cycles_spread_ / (cycles * std::max(1.0, cycles - 1.0)));
   if (cycles < kMostWatched && error > kSure * cycles_mean_) return;
   const double watched_s = now_s_ - first_flip_s_;
@@ -401,12 +403,8 @@ void PlannedMoves::begin_probe(const CompensatorInputs& in) noexcept {
   leg_s_ = 0.0;
   followed_ = 0;
   moves_since_probe_ = 0;
-  from_ = stem().place;
-  load_before_ = load_;
-  const double side = output_ - from_ > middle() ? -1.0 : 1.0;
-  pushed_ = side * kProbe * band();
-  if (output_ + pushed_ > in.output_high || output_ + pushed_ < in.output_low) pushed_ = -pushed_;
-  output_ += pushed_;
+  pushed_ = 0.0;
+  output_ = std::clamp(output_, in.output_low, in.output_high);
 }
 
 void PlannedMoves::probe() noexcept {
@@ -416,6 +414,18 @@ void PlannedMoves::probe() noexcept {
   }
   const double wait_s = seen() ? std::max(4.0, answer_s_) + settle_s()
                                : settings_.dead_time_s + 3.0 * settings_.time_constant_s;
+  if (pushed_ == 0.0) {
+    // What the stem still has to go of the law's own moves is not to count.
+    if (leg_s_ < settle_s() + 5.0 * period_s_ || lost_ > 0) return;
+    leg_s_ = 0.0;
+    from_ = stem().place;
+    load_before_ = load_;
+    const double side = output_ - from_ > middle() ? -1.0 : 1.0;
+    pushed_ = side * kProbe * band();
+    if (output_ + pushed_ > high_ || output_ + pushed_ < low_) pushed_ = -pushed_;
+    output_ += pushed_;
+    return;
+  }
   if (followed_ > kConfirmed) return give_back(GivenBack::valve_follows);
   const double followed = seen() ? stem_.last - from_ : (load_ - load_before_) / settings_.gain;
   const bool follows = followed * sign_of(pushed_) > kFollows * std::abs(pushed_);
@@ -583,7 +593,9 @@ void PlannedMoves::landed() noexcept {
   stands_ = 0;
   const double moved = settings_.gain * (place - stood_at_);
   load_variance_ += squared(kGainError * moved);
-  if (!for_set_point_) budget_ -= travel_;
+  // What follows the set point is not what calm costs.
+  const bool after_set_point = for_set_point_ || now_s_ < skip_until_s_;
+  if (!after_set_point) budget_ = std::max(budget_ - travel_, -8.0 * jump());
   answer_due_ = !shadow_;
   if (!seen()) return;
   Direction& way_now = way(sign);
