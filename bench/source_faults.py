@@ -130,12 +130,16 @@ class Faults:
                 self.plant.server.stdout.readline()
 
     def rename(self, old, new):
+        # node-opcua's server asserts where a node goes whose last values still wait to be sent.
+        self.plant.held.add("opcua")
+        time.sleep(2)
         with self.plant.server_lock:
             self.plant.renamed = bool(new)
             for tag in self.plant.tags["opcua"]:
                 self.plant.server.stdin.write(f"rename {tag}.PV{old} {tag}.PV{new}\n")
                 self.plant.server.stdin.flush()
                 self.plant.server.stdout.readline()
+        self.plant.held.discard("opcua")
 
 
 class Campaign:

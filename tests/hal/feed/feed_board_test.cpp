@@ -32,7 +32,7 @@ struct Rig {
 
   FeedBoard board;
   Feeder& feeder{board.feeder("opcua")};
-  FeedSource source{{.process_variable = {{"opcua", "PV"}, 0.5, -1.0},
+  FeedSource source{{.process_variable = {{"opcua", "PV"}},
                      .output = {{"opcua", "OP"}},
                      .mode = hal::feed::FeedName{"opcua", "MODE"}},
                     board};
@@ -49,7 +49,7 @@ TEST_CASE("a fed value arrives where a loop asks for it", "[feed]") {
   CHECK(rig.pv().sample.quality == Quality::bad);
   CHECK(rig.pv().sample.reason == Reason::never_received);
   CHECK(rig.put("PV", 12.5, kNoStamp) == Feeder::Put::taken);
-  CHECK(rig.pv().sample.value == 5.25);  // 12.5 * 0.5 - 1
+  CHECK(rig.pv().sample.value == 12.5);
   CHECK(rig.pv().sample.quality == Quality::good);
   CHECK(rig.age_s() == Approx(0.0).margin(1e-6));
   CHECK(rig.inputs.output.sample.reason == Reason::never_received);
@@ -71,6 +71,17 @@ TEST_CASE("quality comes from the source, and a bad one keeps the last good valu
   CHECK(rig.pv().sample.quality == Quality::uncertain);
   rig.put("PV", std::numeric_limits<double>::infinity(), kNoStamp);
   CHECK(rig.pv().sample.reason == Reason::not_finite);
+}
+
+TEST_CASE("a raw value is scaled for the loop that says so", "[feed]") {
+  Rig rig;
+  FeedSource raw{{.process_variable = {{"opcua", "PV"}, 0.5, -1.0}, .output = {{"opcua", "OP"}}},
+                 rig.board};
+  rig.put("PV", 12.5, kNoStamp);
+  hal::SourceInputs inputs;
+  raw.read(inputs);
+  CHECK(inputs.process_variable.sample.value == 5.25);
+  CHECK(rig.pv().sample.value == 12.5);
 }
 
 TEST_CASE("a word is a mode and no number", "[feed]") {
