@@ -70,7 +70,6 @@ LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samp
   const double start = settle(loop, rest);
   SampledPi controller(loop.tuning, start);
   const double forget = std::exp(-kPeriod_s / kLoadMemory_s);
-  const double kick = loop.load_per_root_s * std::sqrt(kPeriod_s);
   double process_pv = reset(loop.path, start);
   double load = 0.0;
   for (std::size_t k = 0; k < before + samples; ++k) {
@@ -92,7 +91,9 @@ LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samp
                                   ? std::clamp(std::min(clean, loop.transmitter_top), 0.0, 10.0)
                                   : record.truth_pv.back());
     process_pv = hold(loop, co, time_s);
-    load = forget * load + kick * random.normal();
+    const bool later = loop.load_later && time_s >= loop.load_later->first;
+    const double per_root_s = later ? loop.load_later->second : loop.load_per_root_s;
+    load = forget * load + per_root_s * std::sqrt(kPeriod_s) * random.normal();
   }
   return record;
 }

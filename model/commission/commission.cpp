@@ -16,8 +16,11 @@
 #include "model/gap/constants.hpp"
 #include "model/gap/model_run.hpp"
 #include "model/gap/prove.hpp"
+#include "model/gap/record_check.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
+#include "model/monitor/controller_watch.hpp"
+#include "model/monitor/load_watch.hpp"
 #include "model/monitor/twin_watch.hpp"
 #include "model/numeric/enum_name.hpp"
 
@@ -420,27 +423,52 @@ class Commissioner {
     out_.gap = std::move(result);
   }
 
-  // The limits of the twin's watch: what the healthy record itself reaches, but for its rarest blocks.
+  // What the twin's watches have to bear: what the healthy record itself reaches.
   void watch_healthy(LoopModel& twin) const {
-    constexpr double kShare = 0.98;
-    monitor::TwinWatch watch(twin);
-    std::vector<double> size;
-    std::vector<double> colour;
-    for (std::size_t k = 0; k < record_.size(); ++k) {
-      if (!watch.add(record_.pv[k], record_.co[k])) continue;
-      size.push_back(watch.size());
-      colour.push_back(watch.colour());
-    }
-    if (size.empty()) return;
-    const auto most = [](std::vector<double>& values) {
-      std::sort(values.begin(), values.end());
-      return values[static_cast<std::size_t>(kShare * static_cast<double>(values.size() - 1))];
-    };
-    twin.twin->largest_size = most(size);
-    twin.twin->largest_colour = most(colour);
+    plant::TwinFit& fit = *twin.twin;
     const Spans seen = measured_spans(record_);
-    twin.twin->seen_low = seen.pv_low;
-    twin.twin->seen_high = seen.pv_high;
+    fit.seen_low = seen.pv_low;
+    fit.seen_high = seen.pv_high;
+    fit.co_low = seen.co_low;
+    fit.co_high = seen.co_high;
+    monitor::TwinWatch watch(twin);
+    monitor::LoadWatch load(twin);
+    const auto minute = static_cast<std::size_t>(monitor::LoadWatch::kMinutes_s / record_.period_s);
+    std::vector<double> loads;  // means over a minute
+    plant::SeenLoad seen_load;
+    std::size_t counted = 0;
+    for (std::size_t k = 0; k < record_.size(); ++k) {
+      watch.add(record_.pv[k], record_.co[k]);
+      fit.largest = std::max(fit.largest, watch.largest());
+      if (!watch.load_known()) continue;
+      load.add(watch.load());
+      seen_load.step = std::max(seen_load.step, std::abs(load.step()));
+      if (++counted % minute == 0) loads.push_back(load.over_minutes());
+    }
+    if (loads.size() > 1) {
+      seen_load.mean = numeric::mean(loads);
+      seen_load.deviation = numeric::deviation(loads);
+      fit.load = seen_load;
+    }
+    if (record_.has_sp()) fit.controller = seen_controller(twin);
+  }
+
+  plant::SeenController seen_controller(const LoopModel& twin) const {
+    plant::SeenController out{.rms = 0.0, .resolution = gap::resolution_of(record_.co)};
+    LoopModel tolerant = twin;
+    tolerant.twin->controller = out;
+    monitor::ControllerWatch watch(tolerant);
+    double squares = 0.0;
+    std::size_t count = 0;
+    const auto settled = static_cast<std::size_t>(5.0 * plant::answer_s(twin) / record_.period_s);
+    for (std::size_t k = 0; k < record_.size(); ++k) {
+      watch.add(record_.sp[k], record_.pv[k], record_.co[k]);
+      if (k < settled || !std::isfinite(record_.pv[k])) continue;
+      squares += watch.apart() * watch.apart();
+      ++count;
+    }
+    out.rms = count > 0 ? std::sqrt(squares / static_cast<double>(count)) : gap::kNone;
+    return out;
   }
 
   void judge(const Runs& runs, const gap::Result& last) {

@@ -2,12 +2,15 @@
 #include "model/commission/explain.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "model/commission/commission.hpp"
 #include "model/effects/catalogue.hpp"
 #include "model/gap/prove.hpp"
+#include "model/monitor/controller_watch.hpp"
 #include "model/monitor/twin_watch.hpp"
 
 namespace loopwarden::commission {
@@ -15,36 +18,54 @@ namespace {
 
 using monitor::AlarmKind;
 
-// Blocks of the twin's residual, newest last.
-struct ResidualBlock {
-  std::size_t end = 0;  // sample behind it
-  double size = 1.0;    // mean of the watch's two statistics
+// What the twin's watches held at each sample of a stretch.
+struct Held {
+  std::array<std::vector<monitor::TwinWatch::Sample>, monitor::kTwinChanges> changes;
+  std::vector<double> controller;  // n^2, CO units squared
 };
 
-// The block from which on the residual is larger; 0: from the start, or nowhere.
-std::size_t where_it_grows(const std::vector<ResidualBlock>& blocks) {
-  constexpr std::size_t kFewest = 4;
-  constexpr double kLarger = 2.0;
-  if (blocks.size() < 2 * kFewest) return 0;
-  std::vector<double> sum(blocks.size() + 1, 0.0);
-  for (std::size_t i = 0; i < blocks.size(); ++i) sum[i + 1] = sum[i] + blocks[i].size;
-  const auto mean = [&](std::size_t from, std::size_t to) {
-    // A residual below the noise is the noise.
-    return std::max(1.0, (sum[to] - sum[from]) / static_cast<double>(to - from));
-  };
-  std::size_t best = 0;
-  double least = static_cast<double>(blocks.size()) * std::log(mean(0, blocks.size()));
-  for (std::size_t i = kFewest; i + kFewest <= blocks.size(); ++i) {
-    const double before = mean(0, i);
-    const double after = mean(i, blocks.size());
-    if (after < kLarger * before) continue;
-    const double cost = static_cast<double>(i) * std::log(before) +
-                        static_cast<double>(blocks.size() - i) * std::log(after);
-    if (cost >= least) continue;
-    least = cost;
-    best = i;
+// Of the sums from a sample to the end the sample with the most likely change, and those from which it is hardly less
+// likely: begin is the earliest of them. `ratio(k)`: twice the logarithm of the likelihood of a change at k.
+std::size_t most_likely(std::size_t samples, const std::function<double(std::size_t)>& ratio) {
+  std::size_t best = samples;
+  double most = 0.0;
+  for (std::size_t k = samples; k-- > 0;) {
+    const double value = ratio(k);
+    if (value > most) {
+      most = value;
+      best = k;
+    }
   }
   return best;
+}
+
+// Where a change of the kind that leads began, of samples [0, size); size: nowhere.
+std::size_t where_changed(const std::vector<monitor::TwinWatch::Sample>& samples) {
+  double up = 0.0;
+  double down = 0.0;
+  return most_likely(samples.size(), [&](std::size_t k) {
+    up += samples[k].up;
+    down += samples[k].down;
+    return down > 0.0 ? up * up / down : 0.0;
+  });
+}
+
+// Where the controller's error became another one: two variances.
+std::size_t where_retuned(const std::vector<double>& squares) {
+  std::vector<double> before(squares.size() + 1, 0.0);
+  for (std::size_t k = 0; k < squares.size(); ++k) before[k + 1] = before[k] + squares[k];
+  const auto mean = [](double sum, std::size_t count) {
+    return std::max(1e-12, sum / static_cast<double>(std::max<std::size_t>(count, 1)));
+  };
+  const std::size_t size = squares.size();
+  const double all = static_cast<double>(size) * std::log(mean(before[size], size));
+  return most_likely(size, [&](std::size_t k) {
+    const double early = mean(before[k], k);
+    const double late = mean(before[size] - before[k], size - k);
+    if (late < early) return 0.0;
+    return all - static_cast<double>(k) * std::log(early) -
+           static_cast<double>(size - k) * std::log(late);
+  });
 }
 
 const gap::FoundEffect* sure_effect(const Explanation& e) {
@@ -67,20 +88,26 @@ gap::SampleRange telling_stretch(const gap::Record& record, const plant::LoopMod
                            std::min(record.size(), alarm + 1)};
   if (!record.has_co()) return stretch;
   monitor::TwinWatch watch(twin);
-  std::vector<ResidualBlock> blocks;
-  std::size_t quiet_until = stretch.begin;
-  std::size_t began = 0;  // where the sums began to rise that reached the alarm; 0: they did not
+  monitor::ControllerWatch controller(twin);
+  Held seen;
+  monitor::TwinChange leading = monitor::TwinChange::gain;
+  double largest = 0.0;
   for (std::size_t k = stretch.begin; k < stretch.end; ++k) {
-    if (!watch.add(record.pv[k], record.co[k])) continue;
-    blocks.push_back({k + 1, 0.5 * (watch.size() + watch.colour())});
-    if (watch.quiet()) quiet_until = k + 1;
-    if (began == 0 && watch.on()) began = quiet_until;
+    watch.add(record.pv[k], record.co[k]);
+    for (std::size_t i = 0; i < monitor::kTwinChanges; ++i) {
+      seen.changes[i].push_back(watch.newest(static_cast<monitor::TwinChange>(i)));
+    }
+    if (record.has_sp()) controller.add(record.sp[k], record.pv[k], record.co[k]);
+    seen.controller.push_back(controller.apart() * controller.apart());
+    if (watch.largest() <= largest) continue;
+    largest = watch.largest();
+    leading = watch.leading();
   }
-  if (began > 0) {
-    stretch.begin = began;
-  } else if (const std::size_t at = where_it_grows(blocks); at > 0) {
-    stretch.begin = blocks[at - 1].end;
-  }
+  const std::size_t length = stretch.end - stretch.begin;
+  std::size_t at = length;
+  if (watch.on()) at = where_changed(seen.changes[static_cast<std::size_t>(leading)]);
+  if (!watch.on() && controller.on()) at = where_retuned(seen.controller);
+  if (at < length) stretch.begin += at;
   // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
   stretch.end = std::min(record.size(), std::max(stretch.end, stretch.begin + samples(kEnough_s)));
   return stretch;
