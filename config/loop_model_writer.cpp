@@ -248,8 +248,7 @@ class ModelWriter {
     for (const std::vector<double>& row : twin.covariance) {
       text_ += fmt::format("    - [{}]\n", fmt::join(row, ", "));
     }
-    line(2, "watch",
-         fmt::format("{{change: {}{}}}", number(twin.largest), seen(twin)),
+    line(2, "watch", fmt::format("{{change: {}{}}}", number(twin.largest), seen(twin)),
          "what the healthy record showed");
   }
 

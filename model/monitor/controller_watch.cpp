@@ -112,7 +112,8 @@ std::string ControllerWatch::why_not() const {
   if (watched_) return "";
   if (!seen_) return "the twin's healthy record says nothing of it: commission the loop again";
   return numeric::text(
-      "CO of the healthy record is %.2g of its span from what the controller makes of SP and PV, and %.2g is allowed: "
+      "CO of the healthy record is %.2g of its span from what the controller makes of SP and PV, "
+      "and %.2g is allowed: "
       "something else moves it (feed-forward, tracking, override), or its settings are not known",
       seen_->rms / co_span_, kWithin * resolution_of(*seen_, co_span_) / co_span_);
 }

@@ -54,9 +54,9 @@ class ControllerWatch {
   bool on() const noexcept { return on_; }
   bool quiet() const noexcept { return sum_ == 0.0; }
   double score() const noexcept { return sum_ / kAlarm; }
-  double apart() const noexcept { return apart_; }      // n of the newest sample, CO units
-  double size() const noexcept { return size_; }        // mean n^2/N^2 of the newest block
-  double untested_s() const noexcept;                   // since gains a quarter off would have shown
+  double apart() const noexcept { return apart_; }  // n of the newest sample, CO units
+  double size() const noexcept { return size_; }    // mean n^2/N^2 of the newest block
+  double untested_s() const noexcept;               // since gains a quarter off would have shown
   // Of the healthy record, with what plant::SeenController says.
   static bool can_watch(const plant::SeenController& seen, double co_span) noexcept;
 

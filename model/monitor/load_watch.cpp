@@ -7,8 +7,8 @@
 namespace loopwarden::monitor {
 namespace {
 
-constexpr double kLoadTime_s = 300.0;     // a random load is forgotten in this time
-constexpr double kHealthy_s = 1200.0;     // of the healthy record, at least
+constexpr double kLoadTime_s = 300.0;  // a random load is forgotten in this time
+constexpr double kHealthy_s = 1200.0;  // of the healthy record, at least
 constexpr std::size_t kFewest = 5;
 
 }  // namespace
@@ -34,12 +34,12 @@ LoadWatch::LoadWatch(const plant::LoopModel& twin)
   const double of_hours = kLoadTime_s / kHours_s;
   limits_ = {std::max(least, kDeviations * deviation),
              std::max(least, kDeviations * deviation * std::sqrt(of_mean + of_hours))};
-  block_ = std::max(kFewest,
-                    static_cast<std::size_t>(std::lround(0.5 * plant::answer_s(twin) / h)));
+  block_ =
+      std::max(kFewest, static_cast<std::size_t>(std::lround(0.5 * plant::answer_s(twin) / h)));
   const double apart_s = 2.5 * static_cast<double>(block_) * h;
   const double noise2 = twin.transmitter.noise * twin.transmitter.noise;
-  const double step = std::sqrt(intensity * intensity * apart_s +
-                                noise2 / static_cast<double>(block_));
+  const double step =
+      std::sqrt(intensity * intensity * apart_s + noise2 / static_cast<double>(block_));
   step_limit_ = std::max({least, kDeviations * step, kSlack * seen.step});
   settled_ = static_cast<std::size_t>(kMinutes_s / h);
 }
@@ -68,12 +68,12 @@ void LoadWatch::add(double r) noexcept {
     ++full_blocks_;
     judge_step();
   }
-  const bool level =
-      samples_ >= settled_ && (std::abs(means_[0] - mean_) >= limits_[0] ||
-                               (static_cast<double>(samples_) * h >= kHours_s &&
-                                std::abs(means_[1] - mean_) >= limits_[1]));
+  const bool level = samples_ >= settled_ && (std::abs(means_[0] - mean_) >= limits_[0] ||
+                                              (static_cast<double>(samples_) * h >= kHours_s &&
+                                               std::abs(means_[1] - mean_) >= limits_[1]));
   if (stepped_ != 0.0) {
-    const bool back = stands_s_ >= kMinutes_s && std::abs(means_[0] - from_) < 0.5 * std::abs(stepped_);
+    const bool back =
+        stands_s_ >= kMinutes_s && std::abs(means_[0] - from_) < 0.5 * std::abs(stepped_);
     if (back || stands_s_ >= kStands_s) stepped_ = 0.0;
   }
   if (!level && stepped_ == 0.0) {

@@ -84,7 +84,9 @@ class LoopMonitor {
   const WindowSettings& settings() const noexcept { return builder_.settings(); }
   // Null: there is no twin.
   const TwinWatch* twin() const noexcept { return twin_ ? &*twin_ : nullptr; }
-  const ControllerWatch* controller() const noexcept { return controller_ ? &*controller_ : nullptr; }
+  const ControllerWatch* controller() const noexcept {
+    return controller_ ? &*controller_ : nullptr;
+  }
   // Of the load, where it is outside of the healthy record's.
   std::optional<LoadOutside> load_outside() const noexcept;
   // There is a twin, and nothing speaks against it.

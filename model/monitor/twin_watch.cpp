@@ -14,15 +14,15 @@
 namespace loopwarden::monitor {
 namespace {
 
-constexpr double kForgets_s = 900.0;     // an offset that nobody modelled
-constexpr double kMoreLoad = 4.0;        // times the healthy record's
-constexpr double kFastest = 10.0;        // of the answer
+constexpr double kForgets_s = 900.0;  // an offset that nobody modelled
+constexpr double kMoreLoad = 4.0;     // times the healthy record's
+constexpr double kFastest = 10.0;     // of the answer
 constexpr double kVarianceAnswers = 60.0;
-constexpr double kMostOfNoise = 36.0;    // n^2 over that of noise that counts for v
-constexpr double kMostSigmas = 8.0;      // n that counts for z: an outlier is no change
+constexpr double kMostOfNoise = 36.0;  // n^2 over that of noise that counts for v
+constexpr double kMostSigmas = 8.0;    // n that counts for z: an outlier is no change
 constexpr double kMoreThanNoise = 1.1;
-constexpr double kFriction = 0.001;      // of the CO span: what a healthy valve may keep back
-constexpr double kWarmUp = 5.0;          // answers
+constexpr double kFriction = 0.001;  // of the CO span: what a healthy valve may keep back
+constexpr double kWarmUp = 5.0;      // answers
 constexpr double kJumpSigmas = 6.0;
 constexpr double kMostChange = 10.0;     // times a change of TwinChange
 constexpr std::size_t kJumpSamples = 3;  // in a row: one or two are outliers
@@ -59,20 +59,18 @@ std::vector<Changed> changes(const plant::LoopModel& twin, const plant::LoopMode
     m.process.time_constant_s *= 1.0 + kTimes;
     m.process.second_time_constant_s *= 1.0 + kTimes;
   });
-  const double later_s =
-      std::max({kTimes * p.dead_time_s, 0.3, 3.0 * twin.sample_time_s});
+  const double later_s = std::max({kTimes * p.dead_time_s, 0.3, 3.0 * twin.sample_time_s});
   // Sampling alone hides a part of a period.
   const double dead_time_spread_s =
       std::max(std::max(kDeadTimeSpread, deviation(twin, "dead_time")) * p.dead_time_s,
                std::max(0.1, twin.sample_time_s));
   with(dead_time_spread_s / later_s, [&](auto& m) { m.process.dead_time_s += later_s; });
-  with(0.1, [&](auto& m) {
-    m.process.second_time_constant_s += kTimes * plant::answer_s(model);
-  });
+  with(0.1, [&](auto& m) { m.process.second_time_constant_s += kTimes * plant::answer_s(model); });
   const double size = kValve * twin.controller.pid.output_span();
   const double friction = kFriction * twin.controller.pid.output_span();
-  with(1.5 * friction / size,
-       [&](auto& m) { m.valve_effects.push_back({"backlash", {{"deadband", size}}}); });
+  with(1.5 * friction / size, [&](auto& m) {
+    m.valve_effects.push_back({"backlash", {{"deadband", size}}});
+  });
   with(1.5 * friction / size, [&](auto& m) {
     m.valve_effects.push_back({"stiction", {{"s", size}, {"j", 0.5 * size}}});
   });
@@ -114,15 +112,14 @@ TwinWatch::TwinWatch(const plant::LoopModel& twin)
   const double answer_s = std::max(plant::answer_s(twin), h);
   const double intensity = load_intensity(twin);
   const double slowest = std::max(kalman(intensity), gain_within(kForgets_s, h));
-  const double fastest = std::max(
-      {slowest, kalman(kMoreLoad * intensity), gain_within(answer_s / kFastest, h)});
+  const double fastest =
+      std::max({slowest, kalman(kMoreLoad * intensity), gain_within(answer_s / kFastest, h)});
   const double moved = integrating_ ? twin.process.gain * answer_s : twin.process.gain;
   const double friction =
       0.5 * kFriction * twin.controller.pid.output_span() * moved / std::sqrt(3.0);
   for (std::size_t f = 0; f < kFilters; ++f) {
     Filter& filter = filters_[f];
-    filter.gain =
-        slowest * std::pow(fastest / slowest, static_cast<double>(f) / (kFilters - 1.0));
+    filter.gain = slowest * std::pow(fastest / slowest, static_cast<double>(f) / (kFilters - 1.0));
     const double memory_s = std::min(answer_s, h / filter.gain);
     filter.friction2 = friction * friction * (memory_s / answer_s) * (memory_s / h);
     filter.variance = kMoreThanNoise * noise2_;
@@ -182,8 +179,7 @@ bool TwinWatch::add(double pv, double co) noexcept {
     ++since_reset_;
     counts_ = inside_ && since_start_ > warm_up_;
     // What began in the middle of a move takes the move's end for a load: until samples count, d follows the newest answer.
-    const double least =
-        counts_ ? 0.0 : 1.0 / static_cast<double>(std::min(since_start_, answer_));
+    const double least = counts_ ? 0.0 : 1.0 / static_cast<double>(std::min(since_start_, answer_));
     for (std::size_t f = 0; f < kFilters; ++f) {
       follow(filters_[f], series, least);
       if (counts_) count(filters_[f], sums_[f]);
@@ -243,7 +239,7 @@ bool TwinWatch::load_jumps() noexcept {
 double TwinWatch::variance_of(const Sums& sums, std::size_t change) const noexcept {
   double variance = sums.squares[change];
   for (std::size_t j = 0; j < kTwinChanges; ++j) {
-    const double gram = sums.gram[std::max(change, j)][std::min(change, j)];
+    const double gram = sums.of(change, j);
     variance += spread_[j] * spread_[j] * gram * gram;
   }
   return variance;
@@ -254,15 +250,20 @@ void TwinWatch::judge() noexcept {
   for (std::size_t i = 0; i < kTwinChanges; ++i) {
     for (std::size_t scale = 0; scale < kScales; ++scale) {
       double z = kNever;
-      double would = kNever;  // with kTested times the change
+      std::array<double, kTwinChanges> would{};  // z with kTested times each change
+      would.fill(kNever);
       for (std::size_t f = 0; f < kFilters; ++f) {
         const Sums& sums = sums_[f][scale];
         const double variance = variance_of(sums, i) + kLeastVariance;
-        const double size = kTested * sums.gram[i][i];
         z = std::min(z, sums.up[i] * sums.up[i] / variance);
-        would = std::min(would, size * size / variance);
+        for (std::size_t j = 0; j < kTwinChanges; ++j) {
+          const double size = kTested * sums.of(i, j);
+          would[j] = std::min(would[j], size * size / variance);
+        }
       }
-      if (would >= limit_) untested_[i] = 0;
+      for (std::size_t j = 0; j < kTwinChanges; ++j) {
+        if (would[j] >= limit_) untested_[j] = 0;
+      }
       if (z <= largest_) continue;
       largest_ = z;
       leading_ = static_cast<TwinChange>(i);

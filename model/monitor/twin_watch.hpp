@@ -95,17 +95,21 @@ class TwinWatch {
 
   // What follows a load at one K.
   struct Filter {
-    double gain = 0.0;      // K
-    double friction2 = 0.0;  // of a healthy valve in n, over its time of correlation, PV units squared
+    double gain = 0.0;  // K
+    double friction2 =
+        0.0;  // of a healthy valve in n, over its time of correlation, PV units squared
     std::array<double, kSeries> level{};
     std::array<double, kSeries> slope{};
-    double variance = 0.0;  // v less friction2
+    double variance = 0.0;               // v less friction2
     std::array<double, kSeries> left{};  // n, s_i
   };
   struct Sums {
-    std::array<double, kTwinChanges> up{};       // w n s/v
-    std::array<double, kTwinChanges> squares{};  // w^2 s^2/v
+    std::array<double, kTwinChanges> up{};                              // w n s/v
+    std::array<double, kTwinChanges> squares{};                         // w^2 s^2/v
     std::array<std::array<double, kTwinChanges>, kTwinChanges> gram{};  // w s_i s_j/v, lower half
+    double of(std::size_t i, std::size_t j) const noexcept {
+      return i > j ? gram[i][j] : gram[j][i];
+    }
   };
 
   void start(double co) noexcept;
@@ -115,7 +119,7 @@ class TwinWatch {
   bool load_jumps() noexcept;
   void judge() noexcept;
 
-  std::vector<plant::Plant> plants_;  // as commissioned, then with each change
+  std::vector<plant::Plant> plants_;           // as commissioned, then with each change
   std::array<double, kTwinChanges> spread_{};  // c
   double sample_time_s_;
   bool integrating_;

@@ -73,7 +73,8 @@ Side beside(const Change& change, const plant::LoopModel& twin = twin_model()) {
     const double sp = std::fmod(t, 240.0) < 120.0 ? 5.0 : 5.0 + change.sp_move;
     const bool changed = t >= change.at_s;
     const double flow = changed ? after.process_variable() : before.process_variable();
-    const double pv = std::round((flow + change.load(t) + noise(random)) / kResolution) * kResolution;
+    const double pv =
+        std::round((flow + change.load(t) + noise(random)) / kResolution) * kResolution;
     if (changed && !retuned) {
       law.configure(change.pid);
       retuned = true;
