@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/commission/commission.hpp"
+#include "model/commission/since_change.hpp"
 #include "model/effects/catalogue.hpp"
 #include "model/gap/prove.hpp"
 #include "model/monitor/controller_watch.hpp"
@@ -68,6 +69,33 @@ std::size_t where_retuned(const std::vector<double>& squares) {
   });
 }
 
+gap::Record part_of(const gap::Record& record, gap::SampleRange range) {
+  const auto part = [&](const std::vector<double>& column) {
+    return column.empty()
+               ? column
+               : std::vector<double>(column.begin() + static_cast<std::ptrdiff_t>(range.begin),
+                                     column.begin() + static_cast<std::ptrdiff_t>(range.end));
+  };
+  return {record.period_s, part(record.pv), part(record.sp), part(record.co)};
+}
+
+// A change of the twin goes before what the workflow finds in the stretch alone, where it closes most of the gap, or
+// more than that. What the controller does stands beside it.
+void take_over(Explanation& out, SinceChange&& since) {
+  gap::Result& result = out.result;
+  if (!result.check.usable || since.effects.empty()) return;
+  const bool found = result.outcome == gap::Outcome::missing_effect;
+  if (since.closed < kClosed && found && !(out.closed < since.closed)) return;
+  std::erase_if(result.effects,
+                [](const auto& effect) { return effect.block != plant::Block::controller; });
+  result.effects.insert(result.effects.begin(), since.effects.begin(), since.effects.end());
+  result.outcome = gap::Outcome::missing_effect;
+  result.sentence = since.effects.front().evidence;
+  result.corrected = std::move(since.corrected);
+  result.remainder.reset();
+  out.closed = since.closed;
+}
+
 const gap::FoundEffect* sure_effect(const Explanation& e) {
   if (e.result.outcome != gap::Outcome::missing_effect) return nullptr;
   if (std::isfinite(e.closed) && e.closed < kClosed) return nullptr;
@@ -117,16 +145,14 @@ Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std
                     const gap::ParallelFor& parallel) {
   Explanation out;
   out.stretch = telling_stretch(record, twin, alarm);
-  const auto part = [&](const std::vector<double>& column) {
-    return column.empty() ? column
-                          : std::vector<double>(
-                                column.begin() + static_cast<std::ptrdiff_t>(out.stretch.begin),
-                                column.begin() + static_cast<std::ptrdiff_t>(out.stretch.end));
-  };
-  const gap::Record newest{record.period_s, part(record.pv), part(record.sp), part(record.co)};
+  const gap::Record newest = part_of(record, out.stretch);
   out.result = gap::find_gap(newest, twin, {}, parallel, [](double) {});
   out.closed = gap::gap_closed(out.result.before.holdout_rmse, out.result.after.holdout_rmse,
                                out.result.floor.rmse());
+  const auto before = static_cast<std::size_t>(kBefore_s / record.period_s);
+  const std::size_t from = out.stretch.begin - std::min(out.stretch.begin, before);
+  take_over(out, since_change(part_of(record, {from, out.stretch.end}), out.stretch.begin - from,
+                              twin, parallel));
   return out;
 }
 
