@@ -14,6 +14,7 @@
 #include "model/effects/catalogue.hpp"
 #include "model/gap/check.hpp"
 #include "model/gap/constants.hpp"
+#include "model/gap/independence.hpp"
 #include "model/gap/model_run.hpp"
 #include "model/gap/prove.hpp"
 #include "model/gap/record_check.hpp"
@@ -39,8 +40,10 @@ constexpr double kLeastSpMove =
     0.002;  // of the PV span: what is a move of SP in the twin's scenario
 constexpr std::size_t kMostSpMoves = 400;
 constexpr double kClearlyBest = 100.0;  // nats over the model alone
-// A gap that nothing explains is none of the twin's where it leaves less than so many floors.
+// What is left is none of the twin's business up to so many floors; from fewer on it is remarked.
 constexpr double kFewFloors = 2.0;
+constexpr double kRemarked = 1.5;
+constexpr double kMatters = 0.5;  // of what is left: what follows SP or CO
 
 bool of_the_day(const FoundEffect& effect) {
   return effect.block == Block::disturbance || effect.spec.name == "drift";
@@ -471,11 +474,39 @@ class Commissioner {
     return out;
   }
 
+  // "SP", "CO": what the rest of the last third follows; empty: nothing, or it can't be told.
+  std::string what_it_follows(const Runs& runs, double left) const {
+    const gap::CheckedRecord& checked = runs.checked();
+    const std::vector<double>& pv = out_.gap->series.pv_after;
+    std::vector<double> error(pv.size());
+    for (std::size_t k = 0; k < pv.size(); ++k) error[k] = checked.pv[k] - pv[k];
+    const double noise = out_.gap->floor.transmitter_rmse;
+    const double left_rms = std::sqrt(std::max(0.0, left * left - noise * noise));
+    static const std::vector<double> kUnknown;
+    const gap::Independence found =
+        gap::test_independence({.error = error,
+                                .counts = checked.used,
+                                .sp = checked.record.has_sp() ? checked.sp : kUnknown,
+                                .co = checked.closed_loop ? kUnknown : checked.co,
+                                .stretch = {checked.training_end, checked.pv.size()},
+                                .answer_s = plant::answer_s(checked.model),
+                                .period_s = checked.record.period_s,
+                                .left_rms = left_rms,
+                                .nothing_rms = kMatters * noise,
+                                .matters_rms = kMatters * left_rms});
+    if (found.follows_sp) return "SP";
+    return found.follows_co ? "CO" : "";
+  }
+
   void judge(const Runs& runs, const gap::Result& last) {
     finish(runs, last);
     const double left = out_.gap->after.holdout_rmse;
     const double floor = out_.gap->floor.rmse();
-    if (std::isfinite(out_.closed) && out_.closed < kLeastClosed) {
+    // Where the model that it began with is right already, there is no gap to close: then what is left counts.
+    const std::string follows = what_it_follows(runs, left);
+    const bool little =
+        left <= kRemarked * floor || (left <= kFewFloors * floor && follows.empty());
+    if (std::isfinite(out_.closed) && out_.closed < kLeastClosed && !little) {
       refuse(
           Outcome::not_explained,
           text("Only %.0f %% of the gap between model and record is explained; %.0f %% are asked "
@@ -492,6 +523,13 @@ class Commissioner {
       return;
     }
     out_.outcome = Outcome::commissioned;
+    if (left > kRemarked * floor) {
+      out_.notes.push_back(
+          text("%.2f times the noise floor is left%s: the twin may lack something small; "
+               "report.html shows "
+               "where, and a record with more moves of SP may tell",
+               left / floor, follows.empty() ? "" : (", and it follows " + follows).c_str()));
+    }
     out_.why = text("The twin leaves %.2f %% of span of PV, %.2f times the noise floor.",
                     100.0 * left / out_.twin.transmitter.span(), left / floor);
   }

@@ -19,6 +19,8 @@ namespace {
 
 using monitor::AlarmKind;
 
+constexpr double kHardlyLess = 8.0;
+
 // What the twin's watches held at each sample of a stretch.
 struct Held {
   std::array<std::vector<monitor::TwinWatch::Sample>, monitor::kTwinChanges> changes;
@@ -28,16 +30,13 @@ struct Held {
 // Of the sums from a sample to the end the sample with the most likely change, and those from which it is hardly less
 // likely: begin is the earliest of them. `ratio(k)`: twice the logarithm of the likelihood of a change at k.
 std::size_t most_likely(std::size_t samples, const std::function<double(std::size_t)>& ratio) {
-  std::size_t best = samples;
-  double most = 0.0;
-  for (std::size_t k = samples; k-- > 0;) {
-    const double value = ratio(k);
-    if (value > most) {
-      most = value;
-      best = k;
-    }
-  }
-  return best;
+  std::vector<double> ratios(samples);
+  for (std::size_t k = samples; k-- > 0;) ratios[k] = ratio(k);
+  const auto most = std::max_element(ratios.begin(), ratios.end());
+  if (most == ratios.end() || *most <= 0.0) return samples;
+  const auto first =
+      std::find_if(ratios.begin(), ratios.end(), [&](double r) { return r > *most - kHardlyLess; });
+  return static_cast<std::size_t>(first - ratios.begin());
 }
 
 // Where a change of the kind that leads began, of samples [0, size); size: nowhere.

@@ -28,6 +28,10 @@ constexpr double kAlike = 2.0;
 constexpr double kMostSure = 0.97;
 constexpr double kLeastClosed = 0.5;
 constexpr double kAllClosed = 0.8;
+constexpr double kLeastSlip = 0.05;  // j over s
+constexpr double kSureAt =
+    1.5;  // t over the standard deviation of a normal distribution: confidence
+constexpr double kMostSureOfTwo = 0.85;
 constexpr double kForgets_s = 300.0;  // a load
 constexpr std::size_t kCompared = 24;
 constexpr int kMostRuns = 160;
@@ -45,10 +49,10 @@ struct Kind {
 
 // Scales of the loop and of what is left without a change.
 struct Scales {
-  double span;     // CO units
+  double span;  // CO units
   double answer_s;
-  double left;     // PV units, rms
-  double after_s;  // from the change to the end
+  double left;      // PV units, rms
+  double after_s;   // from the change to the end
   double period_s;  // of what swings most in what is left
   double phase;
 };
@@ -60,46 +64,93 @@ std::vector<Kind> kinds(const Scales& s) {
   const auto percent = [&](double p) { return std::log(0.01 * p * s.span); };
   const double w = 2.0 * std::numbers::pi / s.period_s;
   return {
-      {"gain_change", Block::process, {0.0}, {0.1},
-       [](const X& x) { return EffectSpec{"gain_change", {{"factor", positive(x[0])}}}; }},
-      {"extra_dead_time", Block::process, {std::log(0.2 * s.answer_s)}, {0.4},
-       [](const X& x) { return EffectSpec{"extra_dead_time", {{"seconds", positive(x[0])}}}; }},
-      {"extra_lag", Block::process, {std::log(0.3 * s.answer_s)}, {0.4},
-       [](const X& x) { return EffectSpec{"extra_lag", {{"time_constant", positive(x[0])}}}; }},
-      {"step_disturbance", Block::transmitter, {0.0}, {0.5 * s.left},
-       [](const X& x) { return EffectSpec{"output_bias", {{"bias", x[0]}}}; }},
-      {"drift", Block::transmitter, {0.0}, {0.5 * s.left},
-       [](const X& x) { return EffectSpec{"output_bias", {{"bias", x[0]}}}; }, s.after_s},
-      {"oscillating_disturbance", Block::disturbance,
-       {std::log(s.left), 0.0, s.phase}, {0.2, 0.02, 0.3},
+      {"gain_change",
+       Block::process,
+       {0.0},
+       {0.1},
+       [](const X& x) {
+         return EffectSpec{"gain_change", {{"factor", positive(x[0])}}};
+       }},
+      {"extra_dead_time",
+       Block::process,
+       {std::log(0.2 * s.answer_s)},
+       {0.4},
+       [](const X& x) {
+         return EffectSpec{"extra_dead_time", {{"seconds", positive(x[0])}}};
+       }},
+      {"extra_lag",
+       Block::process,
+       {std::log(0.3 * s.answer_s)},
+       {0.4},
+       [](const X& x) {
+         return EffectSpec{"extra_lag", {{"time_constant", positive(x[0])}}};
+       }},
+      {"step_disturbance",
+       Block::transmitter,
+       {0.0},
+       {0.5 * s.left},
+       [](const X& x) {
+         return EffectSpec{"output_bias", {{"bias", x[0]}}};
+       }},
+      {"drift",
+       Block::transmitter,
+       {0.0},
+       {0.5 * s.left},
+       [](const X& x) {
+         return EffectSpec{"output_bias", {{"bias", x[0]}}};
+       },
+       s.after_s},
+      {"oscillating_disturbance",
+       Block::disturbance,
+       {std::log(s.left), 0.0, s.phase},
+       {0.2, 0.02, 0.3},
        [w](const X& x) {
          return EffectSpec{"oscillating_disturbance",
                            {{"amplitude", positive(x[0])},
                             {"period", 2.0 * std::numbers::pi / w * positive(x[1])},
                             {"phase", x[2]}}};
        }},
-      {"stiction", Block::valve, {percent(6.0), 0.0}, {0.4, 0.7},
+      {"stiction",
+       Block::valve,
+       {percent(6.0), 0.0},
+       {0.4, 0.7},
        [](const X& x) {
          const double size = positive(x[0]);
-         return EffectSpec{"stiction", {{"s", size}, {"j", size / (1.0 + positive(x[1]))}}};
+         // Without a slip it is a play.
+         const double share = kLeastSlip + (1.0 - kLeastSlip) / (1.0 + positive(x[1]));
+         return EffectSpec{"stiction", {{"s", size}, {"j", size * share}}};
        }},
-      {"backlash", Block::valve, {percent(5.0)}, {0.4},
-       [](const X& x) { return EffectSpec{"backlash", {{"deadband", positive(x[0])}}}; }},
-      {"hysteresis", Block::valve, {percent(6.0)}, {0.4},
-       [](const X& x) { return EffectSpec{"hysteresis", {{"width", positive(x[0])}}}; }},
-      {"low_air_supply", Block::valve,
-       {std::log(0.025 * s.span), std::log(0.65 * s.span), 0.0}, {0.4, 0.1, 0.5},
+      {"backlash",
+       Block::valve,
+       {percent(5.0)},
+       {0.4},
        [](const X& x) {
-         return EffectSpec{"low_air_supply",
-                           {{"rate", positive(x[0])},
-                            {"travel_limit", positive(x[1])},
-                            {"lag", positive(x[2])}}};
+         return EffectSpec{"backlash", {{"deadband", positive(x[0])}}};
        }},
-      {"positioner_overshoot", Block::valve, {0.0, -0.3}, {0.4, 0.3},
+      {"hysteresis",
+       Block::valve,
+       {percent(6.0)},
+       {0.4},
        [](const X& x) {
-         return EffectSpec{"positioner_overshoot",
-                           {{"damping", 0.6 / (1.0 + positive(-x[0]))},
-                            {"natural_frequency", positive(x[1])}}};
+         return EffectSpec{"hysteresis", {{"width", positive(x[0])}}};
+       }},
+      {"low_air_supply",
+       Block::valve,
+       {std::log(0.025 * s.span), std::log(0.65 * s.span), 0.0},
+       {0.4, 0.1, 0.5},
+       [](const X& x) {
+         return EffectSpec{
+             "low_air_supply",
+             {{"rate", positive(x[0])}, {"travel_limit", positive(x[1])}, {"lag", positive(x[2])}}};
+       }},
+      {"positioner_overshoot",
+       Block::valve,
+       {0.0, -0.3},
+       {0.4, 0.3},
+       [](const X& x) {
+         return EffectSpec{
+             "positioner_overshoot",
+             {{"damping", 0.6 / (1.0 + positive(-x[0]))}, {"natural_frequency", positive(x[1])}}};
        }},
   };
 }
@@ -127,7 +178,8 @@ class Competition {
     twin_.scenario.faults.clear();
     const double h = record.period_s;
     const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
-    const double noise2 = std::max(twin.transmitter.noise * twin.transmitter.noise + rounding * rounding, 1e-12);
+    const double noise2 =
+        std::max(twin.transmitter.noise * twin.transmitter.noise + rounding * rounding, 1e-12);
     const double drive = 2.0 * monitor::load_intensity(twin);
     const double drive2 = drive * drive * h;
     const double ahead2 = 0.5 * (drive2 + std::sqrt(drive2 * drive2 + 4.0 * drive2 * noise2));
@@ -145,23 +197,34 @@ class Competition {
     std::vector<Hypothesis> singles(kinds_.size());
     parallel_(kinds_.size(), [&](std::size_t i) { singles[i] = fitted({i}, kinds_[i].start); });
     Hypothesis best = plainest(singles);
-    std::vector<Hypothesis> pairs(kinds_.size());
-    parallel_(kinds_.size(), [&](std::size_t i) {
-      if (i == best.kinds.front()) return;
-      std::vector<double> start = best.x;
-      start.insert(start.end(), kinds_[i].start.begin(), kinds_[i].start.end());
-      pairs[i] = fitted({best.kinds.front(), i}, start);
-    });
+    const double to_close = std::max(best.errors.held - noise_ * held_share(), 0.0);
+    if (to_close < kLeastForSecond * noise_ * held_share()) return describe(best, singles, alone);
+    const std::vector<Hypothesis> seconds = pairs_with(best.kinds.front(), best.x);
+    // The first was chosen without the second: it is chosen again beside it.
+    const Hypothesis joined = plainest(seconds);
+    const std::vector<double> of_second(
+        joined.x.begin() + static_cast<std::ptrdiff_t>(best.x.size()), joined.x.end());
+    const std::vector<Hypothesis> pairs = pairs_with(joined.kinds.back(), of_second);
     const Hypothesis second = plainest(pairs);
-    const double left = std::max(best.errors.held - noise_ * held_share(), 0.0);
     const double left_by_both = std::max(second.errors.held - noise_ * held_share(), 0.0);
-    const bool both = left_by_both < 0.5 * left && left > kLeastExcess * noise_ * held_share() &&
-                      ahead(second, best) > 1.5 * kAlike;
+    const bool both = left_by_both < 0.5 * to_close && ahead(second, best) > kAlike;
     return describe(both ? second : best, both ? pairs : singles, alone);
   }
 
  private:
   static constexpr double kLeastExcess = 0.05;
+  static constexpr double kLeastForSecond = 0.3;
+
+  std::vector<Hypothesis> pairs_with(std::size_t first, const std::vector<double>& x) const {
+    std::vector<Hypothesis> pairs(kinds_.size());
+    parallel_(kinds_.size(), [&](std::size_t i) {
+      if (i == first) return;
+      std::vector<double> start = x;
+      start.insert(start.end(), kinds_[i].start.begin(), kinds_[i].start.end());
+      pairs[i] = fitted({first, i}, start);
+    });
+    return pairs;
+  }
 
   double held_share() const {
     return static_cast<double>(count_held_) / static_cast<double>(std::max<std::size_t>(count_, 1));
@@ -172,11 +235,13 @@ class Competition {
     std::size_t at = 0;
     for (const std::size_t i : which) {
       const Kind& kind = kinds_[i];
-      const std::vector<double> own(x.begin() + static_cast<std::ptrdiff_t>(at),
-                                    x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
+      const std::vector<double> own(
+          x.begin() + static_cast<std::ptrdiff_t>(at),
+          x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
       at += kind.start.size();
       model.scenario.faults.push_back(
-          {kind.spec(own), kind.block,
+          {kind.spec(own),
+           kind.block,
            {.from_s = record_.period_s * static_cast<double>(change_), .ramp_s = kind.ramp_s}});
     }
     return model;
@@ -190,7 +255,7 @@ class Competition {
   }
 
   Squares run_model(const LoopModel& model, std::vector<double>* left, double* before,
-                   std::size_t* count, std::size_t* count_held) const {
+                    std::size_t* count, std::size_t* count_held) const {
     Squares out{.fitted = 0.0, .held = 0.0, .blocks = std::vector<double>(kCompared, 0.0)};
     plant::Plant plant(model, 1);
     std::size_t k0 = 0;
@@ -254,7 +319,8 @@ class Competition {
       if (power <= most) continue;
       most = power;
       s.period_s = period;
-      s.phase = std::atan2(quadrature, in) - w * static_cast<double>(change_);
+      s.phase = std::remainder(std::atan2(quadrature, in) - w * static_cast<double>(change_),
+                               2.0 * std::numbers::pi);
     }
     return s;
   }
@@ -309,8 +375,8 @@ class Competition {
     const auto best = std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
       return a.errors.all() < b.errors.all();
     });
-    const auto plain = std::find_if(all.begin(), all.end(),
-                                    [&](const auto& one) { return alike(*best, one); });
+    const auto plain =
+        std::find_if(all.begin(), all.end(), [&](const auto& one) { return alike(*best, one); });
     return plain == all.end() ? *best : *plain;
   }
 
@@ -319,8 +385,9 @@ class Competition {
     SinceChange out;
     const double noise_held = noise_ * held_share();
     const double gap = alone.held - noise_held;
-    out.closed = gap > 0.0 ? std::clamp(1.0 - (won.errors.held - noise_held) / gap, -1.0, 1.0)
-                           : 1.0 - (won.errors.all() - noise_) / (alone.all() - noise_);
+    const double left = gap > 0.0 ? (won.errors.held - noise_held) / gap
+                                  : (won.errors.all() - noise_) / (alone.all() - noise_);
+    out.closed = std::clamp(1.0 - left, -1.0, 1.0);
     if (!(out.closed >= kLeastClosed)) return out;
     std::vector<std::string> alternatives;
     double nearest = std::numeric_limits<double>::infinity();
@@ -332,10 +399,12 @@ class Competition {
         nearest = std::min(nearest, ahead(won, rival));
       }
     }
-    const double sure = 0.5 + 0.5 * std::erf(std::max(nearest, 0.0) / (2.0 * kAlike * std::numbers::sqrt2));
-    double confidence = std::min(kMostSure, sure);
+    const double sure =
+        0.5 + 0.5 * std::erf(std::max(nearest, 0.0) / (kSureAt * std::numbers::sqrt2));
+    double confidence = std::min(won.kinds.size() > 1 ? kMostSureOfTwo : kMostSure, sure);
     if (!alternatives.empty()) {
-      confidence = std::min(confidence, 1.0 / (1.0 + static_cast<double>(alternatives.size())) + 0.2);
+      confidence =
+          std::min(confidence, 1.0 / (1.0 + static_cast<double>(alternatives.size())) + 0.2);
     }
     if (out.closed < kAllClosed) confidence *= out.closed;
     out.corrected = model_of(won.kinds, won.x);
@@ -343,8 +412,9 @@ class Competition {
     std::size_t at = 0;
     for (const std::size_t i : won.kinds) {
       const Kind& kind = kinds_[i];
-      const std::vector<double> own(won.x.begin() + static_cast<std::ptrdiff_t>(at),
-                                    won.x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
+      const std::vector<double> own(
+          won.x.begin() + static_cast<std::ptrdiff_t>(at),
+          won.x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
       at += kind.start.size();
       out.effects.push_back(found(kind, own, confidence, out.closed));
       if (i == won.kinds.back()) out.effects.back().alternatives = alternatives;
@@ -377,13 +447,13 @@ class Competition {
   std::size_t change_;
   const numeric::ParallelFor& parallel_;
   LoopModel twin_;
-  double gain_ = 0.0;            // K
-  std::size_t warm_ = 0;         // samples
+  double gain_ = 0.0;     // K
+  std::size_t warm_ = 0;  // samples
   std::size_t training_end_ = 0;
   std::vector<Kind> kinds_;
-  std::vector<double> left_;     // r after the change, PV units
-  double before_ = 0.0;          // s^2
-  double noise_ = 0.0;           // N s^2
+  std::vector<double> left_;  // r after the change, PV units
+  double before_ = 0.0;       // s^2
+  double noise_ = 0.0;        // N s^2
   std::size_t count_ = 0;
   std::size_t count_held_ = 0;
 };
