@@ -385,8 +385,10 @@ class Competition {
     SinceChange out;
     const double noise_held = noise_ * held_share();
     const double gap = alone.held - noise_held;
-    const double left = gap > 0.0 ? (won.errors.held - noise_held) / gap
-                                  : (won.errors.all() - noise_) / (alone.all() - noise_);
+    // By then the load's filter may have taken over what no longer changes.
+    const double left = gap > kLeastExcess * noise_held
+                            ? (won.errors.held - noise_held) / gap
+                            : (won.errors.all() - noise_) / (alone.all() - noise_);
     out.closed = std::clamp(1.0 - left, -1.0, 1.0);
     if (!(out.closed >= kLeastClosed)) return out;
     std::vector<std::string> alternatives;
