@@ -1,18 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether the transactions that the loops ask for fit on a serial line.
 //
-//   time of one transaction = bytes * 11 / baud + 2 * silence + turnaround + pause
-//
-//   bytes       request and reply, address and CRC included; 11 bits each on the line
-//   silence     3.5 characters, at least 1.75 ms above 19200 baud, before each of the two frames
-//   turnaround  until the device answers; 5 ms are assumed
-//   pause       configured for the link, s
-//
 // Each poll period of a loop reads PV (and its status register), writes the command and reads the
-// valve position (and its status register), as far as they are on this line; of a loop that another
-// controller runs, each value that is wired.
-//
-// Source: Modbus over Serial Line V1.02, section 2.5.1 (frames and silent intervals).
+// valve position (and its status register), as far as they are on this line. Values of loops that other
+// controllers run are counted as they are asked for: those of one unit, table and period together, as far as
+// hal/modbus/read_runs.hpp joins them. Time of a transaction: hal/modbus/line_time.hpp.
 #pragma once
 
 #include <string>
@@ -27,12 +19,11 @@ inline constexpr double kMostBusLoad = 0.7;  // share of the time; the rest is f
 // s of the line that one poll period of the loop takes; 0 if the loop does not use it.
 double line_time_s(const hal::modbus::LoopModbusSettings& loop,
                    const hal::modbus::LinkSettings& line);
-double line_time_s(const hal::modbus::ModbusSourceSettings& loop,
-                   const hal::modbus::LinkSettings& line);
 
 struct BusLoad {
-  double share = 0.0;   // of the time that the line is busy
-  std::string details;  // "FIC-101 42 ms of 100 ms, FIC-102 ..."
+  double share = 0.0;  // of the time that the line is busy
+  std::string
+      details;  // "FIC-101 42 ms of 100 ms, FIC-102 ..., watched loops 30 ms of 1000 ms (2 requests)"
 };
 
 BusLoad bus_load(const std::vector<LoopConfig>& loops, const hal::modbus::LinkSettings& line);

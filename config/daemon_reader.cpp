@@ -43,17 +43,12 @@ void read_tcp(MapReader in, LinkSettings& link) {
   in.set_integer("port", {1, 65535, "", "TCP port"}, link.port);
   link.connect_timeout_ms = milliseconds(
       in.number("connect_timeout", {"s", between(0.05, 10.0), "for a connection"}, 1.0));
+  const Value<std::int64_t> connections = in.maybe_integer(
+      "connections", {1, 4, "", "shared by the units of a gateway", false, "one a unit"});
+  if (connections.given) link.connections = static_cast<int>(connections);
 }
 
-void read_rtu(MapReader in, LinkSettings& link) {
-  read_serial_line(in, link);
-  in.set_number(
-      "probe_interval",
-      {"s", between(0.5, 600.0),
-       "how often a unit that does not answer is asked; each time delays the line's other units by "
-       "response_timeout"},
-      link.probe_interval_s);
-}
+void read_rtu(MapReader in, LinkSettings& link) { read_serial_line(in, link); }
 
 LinkSettings read_link(MapReader& in, const std::string& name) {
   LinkSettings link;
@@ -84,6 +79,12 @@ LinkSettings read_link(MapReader& in, const std::string& name) {
              fmt::format("must be at least reconnect_min = {} s (at {}) (got {})",
                          brief(shortest_wait), to_text(shortest_wait.place), brief(longest_wait)));
   }
+  in.set_number(
+      "probe_interval",
+      {"s", between(0.5, 600.0),
+       "how often a unit that does not answer is asked where others share its line or connection; "
+       "each time delays these by response_timeout"},
+      link.probe_interval_s);
   if (!transport.valid) in.ignore_rest();
   const bool known = in.describing() || transport.valid;
   if (in.describing() || (known && transport == Transport::tcp)) read_tcp(in.variant("tcp"), link);

@@ -89,7 +89,8 @@ std::string effect_keys(const EffectSpec& spec) {
   if (!spec.table.empty()) return fmt::format("{}, table: {}", text, points(spec.table));
   if (known != nullptr && known->takes_table) {
     const auto curve = spec.options.find("curve");
-    const char* name = curve != spec.options.end() ? curve->second.c_str() : "linear";
+    const char* name =
+        curve != spec.options.end() ? curve->second.c_str() : known->options.front().values.front();
     return fmt::format("{}, curve: {{name: {}{}}}", text, name, parameters(spec));
   }
   text += parameters(spec);
@@ -183,7 +184,26 @@ class ModelWriter {
       if (c.offset > 0.0) line(4, "offset", number(c.offset), "CO units");
       line(4, "knee", number(c.knee));
     }
+    if (c.kind == Kind::planned_moves) write_planned_moves(c.planned);
     if (c.noise_band > 0.0) line(4, "noise_band", number(c.noise_band), "CO units");
+  }
+
+  void write_planned_moves(const control::PlannedMovesSettings& m) {
+    line(4, "process");
+    line(6, "gain", number(m.gain), "PV units/CO unit");
+    line(6, "time_constant", number(m.time_constant_s), "s");
+    line(6, "dead_time", number(m.dead_time_s), "s");
+    line(4, "actuator_lag", number(m.actuator_lag_s), "s");
+    line(4, "load", number(m.load), "PV units/sqrt(s)");
+    line(4, "s", number(m.s), "CO units");
+    if (m.s_high > m.s_low) line(4, "s_interval", pair(m.s_low, m.s_high), "CO units");
+    line(4, "j", number(m.j), "CO units");
+    if (m.j_high > m.j_low) line(4, "j_interval", pair(m.j_low, m.j_high), "CO units");
+    if (std::isfinite(m.max_move)) line(4, "max_move", number(m.max_move), "CO units");
+    if (std::isfinite(m.max_moves_per_hour)) {
+      line(4, "max_moves_per_hour", number(m.max_moves_per_hour), "1/h");
+    }
+    line(4, "read_back", m.read_back ? "true" : "false");
   }
 
   void write_jacket(const control::JacketSettings& jacket) {

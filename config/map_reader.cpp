@@ -422,9 +422,10 @@ Value<std::vector<std::string>> MapReader::maybe_words(std::string_view key,
       });
 }
 
-Value<std::vector<std::string>> MapReader::maybe_texts(std::string_view key, const char* meaning) {
+Value<std::vector<std::string>> MapReader::maybe_texts(std::string_view key, const char* meaning,
+                                                       const char* form) {
   return read_list<std::string>(
-      key, "[text, ...]", meaning, [&](const YamlNode& item, std::vector<std::string>& texts) {
+      key, form, meaning, [&](const YamlNode& item, std::vector<std::string>& texts) {
         const bool right = item.kind == YamlNode::Kind::scalar;
         if (right) {
           texts.push_back(item.text);

@@ -107,7 +107,8 @@ class MapReader {
                                               const std::vector<std::string>& words,
                                               const char* meaning);
   // [text, text, ...]
-  Value<std::vector<std::string>> maybe_texts(std::string_view key, const char* meaning);
+  Value<std::vector<std::string>> maybe_texts(std::string_view key, const char* meaning,
+                                              const char* form = "[text, ...]");
   Value<std::string> need_text(std::string_view key, const char* meaning);
   Value<std::string> text(std::string_view key, const char* meaning, std::string fallback);
   Value<bool> flag(std::string_view key, const char* meaning, bool fallback);

@@ -456,7 +456,7 @@ void read_modbus_source(MapReader in, const IoContext& context, IoSection& secti
                    [&](MapReader& stem) { read_output(stem, settings.stem.emplace()); });
   in.maybe_section("mode", kWatchedMode, [&](MapReader& mode) {
     read_point<Use::read_mode>(mode, context, settings.mode.emplace(), "holds it", "", "", {});
-    settings.mode_values = read_mode_values(mode);
+    settings.mode_values = read_mode_values(mode, ModeForm::numbers);
   });
   section.io = std::move(settings);
 }

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -41,8 +41,13 @@ hal::feed::FeedName read_name(MapReader& in, const IoContext& context) {
 
 void read_feed(MapReader in, const IoContext& context, IoSection& section) {
   hal::feed::FeedSettings settings;
-  const auto read = [&](MapReader& value, hal::feed::FeedName& name) {
-    name = read_name(value, context);
+  const auto read = [&](MapReader& value, hal::feed::FeedPoint& point) {
+    point.name = read_name(value, context);
+    const Value<double> scale =
+        value.number("scale", {"", any_number(), "value = fed * scale + offset; not 0"}, 1.0);
+    if (scale.valid && scale == 0.0) value.error("scale", "must not be 0");
+    point.scale = scale;
+    point.offset = value.number("offset", {"", any_number(), "see scale"}, 0.0);
   };
   in.need_section("pv", kWatchedPv, [&](MapReader& pv) { read(pv, settings.process_variable); });
   in.need_section("co", kWatchedCo, [&](MapReader& co) { read(co, settings.output); });
@@ -51,38 +56,51 @@ void read_feed(MapReader in, const IoContext& context, IoSection& section) {
   in.maybe_section("stem", kWatchedStem,
                    [&](MapReader& stem) { read(stem, settings.stem.emplace()); });
   in.maybe_section("mode", kWatchedMode, [&](MapReader& mode) {
-    read(mode, settings.mode.emplace());
-    settings.mode_values = read_mode_values(mode);
+    settings.mode = read_name(mode, context);
+    settings.mode_values = read_mode_values(mode, ModeForm::numbers_and_words);
   });
   section.io = std::move(settings);
 }
 
 }  // namespace
 
-hal::ModeValues read_mode_values(MapReader& mode) {
-  hal::ModeValues values;
+hal::ModeValues read_mode_values(MapReader& mode, ModeForm form) {
+  const bool words = form == ModeForm::numbers_and_words;
+  // By value, so that a doubled one is named as it is written.
+  std::map<double, std::string> said;
   const auto read = [&](const char* key, const char* meaning) {
-    Value<std::vector<double>> list = mode.maybe_numbers(key, "", meaning);
-    for (const double value : list.value) {
-      if (list.valid && value != std::round(value)) {
-        mode.error(key, fmt::format("must be whole numbers (got {})", brief(value)));
+    std::vector<double> values;
+    const Value<std::vector<std::string>> list =
+        mode.maybe_texts(key, meaning, words ? "[number or word, ...]" : "[number, ...]");
+    for (const std::string& text : list.value) {
+      const double number = hal::number_of_word(text);
+      const bool is_word = std::abs(number) > hal::kLargestNumber;
+      const bool right = is_word ? words && !text.empty() && text.size() <= hal::kLongestWord
+                                 : number == std::round(number);
+      if (!right) {
+        mode.error(key, fmt::format("must be whole numbers{} (got '{}')",
+                                    words ? " or words of at most 64 bytes" : "", quotable(text)));
+        continue;
       }
+      values.push_back(number);
+      said.emplace(values.back(), text);
     }
-    return list;
+    return std::pair(values, list.place);
   };
-  const auto automatic =
+  const auto [automatic, place] =
       read("automatic", "its values in which the loop is closed: automatic, cascade, ...");
-  const auto manual = read("manual", "its values in manual; any other is a third mode");
-  values = {.automatic = automatic, .manual = manual};
+  const auto manual = read("manual", "its values in manual; any other is a third mode").first;
+  const hal::ModeValues values{.automatic = automatic, .manual = manual};
   if (mode.describing()) return values;
   if (!mode.given("automatic")) {
     mode.error(
-        "missing key 'automatic' (list of numbers: windows are judged in these modes alone)");
+        fmt::format("missing key 'automatic' (list of {}: windows are judged in these modes alone)",
+                    words ? "numbers or words" : "numbers"));
   }
   for (const double value : values.manual) {
     if (hal::holds(values.automatic, value)) {
-      mode.error("manual", fmt::format("{} stands in automatic (at {}) as well", brief(value),
-                                       to_text(automatic.place)));
+      mode.error("manual", fmt::format("{} stands in automatic (at {}) as well",
+                                       quotable(said.at(value)), to_text(place)));
     }
   }
   return values;

@@ -17,7 +17,8 @@ inline constexpr const char* kWatchedSp =
 inline constexpr const char* kWatchedStem = "read-back of the valve's position";
 inline constexpr const char* kWatchedMode = "its mode; without it the loop counts as in automatic";
 
-// automatic and manual, of a mode.
-hal::ModeValues read_mode_values(MapReader& mode);
+// automatic and manual, of a mode. A register holds numbers; a feeder may bring words as well.
+enum class ModeForm { numbers, numbers_and_words };
+hal::ModeValues read_mode_values(MapReader& mode, ModeForm form);
 
 }  // namespace loopwarden::config

@@ -9,7 +9,10 @@ using nlohmann::json;
 
 PROTOCOL_JSON(Alarm, loop, alarm, state, active, unacknowledged, consequence, raised_ms, changed_ms,
               times_raised, shelved_until_ms, severity_percent, worst_severity_percent)
-PROTOCOL_JSON(Alarms, alarms, now_ms)
+PROTOCOL_JSON(Incident::Renamed, time_s, from, to)
+PROTOCOL_JSON(Incident, id, loop, name, cause, from_s, raised_s, confidence, alarms, active,
+              unacknowledged, renamed, cleared_s)
+PROTOCOL_JSON(Alarms, alarms, incidents, now_ms)
 PROTOCOL_JSON(Explanation, alarm, final_name, raised_ms, ended_ms, verdict, effect, size_percent,
               low_percent, high_percent, confidence, alternatives, gap_closed, agrees, since_s,
               sentence, remedy, folder)
@@ -19,23 +22,24 @@ PROTOCOL_JSON(JournalLine, id, utc_ms, kind, loop, alarm, from, to, severity_per
 PROTOCOL_JSON(Journal, lines)
 
 PROTOCOL_JSON(Condition, valve, control_performance, actuator, positioner, environment)
-PROTOCOL_JSON(Monitor, window_state, windows, windows_suppressed, probability, severity_percent,
-              oscillation_index, oscillation_period_s, variability_percent, mean_error_percent,
-              saturated_percent, bridged_cycles, travel_percent_per_hour, reversals_per_hour,
-              stick_percent, stick_source, condition, corrective_action, hours_automatic,
-              hours_manual, hours_at_limit)
+PROTOCOL_JSON(Monitor, window_state, source, windows, windows_suppressed, probability,
+              severity_percent, oscillation_index, oscillation_period_s, variability_percent,
+              mean_error_percent, saturated_percent, bridged_cycles, travel_percent_per_hour,
+              reversals_per_hour, stick_percent, stick_source, condition, corrective_action,
+              hours_automatic, hours_manual, hours_at_limit)
 PROTOCOL_JSON(Io, connected, transactions, timeouts, device_exceptions, invalid_replies,
               stale_replies_discarded, reconnects, writes, write_errors, old_commands_withheld)
 PROTOCOL_JSON(Recording, rows, dropped, waiting, queue_dropped, bytes, rows_lost, disk_errors,
               last_disk_error, csv_file, csv_error)
 PROTOCOL_JSON(Jacket, form, acting, rate, shadow_rate)
-PROTOCOL_JSON(Compensator, kind, acting, added, shadow_added)
+PROTOCOL_JSON(Compensator, kind, acting, added, shadow_added, says)
 PROTOCOL_JSON(Cycle, period, time_s, sp, pv, co, stem, set_point_wanted, mode, requested_mode,
               fault, pv_quality, pv_reason, pv_limit, pv_age_ms, at_low, at_high, rate_limited,
               output_lost, jacket, compensator, ne107)
 
 PROTOCOL_LISTED(LoopStatus, name, description, control, pv_unit, co_unit, pv_range, co_range,
-                sample_time_s, io, recording, monitor, alarms, orders_refused, position_age_ms)
+                sample_time_s, io, recording, monitor, alarms, incident, orders_refused,
+                position_age_ms)
 template <>
 struct Members<LoopStatus> : WithPart<LoopStatus, Cycle, &LoopStatus::cycle> {};
 PROTOCOL_DEFINE(LoopStatus)
@@ -102,6 +106,7 @@ template <>
 struct Members<OrderState> : WithPart<OrderState, OrderOutcome, &OrderState::outcome> {};
 PROTOCOL_DEFINE(OrderState)
 PROTOCOL_JSON(AlarmActed, on_disk, alarm)
+PROTOCOL_JSON(IncidentActed, on_disk, incident)
 PROTOCOL_JSON(AcknowledgedAlarm, loop, alarm)
 PROTOCOL_JSON(AllAcknowledged, acknowledged, on_disk)
 PROTOCOL_JSON(Vetoed, on_disk)

@@ -28,8 +28,24 @@ struct Alarm {
   double severity_percent = kNone, worst_severity_percent = kNone;
 };
 
+// One change of a loop, with all valve alarms that it raised. Times are s since 1970 (UTC).
+struct Incident {
+  std::string id{}, loop{}, name{}, cause{};
+  double from_s = kNone, raised_s = kNone;
+  double confidence = kNone;  // of the explanation that gave the name; null: an alarm gave it
+  std::vector<std::string> alarms{};
+  bool active = false, unacknowledged = false;
+  struct Renamed {
+    double time_s = kNone;
+    std::string from{}, to{};
+  };
+  std::vector<Renamed> renamed{};
+  double cleared_s = kNone;
+};
+
 struct Alarms {
   std::vector<Alarm> alarms{};
+  std::vector<Incident> incidents{};  // the newest of each loop that has had one
   std::int64_t now_ms = 0;
 };
 
@@ -68,6 +84,7 @@ struct Condition {
 
 struct Monitor {
   std::string window_state{};
+  std::string source{};  // of a watched loop: what it reports on change alone, and what that hides
   std::uint64_t windows = 0, windows_suppressed = 0;
   std::map<std::string, double> probability{};  // by alarm
   double severity_percent = kNone;
@@ -105,6 +122,7 @@ struct Compensator {
   std::string kind = "none";
   bool acting = false;
   double added = kNone, shadow_added = kNone;  // CO units
+  std::string says{};                          // planned_moves: what it does, and why
 };
 
 // What the newest cycle says.
@@ -131,6 +149,7 @@ struct LoopStatus {
   Recording recording{};
   Monitor monitor{};
   std::map<std::string, Alarm> alarms{};  // by name
+  std::optional<Incident> incident{};     // the newest
   std::uint64_t orders_refused = 0;
   double position_age_ms = kNone;
   std::optional<Cycle> cycle{};  // its members stand among the loop's; nothing: none has run yet
@@ -346,6 +365,11 @@ struct OrderState {
 
 struct AlarmActed {
   Alarm alarm{};
+  bool on_disk = false;
+};
+
+struct IncidentActed {
+  Incident incident{};
   bool on_disk = false;
 };
 

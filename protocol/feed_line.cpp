@@ -18,10 +18,12 @@ constexpr const char* kStart = R"({"values":[)";
 constexpr const char* kEnd = "]}";
 
 // The number at `key`; nullopt for null or nothing.
-std::optional<double> number_at(const json& object, const char* key) {
+std::optional<double> number_at(const json& object, const char* key,
+                                const char* expected = "a number") {
   const auto found = object.find(key);
   if (found == object.end() || found->is_null()) return std::nullopt;
-  if (!found->is_number()) throw RequestError(std::string(key) + " must be a number or null");
+  if (!found->is_number())
+    throw RequestError(std::string(key) + " must be " + expected + " or null");
   const double value = found->get<double>();
   if (!std::isfinite(value))
     throw RequestError(std::string(key) + " is beyond what a number holds");
@@ -46,10 +48,18 @@ FedValue value_of(const json& object) {
   if (fed.name.empty() || fed.name.size() > kLongestName) {
     throw RequestError("name must have 1 to 1024 bytes");
   }
-  fed.value = number_at(object, "value");
+  const auto value = object.find("value");
+  if (value != object.end() && value->is_string()) {
+    fed.word = value->get<std::string>();
+    if (fed.word.empty() || fed.word.size() > FedValue::kLongestWord) {
+      throw RequestError("a word must have 1 to 64 bytes");
+    }
+  } else {
+    fed.value = number_at(object, "value", "a number, a word");
+  }
   fed.time_s = number_at(object, "time");
   fed.quality = quality_of(object);
-  if (!fed.value && fed.quality != FedValue::Quality::bad) {
+  if (!fed.value && fed.word.empty() && fed.quality != FedValue::Quality::bad) {
     throw RequestError("value may be null with quality bad only");
   }
   return fed;
@@ -67,6 +77,7 @@ const char* to_text(FedValue::Quality quality) noexcept {
 json json_of(const FedValue& fed) {
   json object{{"name", fed.name}, {"value", nullptr}, {"quality", to_text(fed.quality)}};
   if (fed.value) object["value"] = *fed.value;
+  if (!fed.word.empty()) object["value"] = fed.word;
   if (fed.time_s) object["time"] = *fed.time_s;
   return object;
 }

@@ -123,6 +123,7 @@ PROTOCOL_REQUEST(JournalRequest, most, before_id, kind, text, from_ms, to_ms, lo
 PROTOCOL_REQUEST(SetRequest, loop, set_point, output, mode, jacket, expect, user, address)
 PROTOCOL_REQUEST(OrderRequest, loop, order)
 PROTOCOL_REQUEST(AlarmRequest, loop, alarm, action, reason, minutes, user, address)
+PROTOCOL_REQUEST(AcknowledgeIncidentRequest, loop, incident, reason, user, address)
 PROTOCOL_REQUEST(AcknowledgeAllRequest, reason, user, address)
 PROTOCOL_REQUEST(VetoRequest, loop, veto, reason, user, address)
 PROTOCOL_REQUEST(OutcomeRequest, loop, found, note)

@@ -117,6 +117,14 @@ struct AlarmRequest {
   Maybe<std::string> user{}, address{};
 };
 
+// All alarms of an incident that wait.
+struct AcknowledgeIncidentRequest {
+  static constexpr const char* kName = "acknowledge_incident";
+  using Answer = IncidentActed;
+  std::string loop{}, incident{};  // its id
+  Maybe<std::string> reason{}, user{}, address{};
+};
+
 struct AcknowledgeAllRequest {
   static constexpr const char* kName = "acknowledge_all";
   using Answer = AllAcknowledged;

@@ -56,6 +56,8 @@ struct Draft {
   std::vector<std::function<double(double)>> added;
   // Relative to the highest set point; 0 for a transmitter that sees it all.
   double transmitter_short_of_top = 0.0;
+  std::function<double(double)> line_lag_s;
+  std::function<double(double)> meter;
   std::size_t reading_stands = 1;  // samples
   // What the controller has, relative to what its engineers believe.
   double kp_factor = 1.0;

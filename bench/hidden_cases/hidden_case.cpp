@@ -110,9 +110,10 @@ const std::vector<std::string> kOutside{"outside:inverse_response",
                                         "outside:slow_tail"};
 
 const std::vector<std::string> kFurthers{
-    "resolution",          "inverse_response", "ramp_disturbance",        "square_disturbance",
-    "oscillatory_process", "varying_gain",     "intermittent_stiction",   "clipped_measurement",
-    "held_measurement",    "stiction:closing", "flow_dependent_dead_time"};
+    "resolution",          "inverse_response", "ramp_disturbance",         "square_disturbance",
+    "oscillatory_process", "varying_gain",     "intermittent_stiction",    "clipped_measurement",
+    "held_measurement",    "stiction:closing", "flow_dependent_dead_time", "plugging",
+    "meter_curve"};
 
 bool is_later(Kind kind) { return kind == Kind::kLater || kind == Kind::kHealthy; }
 
@@ -217,6 +218,8 @@ TruthLoop build(Draft draft, Tuning believed, const SetPointProfile& profile) {
       return t < from_s ? 0.0 : signal(t - from_s);
     });
   }
+  loop.line_lag_s = draft.line_lag_s;
+  loop.meter = draft.meter;
   loop.reading_stands = draft.reading_stands;
   const Tuning real{believed.kp * draft.kp_factor, believed.ki_per_s * draft.ki_factor};
   if (draft.from_s > 0.0) {

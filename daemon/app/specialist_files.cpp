@@ -91,7 +91,8 @@ loopwarden::monitor::WindowSettings window_of(const config::LoopConfig& loop) {
           .co_low = loop.controller.pid.output_low,
           .co_high = loop.controller.pid.output_high,
           .routine = loop.monitor.routine,
-          .has_set_point = config::knows_set_point(loop.io)};
+          .has_set_point = config::knows_set_point(loop.io),
+          .on_change = config::is_watched(loop.io)};
 }
 
 config::Loaded<Specialists> load_specialists(const config::Configuration& configuration) {

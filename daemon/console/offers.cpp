@@ -39,6 +39,7 @@ constexpr std::array kOffers{
     Offer{"veto", false, true, Need::alarms},
     Offer{"outcome", false, false, Need::nothing},
     Offer{"record", false, false, Need::nothing},
+    Offer{"acknowledge_incident", false, true, Need::alarms},
     Offer{"acknowledge_all", false, true, Need::alarms},
     Offer{"reload", false, false, Need::nothing},
     Offer{"reload_state", false, false, Need::nothing},

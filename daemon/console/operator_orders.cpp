@@ -96,6 +96,9 @@ LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& re
   if (what == protocol::OrderRequest::kName) return done(order(request));
   if (what == protocol::RecordRequest::kName) return done(record(request, sender));
   if (what == protocol::AlarmRequest::kName) return alarm(request, sender);
+  if (what == protocol::AcknowledgeIncidentRequest::kName) {
+    return acknowledge_incident(request, sender);
+  }
   if (what == protocol::AcknowledgeAllRequest::kName) return acknowledge_all(request, sender);
   if (what == protocol::ReloadStateRequest::kName) return done(reload_state(request));
   if (what == protocol::VetoRequest::kName) return veto(request, sender);
@@ -295,6 +298,19 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
   return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind,
                                                              watch.alarms.alarm(order.kind))},
                       result.ticket, sender);
+}
+
+LocalServer::Answer OperatorOrders::acknowledge_incident(
+    const protocol::AcknowledgeIncidentRequest& request, const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
+  const monitor::OrderResult result = parts_.board.acknowledge_incident(
+      index, request.incident, sender.peer, short_text(request.reason, "reason"));
+  if (!result.accepted) throw RequestError(result.why);
+  protocol::IncidentActed acted;
+  parts_.board.look(index, [&](const monitor::LoopWatch& watch) {
+    acted.incident = incident_of(request.loop, watch).value();
+  });
+  return when_written(std::move(acted), result.ticket, sender);
 }
 
 LocalServer::Answer OperatorOrders::acknowledge_all(const protocol::AcknowledgeAllRequest& request,

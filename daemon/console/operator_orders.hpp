@@ -26,7 +26,7 @@ class OperatorOrders {
   OperatorOrders(const OperatorOrders&) = delete;
   OperatorOrders& operator=(const OperatorOrders&) = delete;
 
-  // The answer to `set`, `order`, `record`, `alarm`, `acknowledge_all`, `veto`, `outcome`, `reload` or `reload_state`; of what
+  // The answer to `set`, `order`, `record`, `alarm`, `acknowledge_incident`, `acknowledge_all`, `veto`, `outcome`, `reload` or `reload_state`; of what
   // operators do with alarms it comes when the journal has it on the disk, or says that it has not. Throws RequestError.
   base::LocalServer::Answer answer(std::string_view what, const nlohmann::json& request,
                                    const Sender& sender);
@@ -41,6 +41,8 @@ class OperatorOrders {
   protocol::OrderState order(const protocol::OrderRequest& request);
   protocol::RecordFile record(const protocol::RecordRequest& request, const Sender& sender);
   base::LocalServer::Answer alarm(const protocol::AlarmRequest& request, const Sender& sender);
+  base::LocalServer::Answer acknowledge_incident(
+      const protocol::AcknowledgeIncidentRequest& request, const Sender& sender);
   base::LocalServer::Answer acknowledge_all(const protocol::AcknowledgeAllRequest& request,
                                             const Sender& sender);
   base::LocalServer::Answer veto(const protocol::VetoRequest& request, const Sender& sender);

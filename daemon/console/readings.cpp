@@ -174,6 +174,14 @@ std::string Readings::alarms() const {
       put_item(text, alarm_of(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
     }
   }
+  text += R"(],"incidents":[)";
+  for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
+    std::optional<protocol::Incident> incident;
+    parts_.board.look(i, [&](const monitor::LoopWatch& watch) {
+      incident = incident_of(parts_.board.name(i), watch);
+    });
+    if (incident) put_item(text, *incident);
+  }
   text += R"(],"now_ms":)" + std::to_string(parts_.board.now_ms()) + R"(,"ok":true})";
   return text;
 }
@@ -223,7 +231,7 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
                              .consequence = guide.consequence,
                              .action = guide.action,
                              .explanation = explanation_of(watch, kind),
-                             .monitor = monitor_of(watch),
+                             .monitor = monitor_of(watch, parts_.loops[index].config),
                              .disk_answers = disk.has_value()};
   if (!disk) return answer;
   if (disk->folder) answer.evidence = disk->folder->string();

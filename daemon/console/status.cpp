@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "config/loop_model_writer.hpp"
+#include "daemon/journal/incident_text.hpp"
 #include "daemon/loops/loop_health.hpp"
 
 namespace loopwarden::daemon::console {
@@ -52,6 +53,25 @@ protocol::Recording recording_of(const RecordingStatus& recording) {
           .csv_error = recording.csv_error};
 }
 
+// In one line what planned_moves does, and why.
+std::string says(const control::MovesState& moves) {
+  using Phase = control::MovePhase;
+  std::string line = control::to_text(moves.phase);
+  switch (moves.phase) {
+    case Phase::watching: line += ": the loop without it"; break;
+    case Phase::probing: line += ": does the stem follow?"; break;
+    case Phase::resting:
+      line += fmt::format(": PV will settle {:.3g} off; a move pays from {:.3g}",
+                          std::abs(moves.settles_off), moves.pays_from);
+      break;
+    case Phase::backing_off:
+    case Phase::moving: line += fmt::format(": CO to {:.4g}", moves.output); break;
+    case Phase::given_back: line += fmt::format(": {}", control::to_text(moves.reason)); break;
+  }
+  if (moves.gain > 0.0) line += fmt::format("; RMS {:.2f} of that without", moves.gain);
+  return line;
+}
+
 // What the newest cycle says.
 protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtime,
                          const rt::LoopSettings& settings) {
@@ -82,7 +102,11 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
           .compensator = {.kind = control::to_text(settings.controller.compensator.kind),
                           .acting = flag(record::kCompensatorActs),
                           .added = static_cast<double>(row.compensator),
-                          .shadow_added = static_cast<double>(row.compensator_shadow)},
+                          .shadow_added = static_cast<double>(row.compensator_shadow),
+                          .says = settings.controller.compensator.kind ==
+                                          control::CompensatorKind::planned_moves
+                                      ? says(runtime.channels->moves.read())
+                                      : std::string{}},
           .ne107 = {}};
 }
 
@@ -135,6 +159,32 @@ protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
           .worst_severity_percent = has_size ? memory.worst_severity_percent : protocol::kNone};
 }
 
+std::optional<protocol::Incident> incident_of(const std::string& loop,
+                                              const monitor::LoopWatch& watch) {
+  const model::Incident& known = watch.incident.incident();
+  if (!known.there()) return std::nullopt;
+  const auto seconds = [](std::int64_t ms) { return static_cast<double>(ms) / 1000.0; };
+  protocol::Incident incident{
+      .id = journal::incident_id(loop, known),
+      .loop = loop,
+      .name = known.name,
+      .cause = known.cause ? plant::to_text(*known.cause) : "unknown",
+      .from_s = seconds(known.from_ms),
+      .raised_s = seconds(known.opened_ms),
+      .confidence = known.confidence,
+      .unacknowledged = model::unacknowledged(known, watch.alarms),
+      .cleared_s = known.ended_ms == 0 ? protocol::kNone : seconds(known.ended_ms)};
+  for (const model::AlarmKind kind : model::kValveAlarms) {
+    if (!known.has(kind)) continue;
+    incident.alarms.emplace_back(model::to_text(kind));
+    incident.active = incident.active || watch.alarms.alarm(kind).active();
+  }
+  for (const model::Incident::Renamed& one : known.renamed) {
+    incident.renamed.push_back({seconds(one.at_ms), one.from, one.to});
+  }
+  return incident;
+}
+
 protocol::Explanation told(const Explanation& e) {
   return {.alarm = model::to_text(e.alarm),
           .final_name = e.final_name ? std::optional<std::string>(model::to_text(*e.final_name))
@@ -163,7 +213,25 @@ std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& wa
   return newest && newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
 }
 
-protocol::Monitor monitor_of(const monitor::LoopWatch& watch) {
+// What a source tells on change alone, and what that hides.
+std::string source_text(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
+  const auto of = [](const char* name, const analysis::ArchivedSignal& kept, double span) {
+    if (kept.kind == analysis::ArchiveKind::none) return std::string();
+    if (!(kept.deviation > 0.0) || !(span > 0.0)) return fmt::format("{} too seldom to tell", name);
+    return fmt::format("{} on change of {:.2g} % of span", name, 100.0 * kept.deviation / span);
+  };
+  const control::PidSettings& pid = loop.controller.pid;
+  const std::string pv = of("PV", watch.source.pv, loop.pv.high - loop.pv.low);
+  const std::string co = of("CO", watch.source.co, pid.output_high - pid.output_low);
+  if (pv.empty() && co.empty()) return {};
+  return fmt::format("reports {}{}{}; {}", pv, pv.empty() || co.empty() ? "" : ", ", co,
+                     std::isfinite(watch.sees_from_percent)
+                         ? fmt::format("a dead band below {:.2g} % of CO's span is not seen",
+                                       watch.sees_from_percent)
+                         : "routine evidence can't tell");
+}
+
+protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
   const model::WindowMeasures& m = watch.measures;
   const analysis::ConditionIndices& condition = watch.condition;
   const bool no_size = watch.judgement.result == model::WindowJudgement::Result::fault &&
@@ -173,6 +241,7 @@ protocol::Monitor monitor_of(const monitor::LoopWatch& watch) {
     probability[model::to_text(kind)] = watch.judgement.probability[model::index_of(kind)];
   }
   return {.window_state = model::to_text(watch.window_state),
+          .source = source_text(watch, loop),
           .windows = watch.windows,
           .windows_suppressed = watch.windows_suppressed,
           .probability = std::move(probability),
@@ -265,12 +334,13 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
       .sample_time_s = config.sample_time_s,
       .io = io_of(runtime.device().counters()),
       .recording = recording_of(parts.historian.status(index)),
-      .monitor = monitor_of(watch),
+      .monitor = monitor_of(watch, config),
       .orders_refused = runtime.channels->orders_refused.load(std::memory_order_relaxed),
       .position_age_ms = position_age_ms < 0.0 ? protocol::kNone : position_age_ms};
   for (const model::AlarmKind kind : model::kAlarmKinds) {
     loop.alarms[model::to_text(kind)] = alarm_of(config.name, kind, watch.alarms.alarm(kind));
   }
+  loop.incident = incident_of(config.name, watch);
   record::RecordRow row;
   if (!parts.historian.latest(index, row)) return loop;
   loop.cycle = cycle_of(row, runtime, settings);

@@ -20,7 +20,10 @@ protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 
 protocol::Alarm alarm_of(const std::string& loop, loopwarden::monitor::AlarmKind kind,
                          const loopwarden::monitor::Alarm& alarm);
-protocol::Monitor monitor_of(const monitor::LoopWatch& watch);
+// The loop's newest; nothing: it has had none.
+std::optional<protocol::Incident> incident_of(const std::string& loop,
+                                              const monitor::LoopWatch& watch);
+protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::LoopConfig& loop);
 protocol::Explanation told(const Explanation& explanation);
 // Of this alarm, under its first or its final name.
 std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& watch,

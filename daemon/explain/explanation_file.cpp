@@ -24,6 +24,16 @@ AlarmKind kind_of(const json& name) {
   return *found;
 }
 
+// Nothing where it is none that is known here.
+std::optional<plant::Block> block_of(const std::string& name) {
+  using plant::Block;
+  for (const Block block :
+       {Block::controller, Block::valve, Block::process, Block::transmitter, Block::disturbance}) {
+    if (name == plant::to_text(block)) return block;
+  }
+  return std::nullopt;
+}
+
 double number_of(const json& j) { return j.is_null() ? Explanation::kNone : j.get<double>(); }
 
 }  // namespace
@@ -46,6 +56,7 @@ Explanation read_explanation(const std::filesystem::path& folder) {
     e.sentence = j.at("sentence").get<std::string>();
     if (const json& first = j.at("first"); !first.is_null()) {
       e.effect = first.at("name").get<std::string>();
+      e.block = block_of(first.value("block", ""));
       e.effect_number = first.at("number").get<std::uint16_t>();
       e.size_percent = number_of(first.at("size_percent"));
       e.low_percent = number_of(first.at("low_percent"));

@@ -7,6 +7,7 @@
 
 #include "base/digest/digest.hpp"
 #include "base/file.hpp"
+#include "daemon/journal/incident_text.hpp"
 
 namespace loopwarden::daemon::journal {
 namespace {
@@ -47,8 +48,12 @@ AlarmMemory memory_of(const json& j) {
 bool AlarmStateFile::save(const AlarmStates& states, std::string& why) const {
   json alarms = json::array();
   for (const auto& [key, memory] : states.memories) alarms.push_back(to_json(key, memory));
-  const std::string body = json{{"revision", states.revision}, {"alarms", std::move(alarms)}}.dump(
-                               -1, ' ', false, json::error_handler_t::replace) +
+  json incidents = json::object();
+  for (const auto& [loop, state] : states.incidents) incidents[loop] = write_incident(state);
+  const std::string body = json{{"revision", states.revision},
+                                {"alarms", std::move(alarms)},
+                                {"incidents", std::move(incidents)}}
+                               .dump(-1, ' ', false, json::error_handler_t::replace) +
                            "\n";
   const std::string text = checksum_line(body) + body;
   const std::optional<base::FileError> error = base::replace_file(path_, text);
@@ -71,6 +76,13 @@ std::optional<AlarmStates> AlarmStateFile::load(std::string& why) const {
     for (const json& alarm : j.at("alarms")) {
       states.memories[{alarm.at("loop").get<std::string>(), alarm.at("alarm").get<std::string>()}] =
           memory_of(alarm);
+    }
+    // A file of before there were incidents has none.
+    const json incidents = j.value("incidents", json::object());
+    for (const auto& [loop, state] : incidents.items()) {
+      if (auto known = read_incident(state.get<std::string>())) {
+        states.incidents[loop] = std::move(*known);
+      }
     }
     return states;
   } catch (const std::exception& e) {

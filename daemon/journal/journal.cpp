@@ -89,10 +89,7 @@ void Journal::make_room() {
   while (queue_.size() > settings_.most_waiting) {
     const JournalEntry& oldest = queue_.front();
     // What an alarm must remember is kept even if its line finds no room.
-    if (oldest.memory) {
-      crowded_out_.memories[{oldest.loop, oldest.alarm}] = *oldest.memory;
-      ++crowded_out_.revision;
-    }
+    crowded_out_.take(oldest);
     queue_.pop_front();
     ++status_.lost;
   }
@@ -165,19 +162,16 @@ bool Journal::take_waiting() {
   std::move(queue_.begin(), queue_.end(), std::back_inserter(waiting_));
   queue_.clear();
   taken_ = posted_;
-  const auto remember = [&](const AlarmKey& key, const monitor::AlarmMemory& memory) {
-    states_.memories[key] = memory;
-    changed_states_.memories[key] = memory;
-    changed_states_.revision = states_.revision;
-  };
-  states_.revision += crowded_out_.revision;
-  for (const auto& [key, memory] : crowded_out_.memories) remember(key, memory);
-  crowded_out_ = {};
+  AlarmStates fresh = std::exchange(crowded_out_, {});
   for (JournalEntry& entry : waiting_) {
-    if (!entry.memory) continue;
-    ++states_.revision;
-    remember({entry.loop, entry.alarm}, *entry.memory);
+    fresh.take(entry);
     entry.memory.reset();
+    entry.incident.reset();
+  }
+  if (!fresh.empty()) {
+    states_.take(fresh);
+    changed_states_.take(fresh);
+    changed_states_.revision = states_.revision;
   }
   if (waiting_.size() > settings_.most_waiting) {
     const std::size_t excess = waiting_.size() - settings_.most_waiting;
@@ -191,7 +185,7 @@ bool Journal::take_waiting() {
 
 // False if the file was damaged and a new one is to be tried.
 bool Journal::write_waiting() {
-  const bool states_changed = !changed_states_.memories.empty();
+  const bool states_changed = !changed_states_.empty();
   if (states_changed) save_copy();
   try {
     open_file();
@@ -204,7 +198,7 @@ bool Journal::write_waiting() {
     failed(e.what());
     return true;
   }
-  changed_states_.memories.clear();
+  changed_states_ = {.revision = states_.revision, .memories = {}, .incidents = {}};
   if (!reported_.empty()) {
     spdlog::warn("journal: works again; {} lines written late", waiting_.size());
     reported_.clear();
@@ -246,7 +240,8 @@ bool Journal::replace_damaged(const std::string& why) {
                         .new_value = {},
                         .result = why,
                         .reason = {},
-                        .memory = std::nullopt});
+                        .memory = std::nullopt,
+                        .incident = std::nullopt});
     const std::lock_guard lock(mutex_);
     ++status_.damaged;
   } catch (const std::exception& e) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "model/monitor/alarm.hpp"
+#include "model/monitor/loop_incident.hpp"
 
 namespace loopwarden::daemon::journal {
 
@@ -29,6 +30,7 @@ struct JournalEntry {
   std::string reason;  // in the words of who did it
   // What the alarm must remember from here on; stored together with the line, or not at all.
   std::optional<loopwarden::monitor::AlarmMemory> memory;
+  std::optional<loopwarden::monitor::Incident> incident;  // the same of the loop's incident
 };
 
 constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
@@ -41,11 +43,17 @@ constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
   return "system";
 }
 
-// What all alarms remember, by loop and alarm.
+// What all alarms and incidents remember; of alarms by loop and alarm.
 using AlarmKey = std::pair<std::string, std::string>;
 struct AlarmStates {
   std::uint64_t revision = 0;  // +1 with each change; tells the newer of two copies
   std::map<AlarmKey, loopwarden::monitor::AlarmMemory> memories;
+  std::map<std::string, loopwarden::monitor::Incident> incidents;  // by loop
+
+  bool empty() const noexcept { return memories.empty() && incidents.empty(); }
+  // Puts what the line remembers, or what newer states do, in place of what is here.
+  void take(const JournalEntry& line);
+  void take(const AlarmStates& newer);
 };
 
 }  // namespace loopwarden::daemon::journal

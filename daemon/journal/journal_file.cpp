@@ -6,6 +6,8 @@
 #include <chrono>
 #include <utility>
 
+#include "daemon/journal/incident_text.hpp"
+
 namespace loopwarden::daemon::journal {
 namespace {
 
@@ -32,6 +34,10 @@ CREATE TABLE alarm_state(
 CREATE TABLE alarm_revision(only INTEGER PRIMARY KEY CHECK(only = 1), revision INTEGER NOT NULL);
 INSERT INTO alarm_revision VALUES(1, 0);
 )";
+
+// Beside the tables of version 1, which a program without incidents reads as well.
+constexpr const char* kIncidents =
+    "CREATE TABLE IF NOT EXISTS incident(loop TEXT PRIMARY KEY, state TEXT NOT NULL) WITHOUT ROWID";
 
 constexpr sqlite::Schema kSchema{"journal", 0x4C574A31 /* "LWJ1" */, 1, kTables};
 
@@ -69,6 +75,7 @@ void add(Statement& insert, const JournalEntry& entry) {
 JournalFile::JournalFile(const std::filesystem::path& path, std::int64_t most_rows)
     : JournalFile(path, sqlite::Access::write, most_rows) {
   database_.adopt(kSchema, sqlite::Sync::full);
+  database_.execute(kIncidents);
 }
 
 JournalFile::JournalFile(const std::filesystem::path& path, sqlite::Access access,
@@ -88,6 +95,8 @@ void JournalFile::write(std::span<const JournalEntry> entries, const AlarmStates
              memory.shelved_until_ms, memory.raised_ms, memory.changed_ms, memory.times_raised,
              memory.severity_percent, memory.worst_severity_percent);
   }
+  Statement incident(database_, "INSERT OR REPLACE INTO incident VALUES(?,?)");
+  for (const auto& [loop, state] : states.incidents) incident.run(loop, write_incident(state));
   Statement(database_, "UPDATE alarm_revision SET revision = ?", states.revision).run();
   Statement(database_, "DELETE FROM journal WHERE id <= (SELECT max(id) FROM journal) - ?",
             most_rows_)
@@ -113,6 +122,12 @@ AlarmStates JournalFile::read_states() {
     memory.worst_severity_percent = read.number(8);
     states.memories[{read.text(0), read.text(1)}] = memory;
   }
+  Statement incidents(database_, "SELECT loop, state FROM incident");
+  while (incidents.step()) {
+    if (auto known = read_incident(incidents.text(1))) {
+      states.incidents[incidents.text(0)] = std::move(*known);
+    }
+  }
   return states;
 }
 
@@ -131,7 +146,8 @@ JournalRow JournalFile::row_of(const sqlite::Statement& read) {
                     .new_value = read.text(11),
                     .result = read.text(12),
                     .reason = read.text(13),
-                    .memory = std::nullopt}};
+                    .memory = std::nullopt,
+                    .incident = std::nullopt}};
 }
 
 std::vector<JournalRow> JournalFile::search(const JournalQuery& query) {

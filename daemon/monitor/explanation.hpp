@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/monitor/alarm_kind.hpp"
+#include "model/plant/loop_model.hpp"
 
 namespace loopwarden::daemon {
 
@@ -20,11 +21,12 @@ struct Explanation {
   std::optional<loopwarden::monitor::AlarmKind> final_name;  // another one than `alarm`
   std::int64_t raised_ms = 0;                                // UTC, ms since 1970
   std::int64_t ended_ms = 0;
-  std::string verdict;              // of gap, or not_explained
-  std::string effect;               // empty: none has a name
-  std::uint16_t effect_number = 0;  // of the catalogue; 0: none
-  double size_percent = kNone;      // % of the CO span; NaN: it has no size
-  double low_percent = kNone;       // interval of the size
+  std::string verdict;                  // of gap, or not_explained
+  std::string effect;                   // empty: none has a name
+  std::optional<plant::Block> block{};  // of the effect
+  std::uint16_t effect_number = 0;      // of the catalogue; 0: none
+  double size_percent = kNone;          // % of the CO span; NaN: it has no size
+  double low_percent = kNone;           // interval of the size
   double high_percent = kNone;
   double confidence = kNone;
   double gap_closed = kNone;  // share, on minutes that were not fitted; NaN: too near to the noise

@@ -7,27 +7,18 @@
 #include <cmath>
 #include <utility>
 
+#include "daemon/journal/incident_text.hpp"
+
 namespace loopwarden::daemon::monitor {
 
 namespace model = loopwarden::monitor;
 using journal::JournalEntry;
-using model::AlarmAction;
 using model::AlarmKind;
 using model::AlarmState;
 using model::AlarmTransitions;
 using model::WindowState;
 
 namespace {
-
-const char* to_text(AlarmAction action) noexcept {
-  switch (action) {
-    case AlarmAction::acknowledge: return "acknowledge";
-    case AlarmAction::reset: return "reset";
-    case AlarmAction::shelve: return "shelve";
-    case AlarmAction::unshelve: break;
-  }
-  return "unshelve";
-}
 
 void keep(LoopWatch& watch, const Explanation& explanation) {
   watch.explanation = std::make_shared<const Explanation>(explanation);
@@ -61,6 +52,8 @@ void WatchBoard::restore(const journal::AlarmStates& states) {
       const auto found = states.memories.find({names_[i], model::to_text(kind)});
       if (found != states.memories.end()) watches_[i].alarms.restore(kind, found->second);
     }
+    const auto incident = states.incidents.find(names_[i]);
+    if (incident != states.incidents.end()) watches_[i].incident.restore(incident->second);
   }
 }
 
@@ -95,6 +88,8 @@ std::vector<AlarmKind> WatchBoard::routine_judged(std::size_t loop,
                                                   const model::AlarmConditions& conditions) {
   const std::lock_guard lock(mutex_);
   const Memories before = memories(loop);
+  watches_[loop].source = judgement.source;
+  watches_[loop].sees_from_percent = judgement.sees_from_percent;
   const std::string why =
       fmt::format("routine: the last {:.0f} min, probability of a valve effect {:.2f}",
                   judgement.window_s / 60.0, judgement.probability);
@@ -141,6 +136,17 @@ void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
   }
   line.result = explanation.agrees ? "agrees" : "does not agree";
   journal_.post(std::move(line));
+  write_incident(
+      loop, watch.incident.explained(
+                utc_ms_(),
+                {.alarm = explanation.alarm,
+                 .raised_ms = explanation.raised_ms,
+                 .from_ms = std::isfinite(explanation.since_s)
+                                ? explanation.raised_ms - std::llround(1000.0 * explanation.since_s)
+                                : 0,
+                 .effect = explanation.effect,
+                 .block = explanation.block,
+                 .confidence = explanation.confidence}));
   if (!explanation.final_name) return;
   const Memories before = memories(loop);
   write_down(loop, before,
@@ -195,55 +201,11 @@ void WatchBoard::stick_not_known(std::size_t loop) {
 void WatchBoard::pass_time() {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (watches_[i].incident.incident().open()) follow_incident(i);
     if (!watches_[i].alarms.any_shelved()) continue;
     const Memories before = memories(i);
     write_down(i, before, watches_[i].alarms.pass_time(utc_ms_()));
   }
-}
-
-OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order) {
-  const std::lock_guard lock(mutex_);
-  return act_locked(loop, order);
-}
-
-OrderResult WatchBoard::act_locked(std::size_t loop, const AlarmOrder& order) {
-  OrderResult result;
-  model::LoopAlarms& alarms = watches_[loop].alarms;
-  const std::int64_t now_ms = utc_ms_();
-  const Memories before = memories(loop);
-  const AlarmState state = alarms.alarm(order.kind).state();
-  const auto done = alarms.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
-  result.accepted = done.accepted;
-  if (!done.accepted) {
-    result.why =
-        order.action == AlarmAction::shelve
-            ? fmt::format(
-                  "an alarm is shelved for at least a minute, and for {} min at "
-                  "most",
-                  settings_.shelve_limit_ms / 60'000)
-            : fmt::format("alarm {} of {} is {}: nothing to {}", model::to_text(order.kind),
-                          names_[loop], model::to_text(state), to_text(order.action));
-  }
-  const std::uint64_t ordered = write_order(loop, order, result);
-  const std::uint64_t changed = write_down(loop, before, done.transitions);
-  if (result.accepted) result.ticket = std::max(ordered, changed);
-  return result;
-}
-
-Acknowledged WatchBoard::acknowledge_all(std::span<const AlarmKind> kinds, const std::string& peer,
-                                         const std::string& reason) {
-  const std::lock_guard lock(mutex_);
-  Acknowledged done;
-  for (std::size_t i = 0; i < watches_.size(); ++i) {
-    for (const AlarmKind kind : kinds) {
-      if (!watches_[i].alarms.alarm(kind).unacknowledged()) continue;
-      const OrderResult result = act_locked(i, {kind, AlarmAction::acknowledge, 0, peer, reason});
-      if (!result.accepted) continue;
-      done.alarms.push_back({i, kind});
-      done.ticket = result.ticket;
-    }
-  }
-  return done;
 }
 
 model::Veto WatchBoard::veto(std::size_t loop) const {
@@ -285,31 +247,6 @@ JournalEntry WatchBoard::corrective_step(std::size_t loop, const model::Correcti
 void WatchBoard::write_down(JournalEntry line) {
   line.result = "done";
   journal_.post(std::move(line));
-}
-
-OrderResult WatchBoard::set_veto(std::size_t loop, model::Veto veto, const std::string& peer,
-                                 const std::string& reason) {
-  OrderResult result;
-  const std::lock_guard lock(mutex_);
-  LoopWatch& watch = watches_[loop];
-  // Masters repeat what they have written: no news, no line.
-  if (watch.veto == veto && watch.corrective != model::CorrectiveState::off) return {true, {}, 0};
-  result.accepted = watch.corrective != model::CorrectiveState::off;
-  if (!result.accepted) {
-    result.why = names_[loop] + " has no corrective action (monitor.corrective_action)";
-  }
-  JournalEntry entry;
-  entry.kind = JournalEntry::Kind::operator_action;
-  entry.utc_ms = utc_ms_();
-  entry.loop = names_[loop];
-  entry.peer = peer;
-  entry.what = veto != model::Veto::none ? "veto of corrective action" : "veto lifted";
-  entry.reason = reason;
-  entry.result = result.accepted ? "done" : "refused: " + result.why;
-  if (result.accepted) watch.veto = veto;
-  const std::uint64_t ticket = journal_.post(std::move(entry));
-  if (result.accepted) result.ticket = ticket;
-  return result;
 }
 
 LoopWatch WatchBoard::watch(std::size_t loop) const {
@@ -367,25 +304,37 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
     ticket = journal_.post(std::move(entry));
   }
   if (ticket != 0 || !transitions.empty()) ++alarm_changes_;
-  return ticket;
+  return std::max(ticket, follow_incident(loop));
 }
 
-std::uint64_t WatchBoard::write_order(std::size_t loop, const AlarmOrder& order,
-                                      const OrderResult& result) {
-  JournalEntry entry;
-  entry.kind = JournalEntry::Kind::operator_action;
-  entry.utc_ms = utc_ms_();
-  entry.loop = names_[loop];
-  entry.alarm = model::to_text(order.kind);
-  entry.peer = order.peer;
-  entry.what = to_text(order.action);
-  if (order.action == AlarmAction::shelve) {
-    entry.new_value = fmt::format("{} min", order.shelve_ms / 60'000);
+std::uint64_t WatchBoard::follow_incident(std::size_t loop) {
+  LoopWatch& watch = watches_[loop];
+  return write_incident(loop, watch.incident.follow(utc_ms_(), watch.alarms));
+}
+
+std::uint64_t WatchBoard::write_incident(std::size_t loop,
+                                         const model::LoopIncident::Changes& changes) {
+  std::uint64_t ticket = 0;
+  const model::Incident& incident = watches_[loop].incident.incident();
+  for (const model::IncidentChange& change : changes) {
+    JournalEntry entry;
+    entry.kind = JournalEntry::Kind::system;
+    entry.utc_ms = utc_ms_();
+    entry.loop = names_[loop];
+    entry.what = fmt::format("incident {}", model::to_text(change.kind));
+    using Kind = model::IncidentChange::Kind;
+    if (change.kind == Kind::opened || change.kind == Kind::joined) {
+      entry.alarm = model::to_text(change.alarm);
+    }
+    entry.old_value = change.from;
+    entry.new_value = incident.name;
+    entry.reason = journal::incident_id(names_[loop], incident);
+    entry.result = "done";
+    entry.incident = incident;
+    ticket = journal_.post(std::move(entry));
   }
-  entry.reason = order.reason;
-  entry.result = result.accepted ? "done" : "refused: " + result.why;
-  entry.memory = watches_[loop].alarms.alarm(order.kind).memory();
-  return journal_.post(std::move(entry));
+  if (ticket != 0) ++alarm_changes_;
+  return ticket;
 }
 
 }  // namespace loopwarden::daemon::monitor

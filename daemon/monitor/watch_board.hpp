@@ -22,6 +22,7 @@
 #include "model/analysis/condition_index.hpp"
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/loop_alarms.hpp"
+#include "model/monitor/loop_incident.hpp"
 #include "model/monitor/mode_times.hpp"
 #include "model/monitor/process_watch.hpp"
 #include "model/monitor/routine_watch.hpp"
@@ -36,6 +37,7 @@ struct LoopWatch {
       : alarms(settings), times(period_s) {}
 
   loopwarden::monitor::LoopAlarms alarms;
+  loopwarden::monitor::LoopIncident incident;
   loopwarden::monitor::WindowState window_state = loopwarden::monitor::WindowState::filling;
   std::uint32_t windows = 0;                       // looked at since the start
   std::uint32_t windows_suppressed = 0;            // of them, not fit to be judged
@@ -48,6 +50,9 @@ struct LoopWatch {
   // The newest of each alarm, by its name as it was raised, and of all. Copied with what they stand in: shared.
   std::array<std::shared_ptr<const Explanation>, loopwarden::monitor::kAlarmKindCount> explanations;
   std::shared_ptr<const Explanation> explanation;
+  // What the source keeps of PV and CO, by the newest routine judgement.
+  loopwarden::diagnosis::Archived source;
+  double sees_from_percent = 0.0;  // % of the CO span
 };
 
 // What an operator wants.
@@ -135,6 +140,9 @@ class WatchBoard {
   OrderResult set_veto(std::size_t loop, loopwarden::monitor::Veto veto, const std::string& peer,
                        const std::string& reason);
   OrderResult act(std::size_t loop, const AlarmOrder& order);
+  // Every alarm of the loop's incident that waits. Refused where that is another one, or where none waits.
+  OrderResult acknowledge_incident(std::size_t loop, const std::string& id, const std::string& peer,
+                                   const std::string& reason);
   // Every alarm of these kinds that waits, of every loop.
   Acknowledged acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                const std::string& peer, const std::string& reason);
@@ -164,6 +172,10 @@ class WatchBoard {
   std::uint64_t write_down(std::size_t loop, const Memories& before,
                            const loopwarden::monitor::AlarmTransitions& transitions,
                            const std::string& why = {}, const std::string& why_gone = {});
+  // Journals what became of the loop's incident; returns the last ticket, 0 where nothing did.
+  std::uint64_t follow_incident(std::size_t loop);
+  std::uint64_t write_incident(std::size_t loop,
+                               const loopwarden::monitor::LoopIncident::Changes& changes);
   std::vector<loopwarden::monitor::AlarmKind> raised_since(std::size_t loop,
                                                            const Memories& before) const;
   OrderResult act_locked(std::size_t loop, const AlarmOrder& order);

@@ -195,11 +195,14 @@ void FeedServer::take(Peer& peer, std::string_view line) {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     std::size_t taken = 0;
     for (const protocol::FedValue& fed : feed.values) {
-      const Feeder::Put put = peer.feeder->put(fed.name,
-                                               {.value = fed.value.value_or(kNone),
-                                                .quality = quality_of(fed.quality),
-                                                .stamp_s = fed.time_s.value_or(kNone)},
-                                               arrival);
+      const bool is_word = !fed.word.empty();
+      const Feeder::Put put = peer.feeder->put(
+          fed.name,
+          {.value = is_word ? hal::number_of_word(fed.word) : fed.value.value_or(kNone),
+           .is_word = is_word,
+           .quality = quality_of(fed.quality),
+           .stamp_s = fed.time_s.value_or(kNone)},
+          arrival);
       if (put == Feeder::Put::taken) ++taken;
     }
     peer.feeder->lives(arrival.now_ns);

@@ -10,11 +10,12 @@ void count(Feeder::Counters::Counter& counter) noexcept {
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
-// Quality and reason of a value as it came.
-void judge(const FedValue& fed, Sample& sample) noexcept {
+// Quality and reason of a value as it came. A word where a number is wanted is none.
+void judge(const FedValue& fed, bool takes_words, Sample& sample) noexcept {
   sample.quality = fed.quality;
   sample.reason = fed.quality == Quality::good ? Reason::none : Reason::source;
-  if (sample.quality == Quality::bad || std::isfinite(fed.value)) return;
+  const bool usable = std::isfinite(fed.value) && (takes_words || !fed.is_word);
+  if (sample.quality == Quality::bad || usable) return;
   sample.quality = Quality::bad;
   sample.reason = Reason::not_finite;
 }
@@ -30,7 +31,7 @@ Feeder::Put Feeder::put(std::string_view name, const FedValue& value, const Arri
   FeedSlot& slot = *found->second;
   const double now_s = static_cast<double>(arrival.now_ns) * 1e-9;
   Sample fresh = slot.fed.sample;
-  judge(value, fresh);
+  judge(value, slot.takes_words, fresh);
   const bool good_enough = fresh.quality != Quality::bad;
   if (good_enough) fresh.value = value.value;
   switch (slot.stamps.order(value.stamp_s, now_s)) {
@@ -76,18 +77,25 @@ FeedSource::FeedSource(const FeedSettings& settings, FeedBoard& board)
       output_(point_of(settings.output, board)) {
   if (settings.set_point) set_point_ = point_of(*settings.set_point, board);
   if (settings.stem) stem_ = point_of(*settings.stem, board);
-  if (settings.mode) mode_ = point_of(*settings.mode, board);
+  if (!settings.mode) return;
+  mode_ = point_of({.name = *settings.mode}, board);
+  board.slot(*settings.mode).takes_words = true;
 }
 
-FeedSource::Point FeedSource::point_of(const FeedName& name, FeedBoard& board) {
-  return {.slot = &board.slot(name), .feeder = &board.feeder(name.feeder)};
+FeedSource::Point FeedSource::point_of(const FeedPoint& point, FeedBoard& board) {
+  return {.slot = &board.slot(point.name),
+          .feeder = &board.feeder(point.name.feeder),
+          .scale = point.scale,
+          .offset = point.offset};
 }
 
 SourceSample FeedSource::newest(const Point& point) noexcept {
   if (point.slot == nullptr) return {};
   const FeedSlot::Fed& fed = point.slot->newest.newest();
+  Sample sample = fed.sample;
+  sample.value = sample.value * point.scale + point.offset;
   // What comes late tells of as much earlier, its silence as well.
-  return {.sample = fed.sample, .alive_ns = point.feeder->alive_ns() - fed.late_ns};
+  return {.sample = sample, .alive_ns = point.feeder->alive_ns() - fed.late_ns};
 }
 
 void FeedSource::read(SourceInputs& inputs) noexcept {

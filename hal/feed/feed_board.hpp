@@ -20,7 +20,8 @@ namespace loopwarden::hal::feed {
 
 // A value as a feeder sends it.
 struct FedValue {
-  double value = 0.0;  // of the unit that the loop expects; meaningless while quality is bad
+  double value = 0.0;    // meaningless while quality is bad
+  bool is_word = false;  // value is number_of_word()
   Quality quality = Quality::good;
   double stamp_s = std::numeric_limits<double>::quiet_NaN();  // since 1970 by the source; NaN: none
 };
@@ -37,6 +38,8 @@ struct FeedSlot {
     std::int64_t late_ns = 0;  // so much older than its arrival is what the source says
   };
   base::NewestValue<Fed> newest;
+
+  bool takes_words = false;  // a loop's mode; before the threads start
 
   // The putting thread only.
   Fed fed;
@@ -103,8 +106,10 @@ class FeedSource final : public LoopSource {
   struct Point {
     FeedSlot* slot = nullptr;  // null: not fitted
     const Feeder* feeder = nullptr;
+    double scale = 1.0;
+    double offset = 0.0;
   };
-  static Point point_of(const FeedName& name, FeedBoard& board);
+  static Point point_of(const FeedPoint& point, FeedBoard& board);
   static SourceSample newest(const Point& point) noexcept;
 
   Point process_variable_;

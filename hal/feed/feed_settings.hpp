@@ -17,11 +17,20 @@ struct FeedName {
   friend bool operator==(const FeedName&, const FeedName&) = default;
 };
 
+// A number that a loop reads: value = fed * scale + offset.
+struct FeedPoint {
+  FeedName name{};
+  double scale = 1.0;   // finite, not 0
+  double offset = 0.0;  // finite
+
+  friend bool operator==(const FeedPoint&, const FeedPoint&) = default;
+};
+
 struct FeedSettings {
-  FeedName process_variable{};  // PV units
-  FeedName output{};            // CO units
-  std::optional<FeedName> set_point{};
-  std::optional<FeedName> stem{};  // CO units
+  FeedPoint process_variable{};  // PV units
+  FeedPoint output{};            // CO units
+  std::optional<FeedPoint> set_point{};
+  std::optional<FeedPoint> stem{};  // CO units
   std::optional<FeedName> mode{};
   ModeValues mode_values{};
 

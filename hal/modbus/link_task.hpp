@@ -19,14 +19,13 @@
 
 namespace loopwarden::hal::modbus {
 
-// A read of some registers. On a serial line, where a reply does not say what it answers, the link
-// asks for a few registers more than needed so that no two reads of a unit have the same length.
+// A read of some registers.
 struct ReadShape {
   std::uint8_t unit = 0;
   ReadFunction function = ReadFunction::holding_registers;
   std::uint16_t address = 0;
   std::uint16_t needed = 0;
-  std::uint16_t count = 0;  // asked for
+  std::uint16_t count = 0;  // asked for (reply_lengths.hpp)
 };
 
 // A value that the bus thread reads for the loop.
@@ -97,6 +96,10 @@ struct TaskCounters {
   }
 };
 
+constexpr std::int64_t to_ns(double seconds) noexcept {
+  return static_cast<std::int64_t>(seconds * 1e9);
+}
+
 // Adds what a task counts to a loop's sum.
 void add_to(IoCounters& sum, const TaskCounters& task) noexcept;
 
@@ -111,7 +114,8 @@ struct LinkTask {
 
   // Bus thread only.
   std::int64_t due_ns = 0;
-  bool merges = true;  // may be read with others by one request; until a device refuses that
+  bool apart = false;  // refused when it was asked for by itself: no other read is joined with it
+  bool cut_before = false;  // refused together with those below it
 };
 
 }  // namespace loopwarden::hal::modbus

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "hal/modbus/modbus_link.hpp"
 #include "hal/modbus/modbus_settings.hpp"
@@ -15,7 +16,8 @@
 namespace loopwarden::hal::modbus {
 
 // Hands out the links of a process. A serial line is one link, whoever uses it. On TCP every unit
-// has a connection and a thread of its own, so that one that is dead holds up no other.
+// has a connection and a thread of its own, so that one that is dead holds up no other; but units of a
+// gateway that allows few connections share these, each in turn given to the one with the fewest units.
 class ModbusBus {
  public:
   explicit ModbusBus(EventSink sink = {}) : sink_(std::move(sink)) {}
@@ -29,9 +31,12 @@ class ModbusBus {
   }
 
  private:
+  std::string key_of(const LinkSettings& settings, std::uint8_t unit);
+
   const EventSink sink_;
   std::mutex mutex_;
   std::map<std::string, std::weak_ptr<ModbusLink>> links_;
+  std::map<std::string, std::vector<std::uint8_t>> gateway_units_;  // as they came
 };
 
 }  // namespace loopwarden::hal::modbus

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <utility>
 
 #include "base/clock.hpp"
+#include "hal/modbus/line_time.hpp"
 #include "hal/modbus/read_batch.hpp"
 
 namespace loopwarden::hal::modbus {
@@ -15,35 +17,10 @@ namespace {
 using base::kNanosecondsPerSecond;
 
 constexpr std::int64_t kIdleNs = kNanosecondsPerSecond;
-constexpr std::uint16_t kMostExtraRegisters = 8;  // of bits: so many bytes
-constexpr std::uint16_t kBitsAByte = 8;
 constexpr double kFirstProbeSeconds = 0.5;
 // A unit that never answers barriers may just ignore requests it does not like. After so long
 // without a request or a byte from it, nothing older can be on its way.
 constexpr std::int64_t kSettledNs = 10 * kNanosecondsPerSecond;
-
-constexpr std::uint8_t kIllegalAddress = 2;
-constexpr std::uint8_t kIllegalValue = 3;
-
-template <class Visit>
-void for_each_shape(LinkTask& task, Visit visit) {
-  if (task.command && task.command->watchdog_read) visit(*task.command->watchdog_read);
-  for (const auto& point : task.reads) {
-    visit(point->value_read);
-    if (point->status_read) visit(*point->status_read);
-  }
-}
-
-// Whether the replies to both look alike.
-bool same_length(const ReadShape& shape, std::uint8_t unit, ReadFunction function,
-                 std::uint16_t count) noexcept {
-  return shape.unit == unit && shape.function == function &&
-         reply_bytes(function, shape.count) == reply_bytes(function, count);
-}
-
-std::int64_t to_ns(double seconds) noexcept {
-  return static_cast<std::int64_t>(seconds * static_cast<double>(kNanosecondsPerSecond));
-}
 
 std::string unit_text(std::uint8_t unit) { return "unit " + std::to_string(unit); }
 
@@ -52,6 +29,7 @@ std::string unit_text(std::uint8_t unit) { return "unit " + std::to_string(unit)
 ModbusLink::ModbusLink(LinkSettings settings, EventSink sink)
     : settings_(std::move(settings)),
       sink_(std::move(sink)),
+      lengths_(settings_.transport == Transport::rtu),
       transport_(settings_, waiter_),
       jitter_(std::random_device{}()) {
   // A bus thread that is refused nothing but ordinary scheduling has nothing to say.
@@ -70,11 +48,11 @@ ModbusLink::~ModbusLink() {
 void ModbusLink::attach(LinkTask& task) {
   {
     const std::lock_guard lock(mutex_);
-    if (!is_tcp()) choose_lengths(task);
+    lengths_.choose(task, tasks_);
     task.due_ns = BusWaiter::now_ns();
     // Watched loops of one period in one phase, whenever they came, so that one request can serve them.
     if (task.yields) task.due_ns -= task.due_ns % task.period_ns;
-    task.merges = true;
+    task.apart = task.cut_before = false;
     if (task.command) task.command->armed_epoch = 0;  // of another link's numbering
     tasks_.push_back(&task);
   }
@@ -94,33 +72,6 @@ void ModbusLink::serve_soon(LinkTask& task) noexcept {
   waiter_.interrupt();
 }
 
-void ModbusLink::choose_lengths(LinkTask& task) {
-  std::vector<ReadShape*> chosen;
-  for_each_shape(task, [&](ReadShape& shape) {
-    const auto taken = [&](std::uint16_t count) {
-      return length_taken(shape.unit, shape.function, count) ||
-             std::any_of(chosen.begin(), chosen.end(), [&](const ReadShape* other) {
-               return same_length(*other, shape.unit, shape.function, count);
-             });
-    };
-    const std::uint16_t step = reads_bits(shape.function) ? kBitsAByte : 1;
-    std::uint16_t count = shape.needed;
-    while (taken(count) && count < shape.needed + step * kMostExtraRegisters) count += step;
-    const bool fits = shape.address + count <= 0x10000;
-    shape.count = fits && !taken(count) ? count : shape.needed;
-    chosen.push_back(&shape);
-  });
-}
-
-bool ModbusLink::length_taken(std::uint8_t unit, ReadFunction function, std::uint16_t count) const {
-  bool taken = false;
-  for (LinkTask* task : tasks_) {
-    for_each_shape(
-        *task, [&](const ReadShape& shape) { taken |= same_length(shape, unit, function, count); });
-  }
-  return taken;
-}
-
 bool ModbusLink::take_due_tasks(std::int64_t now_ns, std::int64_t& next_ns) {
   const std::lock_guard lock(mutex_);
   next_ns = now_ns + kIdleNs;
@@ -137,18 +88,23 @@ bool ModbusLink::take_due_tasks(std::int64_t now_ns, std::int64_t& next_ns) {
     if (first == nullptr || rank(*task) < rank(*first)) first = task;
   }
   if (first == nullptr) return false;
-  // On a serial line, where the length of a reply tells what it answers, each read stays as it is.
-  if (is_tcp()) {
-    together_ = gather(*first, tasks_, now_ns, in_service_);
-  } else {
-    in_service_.assign(1, first);
-  }
+  gather(*first, tasks_, now_ns, most_together(), in_service_);
   // Periods that have passed meanwhile are left out; the phase stays.
   for (LinkTask* task : in_service_) {
     task->due_ns +=
         (std::max<std::int64_t>(now_ns - task->due_ns, 0) / task->period_ns + 1) * task->period_ns;
   }
   return true;
+}
+
+int ModbusLink::most_together() const {
+  if (is_tcp()) return static_cast<int>(kMaxReadRegisters);
+  double shortest_s = std::numeric_limits<double>::infinity();
+  for (const LinkTask* task : tasks_) {
+    if (!task->yields)
+      shortest_s = std::min(shortest_s, static_cast<double>(task->period_ns) / 1e9);
+  }
+  return most_registers_together(settings_, shortest_s);
 }
 
 void ModbusLink::forget_back_off() {
@@ -172,11 +128,7 @@ void ModbusLink::run() {
         (void)waiter_.wait_until(next_ns);
         continue;
       }
-      if (in_service_.size() > 1) {
-        serve_together();
-      } else {
-        serve(*in_service_.front());
-      }
+      (void)serve_together(in_service_);
     } catch (const std::exception&) {
       // Memory that can't be had. The samples grow old by themselves; the line begins afresh.
       transport_.disconnect();
@@ -184,209 +136,6 @@ void ModbusLink::run() {
     give_back();
   }
   transport_.disconnect();
-}
-
-// --- points ------------------------------------------------------------------------------------
-
-void ModbusLink::serve(LinkTask& task) {
-  if (task.command) serve_command(task, *task.command);
-  for (const auto& point : task.reads) serve_read(task, *point);
-  note_connected(task);
-}
-
-void ModbusLink::note_connected(LinkTask& task) {
-  task.counters.connected.store(transport_.connected() && all_units_answer(task),
-                                std::memory_order_relaxed);
-}
-
-// One request for all tasks in service. A device that has no register in one of the gaps refuses it all: then each is
-// asked for by itself, now and from now on.
-void ModbusLink::serve_together() {
-  const std::int64_t asked_ns = BusWaiter::now_ns();
-  Reply reply;
-  const Asked asked = read(*in_service_.front(), together_, reply);
-  const bool not_there = asked == Asked::exception &&
-                         (reply.exception == kIllegalAddress || reply.exception == kIllegalValue);
-  for (LinkTask* task : in_service_) {
-    ReadPoint& point = *task->reads.front();
-    if (not_there) {
-      task->merges = false;
-      serve_read(*task, point);
-    } else if (asked != Asked::valid) {
-      publish_bad(*task, point, reason_of(asked));
-    } else {
-      const std::size_t from = point.value_read.address - together_.address;
-      const auto own = reply.view().subspan(from, point.value_read.needed);
-      publish_good(*task, point, decode(point.settings.reg, own), asked_ns);
-    }
-    note_connected(*task);
-  }
-}
-
-bool ModbusLink::all_units_answer(const LinkTask& task) {
-  const bool writes = !task.command || unit_of(task.command->settings.unit).failures == 0;
-  return writes && std::all_of(task.reads.begin(), task.reads.end(), [&](const auto& point) {
-           return unit_of(point->settings.unit).failures == 0;
-         });
-}
-
-Reason ModbusLink::reason_of(Asked asked) noexcept {
-  return asked == Asked::exception ? Reason::device_error : Reason::link_lost;
-}
-
-void ModbusLink::publish_bad(const LinkTask& task, ReadPoint& point, Reason reason) {
-  if (reason == Reason::device_error && point.sample.reason != reason) {
-    report(LinkEvent::Kind::device_error, task.name + ": " + transport_.error());
-  }
-  point.sample.quality = Quality::bad;
-  point.sample.reason = reason;
-  point.newest.publish(point.sample);
-}
-
-void ModbusLink::publish_good(const LinkTask& task, ReadPoint& point, double value,
-                              std::int64_t asked_ns) {
-  if (!std::isfinite(value)) return publish_bad(task, point, Reason::not_finite);
-  point.sample = {.value = value,
-                  .time_ns = asked_ns,
-                  .sequence = point.sample.sequence + 1,
-                  .quality = Quality::good,
-                  .reason = Reason::none};
-  point.newest.publish(point.sample);
-}
-
-void ModbusLink::serve_read(LinkTask& task, ReadPoint& point) {
-  const std::int64_t asked_ns = BusWaiter::now_ns();  // the value is no older than this
-  Reply reply;
-  if (const Asked asked = read(task, point.value_read, reply); asked != Asked::valid) {
-    return publish_bad(task, point, reason_of(asked));
-  }
-  const double value = decode(point.settings.reg, reply.view());
-  if (point.status_read) {
-    if (const Asked asked = read(task, *point.status_read, reply); asked != Asked::valid) {
-      return publish_bad(task, point, reason_of(asked));
-    }
-    const StatusRegister& status = *point.settings.status;
-    if ((reply.registers[0] & status.mask) != status.value) {
-      return publish_bad(task, point, Reason::sensor_failure);
-    }
-  }
-  publish_good(task, point, value, asked_ns);
-}
-
-void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
-  const auto publish = [&](bool ok, Reason reason) {
-    if (reason == Reason::device_error && point.output.reason != reason) {
-      report(LinkEvent::Kind::device_error, task.name + ": " + transport_.error());
-    }
-    point.output.ok = ok;
-    point.output.reason = reason;
-    point.state.publish(point.output);
-  };
-
-  if (const BusCommand& command = point.newest.newest(); command.id == 0 || !command.write) return;
-  if (point.watchdog && !ensure_watchdog(task, point)) {
-    TaskCounters::add(task.counters.write_errors);
-    const bool refused =
-        transport_.connected() && unit_of(point.watchdog->point.unit).failures == 0;
-    return publish(false, refused ? Reason::device_error : Reason::link_lost);
-  }
-  const PointSettings& settings = point.settings;
-  // Getting ready may find that the device restarted: then its watchdog comes first, next time.
-  if (!ready(task, {settings.unit, ReadFunction::holding_registers, settings.reg.address}) ||
-      (point.watchdog && point.armed_epoch != unit_of(point.watchdog->point.unit).epoch)) {
-    TaskCounters::add(task.counters.write_errors);
-    return publish(false, Reason::link_lost);
-  }
-
-  // Looked at only now, since all of the above may have taken its time.
-  const BusCommand command = point.newest.newest();
-  if (BusWaiter::now_ns() - command.time_ns > point.max_age_ns) {
-    TaskCounters::add(task.counters.old_commands_withheld);
-    if (!std::exchange(point.withholding, true)) {
-      report(LinkEvent::Kind::commands_withheld,
-             task.name + ": the loop no longer renews its command, which is left to the device");
-    }
-    return publish(false, Reason::stale);
-  }
-  point.withholding = false;
-  const std::int64_t sent_ns = BusWaiter::now_ns();
-  if (point.output.ok && sent_ns - point.output.confirmed_ns > point.longest_silence_ns) {
-    // The device may have moved the valve meanwhile. The loop is told before it is obeyed.
-    point.silent_until_ns = sent_ns;
-    TaskCounters::add(task.counters.write_errors);
-    return publish(false, Reason::link_lost);
-  }
-  if (command.time_ns <= point.silent_until_ns) return;
-  Registers registers;
-  if (!command.write || encode(settings.reg, command.value, registers) == EncodeResult::refused) {
-    return;
-  }
-  Reply reply;
-  const Asked asked = exchange(task,
-                               write_request(settings.unit, settings.reg.write_function,
-                                             settings.reg.address, registers.view()),
-                               reply, Purpose::value);
-  if (asked == Asked::valid) {
-    TaskCounters::add(task.counters.writes);
-    point.output.written_id = command.id;
-    point.output.confirmed_ns = sent_ns;
-    return publish(true, Reason::none);
-  }
-  TaskCounters::add(task.counters.write_errors);
-  publish(false, asked == Asked::exception ? Reason::device_error : Reason::link_lost);
-}
-
-// True if the device has its communication watchdog set, so that commands may go out.
-bool ModbusLink::ensure_watchdog(LinkTask& task, CommandPoint& point) {
-  if (!ensure_connected()) return false;
-  const Unit& unit = unit_of(point.watchdog->point.unit);
-  const bool armed = point.armed_epoch == unit.epoch && unit.failures == 0;
-  if (armed && !watchdog_forgotten(task, point)) return true;
-  return set_watchdog(task, point);
-}
-
-bool ModbusLink::set_watchdog(LinkTask& task, CommandPoint& point) {
-  const PointSettings& settings = point.watchdog->point;
-  Registers registers;
-  if (encode(settings.reg, point.watchdog->value, registers) == EncodeResult::refused) return false;
-  const Request write = write_request(settings.unit, settings.reg.write_function,
-                                      settings.reg.address, registers.view());
-  Registers& held = point.watchdog_held;
-  // Some devices round what they are given. Only one that holds something else twice over does so;
-  // once, it may just have restarted in between.
-  constexpr int kAttempts = 2;
-  for (int attempt = 0; attempt < kAttempts && (attempt == 0 || held.words != registers.words);
-       ++attempt) {
-    Reply reply;
-    const Asked asked = ask(task, write, reply);
-    if (asked != Asked::valid) {
-      if (asked == Asked::exception && point.output.reason != Reason::device_error) {
-        report(LinkEvent::Kind::watchdog_refused,
-               task.name +
-                   ": no command is sent without the device's watchdog: " + transport_.error());
-      }
-      return false;
-    }
-    point.armed_epoch = unit_of(settings.unit).epoch;
-    held = {};
-    if (read(task, *point.watchdog_read, reply) != Asked::valid) break;
-    held.count = registers.count;
-    std::copy_n(reply.registers.begin(), held.count, held.words.begin());
-  }
-  point.watchdog_check_ns = BusWaiter::now_ns() + to_ns(point.watchdog->check_interval_s);
-  report(LinkEvent::Kind::watchdog_set, task.name + ": the device's watchdog is set");
-  return true;
-}
-
-bool ModbusLink::watchdog_forgotten(LinkTask& task, CommandPoint& point) {
-  if (point.watchdog_held.count == 0 || BusWaiter::now_ns() < point.watchdog_check_ns) return false;
-  point.watchdog_check_ns = BusWaiter::now_ns() + to_ns(point.watchdog->check_interval_s);
-  Reply reply;
-  if (read(task, *point.watchdog_read, reply) != Asked::valid) return false;
-  const auto held = point.watchdog_held.view();
-  if (std::equal(held.begin(), held.end(), reply.registers.begin())) return false;
-  report(LinkEvent::Kind::watchdog_lost, task.name + ": the device has lost its watchdog setting");
-  return true;
 }
 
 // --- requests ----------------------------------------------------------------------------------
@@ -453,14 +202,19 @@ ModbusLink::Asked ModbusLink::ask(LinkTask& task, const Request& request, Reply&
   return exchange(task, request, reply, Purpose::value);
 }
 
+bool ModbusLink::not_there(Asked asked, const Reply& reply) noexcept {
+  constexpr std::uint8_t kIllegalAddress = 2;
+  constexpr std::uint8_t kIllegalValue = 3;
+  return asked == Asked::exception &&
+         (reply.exception == kIllegalAddress || reply.exception == kIllegalValue);
+}
+
 ModbusLink::Asked ModbusLink::read(LinkTask& task, ReadShape& shape, Reply& reply) {
   const auto request = [&] {
     return read_request(shape.unit, shape.function, shape.address, shape.count);
   };
   const Asked asked = ask(task, request(), reply);
-  const bool too_long = asked == Asked::exception && shape.count > shape.needed &&
-                        (reply.exception == kIllegalAddress || reply.exception == kIllegalValue);
-  if (!too_long) return asked;
+  if (!not_there(asked, reply) || shape.count == shape.needed) return asked;
   {
     const std::lock_guard lock(mutex_);  // attach() looks at the lengths of all tasks
     shape.count = shape.needed;
@@ -469,13 +223,10 @@ ModbusLink::Asked ModbusLink::read(LinkTask& task, ReadShape& shape, Reply& repl
 }
 
 bool ModbusLink::pass_barrier(LinkTask& task, const Target& target) {
-  std::uint16_t count = 1;
+  std::uint16_t count = 0;
   {
     const std::lock_guard lock(mutex_);
-    const std::uint16_t step = reads_bits(target.function) ? kBitsAByte : 1;
-    while (length_taken(target.unit, target.function, count) && count + step <= kMaxReadRegisters) {
-      count += step;
-    }
+    count = lengths_.barrier(target.unit, target.function, tasks_);
   }
   const int address = std::min<int>(target.address, 0x10000 - count);
   const Request barrier =
@@ -530,9 +281,10 @@ void ModbusLink::note_answer(const Request& request) {
 void ModbusLink::note_failure(const Request& request) {
   Unit& unit = unit_of(request.unit);
   ++unit.failures;
-  if (!transport_.connected()) note_lost_connection();
-  if (is_tcp()) return;
-  unit.barrier_needed = true;
+  if (!transport_.connected()) note_lost_connection(unit.silence_reported);
+  // One that has its connection to itself is asked again as soon as that is open.
+  if (is_tcp() && units_.size() == 1) return;
+  unit.barrier_needed = !is_tcp();
   if (unit.failures < 2) return;
   unit.retry_at_ns = BusWaiter::now_ns() +
                      back_off_ns(unit.failures - 2, kFirstProbeSeconds, settings_.probe_interval_s);
@@ -542,13 +294,14 @@ void ModbusLink::note_failure(const Request& request) {
 }
 
 // At once after the first failure, then ever more rarely.
-void ModbusLink::note_lost_connection() {
+void ModbusLink::note_lost_connection(bool expected) {
   const int failures = ++connection_failures_;
   reconnect_at_ns_ = BusWaiter::now_ns();
   if (failures > 1) {
     reconnect_at_ns_ +=
         back_off_ns(failures - 2, settings_.reconnect_min_s, settings_.reconnect_max_s);
   }
+  if (expected) return;
   const bool was_working = std::exchange(working_, false);
   if (!std::exchange(failure_reported_, true)) {
     report(was_working ? LinkEvent::Kind::disconnected : LinkEvent::Kind::connect_failed,

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "hal/modbus/link_task.hpp"
 #include "hal/modbus/modbus_settings.hpp"
 #include "hal/modbus/modbus_transport.hpp"
+#include "hal/modbus/reply_lengths.hpp"
 #include "base/thread.hpp"
 
 namespace loopwarden::hal::modbus {
@@ -72,11 +74,12 @@ class ModbusLink {
  private:
   // What is known of one unit on the link.
   struct Unit {
-    int failures = 0;             // in a row
-    std::uint64_t epoch = 0;      // a new one whenever the unit may have restarted
-    bool barrier_needed = false;  // serial only, as all below
-    bool silence_reported = false;
+    int failures = 0;         // in a row
+    std::uint64_t epoch = 0;  // a new one whenever the unit may have restarted
+    bool silence_reported =
+        false;  // not on TCP where a unit has its own connection; the next as well
     std::int64_t retry_at_ns = 0;   // not asked before
+    bool barrier_needed = false;    // serial only, as below
     std::int64_t unsettled_ns = 0;  // last instant that could have left a reply on its way
   };
   // Who is going to be asked, and a read of it that is likely to be understood.
@@ -88,15 +91,18 @@ class ModbusLink {
   enum class Asked : std::uint8_t { valid, exception, failed };
   enum class Purpose : std::uint8_t { value, barrier };
   static Reason reason_of(Asked asked) noexcept;
+  // The device has no such registers.
+  static bool not_there(Asked asked, const Reply& reply) noexcept;
 
   bool is_tcp() const noexcept { return settings_.transport == Transport::tcp; }
   void run();
   bool take_due_tasks(std::int64_t now_ns, std::int64_t& next_ns);
+  int most_together() const;  // registers
   void forget_back_off();
   void give_back();
 
   void serve(LinkTask& task);
-  void serve_together();
+  bool serve_together(std::span<LinkTask* const> tasks);
   void serve_read(LinkTask& task, ReadPoint& point);
   void publish_good(const LinkTask& task, ReadPoint& point, double value, std::int64_t asked_ns);
   void publish_bad(const LinkTask& task, ReadPoint& point, Reason reason);
@@ -117,27 +123,24 @@ class ModbusLink {
   bool pass_barrier(LinkTask& task, const Target& target);
   void note_answer(const Request& request);
   void note_failure(const Request& request);
-  void note_lost_connection();
+  // `expected`: closed for the sake of a unit that is known to be silent.
+  void note_lost_connection(bool expected = false);
   std::int64_t back_off_ns(int doublings, double first_s, double longest_s);
   void report(LinkEvent::Kind kind, std::string text) const;
-
-  // Serial only. Under mutex_.
-  void choose_lengths(LinkTask& task);
-  bool length_taken(std::uint8_t unit, ReadFunction function, std::uint16_t count) const;
 
   const LinkSettings settings_;
   const EventSink sink_;
   BusWaiter waiter_;
   std::atomic<std::uint64_t> reconnects_{0};
 
-  std::mutex mutex_;  // tasks_ and in_service_; never held while waiting for the bus
+  std::mutex mutex_;  // tasks_, in_service_ and lengths_; never held while waiting for the bus
   std::condition_variable served_;
   std::vector<LinkTask*> tasks_;
   std::vector<LinkTask*>
       in_service_;  // several where one request reads for them; changed by the bus thread
+  ReplyLengths lengths_;
 
   // Bus thread only.
-  ReadShape together_;  // what to ask for the tasks in service
   ModbusTransport transport_;
   std::map<std::uint8_t, Unit> units_;
   std::optional<std::uint8_t> last_asked_;

@@ -24,6 +24,8 @@ struct LinkSettings {
   std::string host;
   std::uint16_t port = 502;       // 1..65535
   int connect_timeout_ms = 1000;  // 50..10000
+  // Connections, 1..4, that the units of a gateway share. Not set: each unit has one of its own.
+  std::optional<int> connections;
 
   // RTU.
   std::string device;  // such as /dev/ttyUSB0 or /dev/serial/by-id/...
@@ -41,8 +43,8 @@ struct LinkSettings {
   // Wait before the next attempt after a failed one: doubles from min to max, +-20 % jitter.
   double reconnect_min_s = 0.5;   // 0.05..60
   double reconnect_max_s = 30.0;  // reconnect_min_s..600
-  // RTU: how often a unit that does not answer is asked again, 0.5..600 s. Each attempt delays
-  // the other units of the line by one response timeout.
+  // Where units share a line or a connection: how often a unit that does not answer is asked again, 0.5..600 s. Each attempt
+  // delays the others by one response timeout.
   double probe_interval_s = 5.0;
 
   bool operator==(const LinkSettings&) const = default;

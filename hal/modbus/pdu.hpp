@@ -14,6 +14,8 @@
 namespace loopwarden::hal::modbus {
 
 inline constexpr std::size_t kMaxReadRegisters = 125;
+// Registers that a read may have more than it needs, so that its length tells it from others; of bits: so many bytes.
+inline constexpr std::uint16_t kMostExtra = 8;
 inline constexpr std::size_t kMaxRequestBytes = 16;
 
 // Of a request that only reads there are no others.

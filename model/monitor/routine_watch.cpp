@@ -27,25 +27,33 @@ bool speaks(diagnosis::DiagnosisVerdict verdict) noexcept {
 
 }  // namespace
 
-RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record) {
-  const diagnosis::Diagnosis found = diagnosis::diagnose(record);
+RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
+                                      const diagnosis::Archived& source) {
+  diagnosis::Diagnosis found = diagnosis::diagnose(record);
+  const double span = record.co_high - record.co_low;
+  const double sees_from = diagnosis::sees_from(record.pv, record.co, source);
+  if (source.any()) diagnosis::mind_archive(found, source, sees_from, span);
   RoutineWatch::Judgement judgement{
       .window_s = record.sample_time_s * static_cast<double>(record.pv.size()),
       .verdict = found.verdict,
       .grade = found.grade,
       .probability = found.probability,
-      .evidence = found.evidence};
+      .evidence = found.evidence,
+      .source = source,
+      .sees_from_percent = span > 0.0 ? 100.0 * sees_from / span : 0.0};
   if (found.verdict == diagnosis::DiagnosisVerdict::valve_effect) {
     judgement.fault =
         found.cause == diagnosis::Cause::backlash ? AlarmKind::backlash : AlarmKind::stiction;
-    const double span = record.co_high - record.co_low;
     judgement.severity_percent = span > 0.0 ? 100.0 * found.s / span : 0.0;
   }
   return judgement;
 }
 
 RoutineWatch::RoutineWatch(const WindowSettings& settings)
-    : has_set_point_(settings.has_set_point), co_low_(settings.co_low), co_high_(settings.co_high) {
+    : has_set_point_(settings.has_set_point),
+      on_change_(settings.on_change),
+      co_low_(settings.co_low),
+      co_high_(settings.co_high) {
   const double cycle_s = settings.sample_time_s > 0.0 ? settings.sample_time_s : 0.1;
   for (const double wanted_s : kSampleTimes) {
     const auto decimation = static_cast<std::size_t>(std::max(1.0, std::round(wanted_s / cycle_s)));
@@ -139,13 +147,15 @@ RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
   const std::vector<double> sp(level.sp.begin(), level.sp.end());
   const std::vector<double> pv(level.pv.begin(), level.pv.end());
   const std::vector<double> co(level.co.begin(), level.co.end());
+  if (on_change_ && &level == levels_.data()) learn(pv, co);
   Judgement judgement =
       judge_routine({.pv = pv,
                      .co = co,
                      .sp = has_set_point_ ? std::span<const double>(sp) : std::span<const double>(),
                      .sample_time_s = level.sample_time_s,
                      .co_low = co_low_,
-                     .co_high = co_high_});
+                     .co_high = co_high_},
+                    source_);
   judgement.sum_before = level.sum;
   if (speaks(judgement.verdict)) {
     if (level.specialist_windows > 0) {
@@ -175,6 +185,25 @@ RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
   level.from_specialists = 0.0;
   level.specialist_windows = 0;
   return judgement;
+}
+
+void RoutineWatch::learn(std::span<const double> pv, std::span<const double> co) {
+  constexpr double kMostAreNew = 0.5;  // of the samples
+  constexpr std::size_t kFewest = 20;  // stored values that a rule is recognised by
+  const auto learn_of = [](std::span<const double> values, analysis::ArchivedSignal& kept) {
+    const analysis::ArchivedSignal found = analysis::recognise_filled(values);
+    std::size_t anew = 0;
+    for (std::size_t i = 1; i < values.size(); ++i) anew += values[i] != values[i - 1] ? 1U : 0U;
+    const bool comes_anew =
+        static_cast<double>(anew) > kMostAreNew * static_cast<double>(values.size());
+    if (found.kind != analysis::ArchiveKind::none || comes_anew) {
+      kept = found;
+    } else if (anew > 0 && anew < kFewest) {
+      kept = {.kind = analysis::ArchiveKind::unknown};
+    }
+  };
+  learn_of(pv, source_.pv);
+  learn_of(co, source_.co);
 }
 
 void RoutineWatch::settle_conditions() noexcept {

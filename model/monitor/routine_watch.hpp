@@ -14,6 +14,10 @@
 //      stiction, backlash and hysteresis, within kMostFromSpecialists; 0 without them
 //   S  nats, one for each level
 //
+// Where the source may report on change alone (WindowSettings::on_change), what it keeps of PV and CO is learned from the
+// finest level's newest window that shows it, and forgotten when PV and CO come anew in more than half of the samples. Of
+// one that came anew less than 20 times nothing is known. What it hides is not told (diagnosis/archive_rule.hpp): S stays.
+//
 // Levels: samples of 1, 4, 16 and 64 s (a whole number of cycles, at least one), kSamples of each: 12 minutes to 13
 // hours. Windows of one level share no sample, so that their logits may be added. Time in manual, with a PV that is not
 // good, or without cycles is left out; kLongestBreak samples of it or more, and the level's window begins again. In manual the valve may be
@@ -35,6 +39,7 @@
 #include <span>
 #include <vector>
 
+#include "model/diagnosis/archive_rule.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/window_builder.hpp"
@@ -67,7 +72,9 @@ class RoutineWatch {
     double from_specialists = 0.0;  // nats, w
     double sum = 0.0;               // nats, S after it
     AlarmKind fault = AlarmKind::stiction;
-    double severity_percent = 0.0;  // % of the CO span
+    double severity_percent = 0.0;   // % of the CO span
+    diagnosis::Archived source{};    // what it keeps of PV and CO
+    double sees_from_percent = 0.0;  // % of the CO span; 0: all is seen, infinite: not known
   };
 
   // The samples that a judgement is on.
@@ -111,10 +118,13 @@ class RoutineWatch {
   void leave_out(Level& level, std::uint64_t cycles, bool manual) noexcept;
   bool take(Level& level, const Cycle& cycle) noexcept;  // true if it is full
   Judgement judge(Level& level);
+  void learn(std::span<const double> pv, std::span<const double> co);
   void settle_conditions() noexcept;
 
   std::vector<Level> levels_;
   bool has_set_point_;
+  bool on_change_;
+  diagnosis::Archived source_;
   double co_low_;
   double co_high_;
   std::uint64_t last_period_ = 0;
@@ -126,6 +136,7 @@ class RoutineWatch {
 };
 
 // What diagnose() says of these samples, with nothing gathered before or by specialists.
-RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record);
+RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
+                                      const diagnosis::Archived& source = {});
 
 }  // namespace loopwarden::monitor

@@ -49,6 +49,8 @@ struct WindowSettings {
   double co_high = 100.0;
   bool routine = true;        // routine evidence is weighed, see routine_watch.hpp
   bool has_set_point = true;  // false: nobody knows SP, and there are no windows
+  // A source may report a value only when it has changed by more than a dead band: a loop that another controller runs.
+  bool on_change = false;
 };
 
 class WindowBuilder {

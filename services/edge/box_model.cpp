@@ -123,6 +123,16 @@ void add_explanation(std::vector<MetricSpec>& specs) {
   specs.push_back(plain("explanation/raised", DataType::date_time));
 }
 
+void add_incident(std::vector<MetricSpec>& specs) {
+  for (const char* name : {"id", "name", "cause"}) {
+    specs.push_back(plain(std::string("incident/") + name, DataType::string));
+  }
+  specs.push_back(plain("incident/confidence", DataType::float64));
+  specs.push_back(plain("incident/active", DataType::boolean));
+  specs.push_back(plain("incident/unacknowledged", DataType::boolean));
+  specs.push_back(plain("incident/raised", DataType::date_time));
+}
+
 // What is not in the registers.
 void add_extras(std::vector<MetricSpec>& specs) {
   specs.push_back(plain("tag", DataType::string));
@@ -136,6 +146,7 @@ void add_extras(std::vector<MetricSpec>& specs) {
         plain(fmt::format("alarm/{}/severity", to_text(kind)), DataType::float64, kOfSpan));
   }
   add_explanation(specs);
+  add_incident(specs);
   specs.push_back(plain("order/result", DataType::string));
   specs.push_back(plain("request/evidence", DataType::string));
   for (const std::string& file : evidence_files()) {

@@ -2,7 +2,7 @@
 // From the daemon's answers to metrics: the box's registers become those of the edge node, each loop a device. Pure.
 //
 // Metrics have the names of the register map; a field that stands in two tables, to be read and to be written, is one
-// metric. Beside them, for each loop: tag, alarm/NAME/state|severity|since, condition/NAME, explanation/*,
+// metric. Beside them, for each loop: tag, alarm/NAME/state|severity|since, condition/NAME, explanation/*, incident/*,
 // detectable/NAME, order/result, request/evidence and file/NAME. A loop that another controller has lacks what is there
 // for orders to its controller alone.
 #pragma once

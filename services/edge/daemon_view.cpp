@@ -51,6 +51,17 @@ void put_alarm(const protocol::Alarm& alarm, Extras& extras) {
   extras[start + "since"] = date_or_null(alarm.raised_ms);
 }
 
+void put_incident(const protocol::Incident& incident, Extras& extras) {
+  extras["incident/id"] = incident.id;
+  extras["incident/name"] = incident.name;
+  extras["incident/cause"] = incident.cause;
+  extras["incident/confidence"] = number_or_null(incident.confidence);
+  extras["incident/active"] = incident.active;
+  extras["incident/unacknowledged"] = incident.unacknowledged;
+  extras["incident/raised"] =
+      date_or_null(static_cast<std::int64_t>(std::llround(1000.0 * incident.raised_s)));
+}
+
 // detectable of a commission.json: percent of the CO span by name.
 std::map<std::string, double> detectable_in(const std::filesystem::path& file) {
   std::map<std::string, double> seen;
@@ -169,9 +180,15 @@ void DaemonView::look_at_alarms() {
   if (protocol::same(now, alarms_seen_)) return;
   std::map<std::string, Extras*> by_tag;
   for (std::size_t i = 0; i < extras_.size(); ++i) by_tag[model_.loops()[i].tag] = &extras_[i];
-  for (const protocol::Alarm& alarm : ask(daemon_, protocol::AlarmsRequest{}).alarms) {
+  const protocol::Alarms all = ask(daemon_, protocol::AlarmsRequest{});
+  for (const protocol::Alarm& alarm : all.alarms) {
     if (const auto loop = by_tag.find(alarm.loop); loop != by_tag.end()) {
       put_alarm(alarm, *loop->second);
+    }
+  }
+  for (const protocol::Incident& incident : all.incidents) {
+    if (const auto loop = by_tag.find(incident.loop); loop != by_tag.end()) {
+      put_incident(incident, *loop->second);
     }
   }
   alarms_seen_ = std::move(now);

@@ -75,6 +75,8 @@ PayloadRule read_payload(MapReader& in) {
   PayloadRule rule;
   rule.value = read_pointer(in, "value",
                             "JSON Pointer to the value; absent: the payload itself is a number");
+  rule.words =
+      in.flag("words", "a text is a value, for the `mode` of a loop's file: AUTO, MAN", false);
   rule.time = read_pointer(in, "time", "JSON Pointer to the source's time; absent: it has none");
   rule.time_form = in.one_of("time_form", kTimeForms,
                              "s or ms since 1970, or ISO 8601 with Z or an offset", TimeForm::s);
@@ -122,7 +124,7 @@ MetricRule read_metric(MapReader& in, std::set<std::string>& names) {
   return rule;
 }
 
-FeedConfig read_feed(MapReader& in, const std::string& file) {
+FeedConfig read_feed(MapReader& in, const std::string& file, Values values) {
   FeedConfig config;
   if (auto broker = in.need_section("broker", "MQTT broker")) {
     broker::read_broker(*broker, file, "loopwarden-feed-HOSTNAME", config.mqtt);
@@ -143,7 +145,7 @@ FeedConfig read_feed(MapReader& in, const std::string& file) {
   for (MapReader& one : in.maybe_list("metrics", "values of Sparkplug B edge nodes")) {
     config.metrics.push_back(read_metric(one, names));
   }
-  if (!in.describing() && !in.given("topics") && !in.given("metrics")) {
+  if (values == Values::needed && !in.describing() && !in.given("topics") && !in.given("metrics")) {
     in.error("needs `topics` or `metrics`");
   }
   config.ask_rebirth = in.flag(
@@ -158,29 +160,30 @@ FeedConfig read_feed(MapReader& in, const std::string& file) {
 
 }  // namespace
 
-config::Loaded<FeedConfig> read_feed_text(const std::string& file, std::string_view text) {
+config::Loaded<FeedConfig> read_feed_text(const std::string& file, std::string_view text,
+                                          Values values) {
   config::Report report(file);
   FeedConfig config;
   if (std::optional<config::YamlNode> root = config::parse_yaml(text, report)) {
     MapReader in(*root, "", report);
-    config = read_feed(in, file);
+    config = read_feed(in, file, values);
     config::report_unknown_keys(*root, report);
   }
   return config::loaded(std::move(config), report);
 }
 
-config::Loaded<FeedConfig> read_feed_file(const std::filesystem::path& path) {
+config::Loaded<FeedConfig> read_feed_file(const std::filesystem::path& path, Values values) {
   config::Report report(path.string());
   const std::optional<std::string> text = config::read_source_file(path, report);
   if (!text) return {std::nullopt, report.take()};
-  return read_feed_text(path.string(), *text);
+  return read_feed_text(path.string(), *text, values);
 }
 
 config::KeyReference describe_feed() {
   config::KeyReference reference;
   config::Report report("feed.yaml");
   MapReader in(reference, "", report);
-  read_feed(in, "feed.yaml");
+  read_feed(in, "feed.yaml", Values::needed);
   return reference;
 }
 

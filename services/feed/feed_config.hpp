@@ -26,9 +26,13 @@ struct FeedConfig {
   std::string log_level = "info";
 };
 
-config::Loaded<FeedConfig> read_feed_file(const std::filesystem::path& path);
+// Without values of its own it can still browse.
+enum class Values { needed, not_needed };
+config::Loaded<FeedConfig> read_feed_file(const std::filesystem::path& path,
+                                          Values values = Values::needed);
 // `file` is the name that diagnostics carry, and where relative paths start.
-config::Loaded<FeedConfig> read_feed_text(const std::string& file, std::string_view text);
+config::Loaded<FeedConfig> read_feed_text(const std::string& file, std::string_view text,
+                                          Values values = Values::needed);
 
 config::KeyReference describe_feed();
 

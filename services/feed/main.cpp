@@ -14,6 +14,7 @@
 #include "base/standard_streams.hpp"
 #include "config/command_line/service.hpp"
 #include "config/diagnostic.hpp"
+#include "services/feed/browse.hpp"
 #include "services/feed/feed_config.hpp"
 #include "services/feed/feeder.hpp"
 
@@ -30,13 +31,25 @@ bool end_asked() {
   return base::wait_for_signal({SIGTERM, SIGINT}, std::chrono::milliseconds(0)) != 0;
 }
 
-int run(const std::string& file, bool check) {
-  auto loaded = feed::read_feed_file(file);
+struct Options {
+  std::string file;
+  bool check = false;
+  std::string browse;  // group
+  int seconds = 60;
+};
+
+int run(const Options& options) {
+  const std::string& file = options.file;
+  auto loaded = feed::read_feed_file(
+      file, options.browse.empty() ? feed::Values::needed : feed::Values::not_needed);
   fmt::print(stderr, "{}", config::to_text(loaded.diagnostics));
   if (!loaded) return kExitConfiguration;
-  if (check) {
+  if (options.check) {
     fmt::print("{}: no errors\n", file);
     return kExitOk;
+  }
+  if (!options.browse.empty()) {
+    return feed::browse(std::move(*loaded), options.browse, std::chrono::seconds(options.seconds));
   }
   base::block_signals({SIGTERM, SIGINT});
   config::log_to_stderr("loopwarden-feed", loaded->log_level);
@@ -59,13 +72,18 @@ int run(const std::string& file, bool check) {
 int run_command_line(int argc, char** argv) {
   CLI::App cli("loopwarden-feed - values of MQTT and Sparkplug B for loops that are watched",
                "loopwarden-feed");
-  std::string file;
-  bool check = false;
-  cli.add_option("--config", file, "feed.yaml")->required();
-  cli.add_flag("--check", check, "validate the configuration and exit");
+  Options options;
+  cli.add_option("--config", options.file, "feed.yaml")->required();
+  cli.add_flag("--check", options.check, "validate the configuration and exit");
+  CLI::Option* group = cli.add_option(
+      "--browse", options.browse,
+      "print what the births of this Sparkplug group's edge nodes name, as CSV, and exit");
+  cli.add_option("--seconds", options.seconds, "that --browse listens, 60")
+      ->needs(group)
+      ->check(CLI::Range(1, 3600));
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
-  return config::run_service(cli, {argv + 1, argv + argc}, [&] { return run(file, check); });
+  return config::run_service(cli, {argv + 1, argv + argc}, [&] { return run(options); });
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "hal/modbus/line_time.hpp"
+
 namespace bus_budget_test {
 
 using namespace loopwarden;
@@ -86,6 +88,47 @@ TEST_CASE("The load of a line is the sum over its loops", "[config][bus]") {
   const double time_s = line_time_s(io, link);
   CHECK(load.share == Approx(time_s / 0.2 + time_s / 0.4));
   CHECK(load.details == "FIC-1 67 ms of 200 ms, FIC-2 67 ms of 400 ms");
+}
+
+TEST_CASE("Values of watched loops count as they are asked for together", "[config][bus][watch]") {
+  const LinkSettings link = line(19200);
+  const auto at = [&](int address) {
+    SourcePoint point;
+    point.link = link;
+    point.point.reg = {.table = Table::input_register,
+                       .address = static_cast<std::uint16_t>(address),
+                       .type = RegisterType::f32};
+    return point;
+  };
+  const auto watched = [&](const std::string& name, int address) {
+    LoopConfig loop;
+    loop.name = name;
+    ModbusSourceSettings io;
+    io.process_variable = at(address);
+    io.output = at(address + 2);
+    loop.io = io;
+    return loop;
+  };
+  const LoopConfig a = watched("FIC-1", 0);
+  const LoopConfig b = watched("FIC-2", 10);   // behind a gap of six
+  const LoopConfig c = watched("FIC-3", 100);  // too far away
+  const BusLoad load = bus_load({c, b, a}, link);
+  CHECK(load.share == Approx(read_s(link, 14) + read_s(link, 4)));
+  CHECK(load.details.find("watched loops") == 0);
+  CHECK(load.details.find("(2 requests)") != std::string::npos);
+
+  // A loop that is controlled here waits for no read longer than a fifth of its period.
+  LoopConfig here;
+  here.name = "FIC-9";
+  LoopModbusSettings io = loop_on(link);
+  io.poll_period_ns = 150'000'000;
+  here.io = io;
+  const int most = most_registers_together(link, 0.15);
+  CHECK(read_s(link, most) <= 0.03);
+  CHECK(most < 14);
+  const BusLoad beside = bus_load({a, b, here}, link);
+  CHECK(beside.share == Approx(line_time_s(io, link) / 0.15 + 2.0 * read_s(link, 4)));
+  CHECK(beside.details.find("FIC-9") < beside.details.find("watched loops"));
 }
 
 }  // namespace bus_budget_test

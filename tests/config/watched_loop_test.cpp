@@ -4,6 +4,7 @@
 
 #include "config/bus_budget.hpp"
 #include "config/loop_reader.hpp"
+#include "hal/modbus/line_time.hpp"
 #include "tests/config/config_support.hpp"
 
 namespace watched_loop_test {
@@ -72,10 +73,29 @@ TEST_CASE("A loop that another controller runs is read over Modbus", "[config][w
 TEST_CASE("A loop that another controller runs is fed", "[config][watch]") {
   const LoopConfig loop = read(kFeed + "  mode: {feed: \"opcua:M\", automatic: [1, 3]}\n");
   const auto& io = std::get<hal::feed::FeedSettings>(loop.io);
-  CHECK(io.process_variable == hal::feed::FeedName{"opcua", "FIC205.PV"});
-  CHECK(io.output == hal::feed::FeedName{"opcua", "ns=2;s=FIC205.OP"});
+  CHECK(io.process_variable == hal::feed::FeedPoint{{"opcua", "FIC205.PV"}});
+  CHECK(io.output == hal::feed::FeedPoint{{"opcua", "ns=2;s=FIC205.OP"}});
   CHECK(io.mode_values == hal::ModeValues{{1.0, 3.0}, {}});
   CHECK_FALSE(knows_set_point(loop.io));
+}
+
+TEST_CASE("Fed values are scaled, and a mode may be a word", "[config][watch]") {
+  const LoopConfig loop =
+      read(with(kFeed, "\"opcua:FIC205.PV\"", "\"opcua:FIC205.PV\", scale: 0.01, offset: -5") +
+           "  mode: {feed: \"opcua:M\", automatic: [AUTO, CAS, 3], manual: [MAN]}\n");
+  const auto& io = std::get<hal::feed::FeedSettings>(loop.io);
+  CHECK(io.process_variable == hal::feed::FeedPoint{{"opcua", "FIC205.PV"}, 0.01, -5.0});
+  CHECK(hal::holds(io.mode_values.automatic, hal::number_of_word("CAS")));
+  CHECK(hal::holds(io.mode_values.automatic, 3.0));
+  CHECK(hal::holds(io.mode_values.manual, hal::number_of_word("MAN")));
+  CHECK_FALSE(hal::holds(io.mode_values.automatic, hal::number_of_word("MAN")));
+  CHECK(said_of_loop(with(kFeed, "\"opcua:FIC205.PV\"", "\"opcua:FIC205.PV\", scale: 0")) ==
+        "loop.yaml:8:40: error: io.pv.scale: must not be 0\n");
+  CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\", automatic: [AUTO], manual: [AUTO]}\n") ==
+        "loop.yaml:10:54: error: io.mode.manual: AUTO stands in automatic (at 10:38) as well\n");
+  CHECK(said_of_loop(kModbus + "  mode: {link: skid, unit: 1, register: {table: input, address: 4, "
+                               "type: u16}, automatic: [AUTO]}\n") ==
+        "loop.yaml:10:91: error: io.mode.automatic: must be whole numbers (got 'AUTO')\n");
 }
 
 TEST_CASE("The other controller's law is taken down", "[config][watch]") {
@@ -131,9 +151,11 @@ TEST_CASE("A mode's numbers mean one thing each", "[config][watch]") {
   CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\", automatic: [1, 3], manual: [3]}\n") ==
         "loop.yaml:10:54: error: io.mode.manual: 3 stands in automatic (at 10:38) as well\n");
   CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\", automatic: [1.5]}\n") ==
-        "loop.yaml:10:38: error: io.mode.automatic: must be whole numbers (got 1.5)\n");
+        "loop.yaml:10:38: error: io.mode.automatic: must be whole numbers or words of at most 64 "
+        "bytes (got '1.5')\n");
   CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\"}\n") ==
-        "loop.yaml:10:9: error: io.mode: missing key 'automatic' (list of numbers: windows are "
+        "loop.yaml:10:9: error: io.mode: missing key 'automatic' (list of numbers or words: "
+        "windows are "
         "judged in "
         "these modes alone)\n");
 }
@@ -177,9 +199,8 @@ TEST_CASE("What is watched on a serial line counts in its time", "[config][watch
       read(with(with(kModbus, "link: skid", "link: line"), "unit: 1,", "unit: 4,"));
   hal::modbus::LinkSettings line = test::daemon().links.at("line");
   const BusLoad load = bus_load({loop}, line);
-  const auto& io = std::get<hal::modbus::ModbusSourceSettings>(loop.io);
-  CHECK(load.share == Approx(line_time_s(io, line)));  // poll period: 1 s
-  CHECK(load.share > 0.01);
+  CHECK(load.share == Approx(hal::modbus::read_s(line, 2)));  // PV each second; CO is elsewhere
+  CHECK(load.details.find("(1 request)") != std::string::npos);
 }
 
 }  // namespace watched_loop_test

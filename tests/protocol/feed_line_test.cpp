@@ -34,7 +34,11 @@ TEST_CASE("what a feeder writes is read the same, in lines that are short enough
     for (FedValue& fed : values) {
       fed.name.assign(static_cast<std::size_t>(property::integer(1, 1024)), '"');
       fed.quality = static_cast<Quality>(property::one_of(3));
-      if (fed.quality != Quality::bad || property::coin()) fed.value = property::number(-1e9, 1e9);
+      if (property::coin()) {
+        fed.word.assign(static_cast<std::size_t>(property::integer(1, 64)), '"');
+      } else if (fed.quality != Quality::bad || property::coin()) {
+        fed.value = property::number(-1e9, 1e9);
+      }
       if (property::coin()) fed.time_s = property::number(0.0, 4e9);
     }
     std::vector<FedValue> read;
@@ -46,7 +50,7 @@ TEST_CASE("what a feeder writes is read the same, in lines that are short enough
     property::require(read.size() == values.size(), "all of them");
     for (std::size_t i = 0; i < read.size(); ++i) {
       property::require(read[i].name == values[i].name && read[i].value == values[i].value &&
-                            read[i].time_s == values[i].time_s &&
+                            read[i].word == values[i].word && read[i].time_s == values[i].time_s &&
                             read[i].quality == values[i].quality,
                         "the same");
     }

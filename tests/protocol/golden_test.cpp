@@ -139,6 +139,9 @@ std::map<std::string, std::string> answers() {
                         {"reason", "packing"}});
   ask("alarm_refused", {{"request", "alarm"}, {"alarm", "hysteresis"}, {"action", "acknowledge"}});
   bench.board.process_changed(0, {model::AlarmKind::output_lost, true}, "the device is gone");
+  ask("acknowledge_incident", {{"request", "acknowledge_incident"},
+                               {"incident", json::parse(told["loop"]).at("incident").at("id")},
+                               {"reason", "seen"}});
   ask("acknowledge_all", {{"request", "acknowledge_all"}, {"reason", "seen"}});
   ask("veto_refused", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
   bench.board.corrective_state(0, model::CorrectiveState::waiting);
@@ -148,7 +151,7 @@ std::map<std::string, std::string> answers() {
   ask("reload", {{"request", "reload"}, {"dry_run", true}});
   ask("reload_state", {{"request", "reload_state"}, {"reload", 1}});
   ask("explain", {{"request", "explain"}, {"alarm", "stiction"}});
-  bench.lines(17);
+  bench.lines(19);
   ask("journal", {{"request", "journal"}, {"most", 20}});
   ask("outcome", {{"request", "outcome"}, {"found", "stiction"}, {"note", "packing tight"}});
   ask("outcome_refused", {{"request", "outcome"}, {"found", "rust"}});
@@ -180,6 +183,7 @@ const std::map<std::string, Again> kAgain{
     {"order_done", again<protocol::OrderState>},
     {"order_refused", again<protocol::OrderState>},
     {"alarm_shelved", again<protocol::AlarmActed>},
+    {"acknowledge_incident", again<protocol::IncidentActed>},
     {"acknowledge_all", again<protocol::AllAcknowledged>},
     {"veto", again<protocol::Vetoed>},
     {"outcome", again<protocol::OutcomeKept>},

@@ -60,6 +60,11 @@ class FakeDaemon {
     alarms_[tag] = std::move(alarm);
     ++alarm_changes_;
   }
+  void set_incident(json incident) {
+    const std::lock_guard lock(mutex_);
+    incidents_ = json::array({std::move(incident)});
+    ++alarm_changes_;
+  }
   void set_explanation(const std::string& tag, json explanation) {
     const std::lock_guard lock(mutex_);
     explanations_[tag] = std::move(explanation);
@@ -238,7 +243,7 @@ class FakeDaemon {
       one["loop"] = tag;
       all.push_back(std::move(one));
     }
-    return {{"now_ms", 0}, {"alarms", std::move(all)}};
+    return {{"now_ms", 0}, {"alarms", std::move(all)}, {"incidents", incidents_}};
   }
 
   std::filesystem::path folder_;
@@ -248,6 +253,7 @@ class FakeDaemon {
       {"heartbeat", 0}, {"config_hash", 77}, {"running", 1}, {"acknowledge_all", 0}};
   std::map<std::string, std::map<std::string, json>> loops_;
   std::map<std::string, json> alarms_;
+  json incidents_ = json::array();
   int alarm_changes_ = 0;
   std::map<std::string, json> explanations_;
   std::filesystem::path evidence_;

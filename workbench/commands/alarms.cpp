@@ -51,7 +51,30 @@ std::string size_text(double percent) {
   return std::isfinite(percent) ? fmt::format("{:.1f} %", percent) : std::string("-");
 }
 
+// What `ack` takes for all alarms of a loop's incident.
+constexpr const char* kIncident = "incident";
+
+void print_incidents(const std::vector<protocol::Incident>& incidents, bool all) {
+  std::size_t shown = 0;
+  for (const protocol::Incident& incident : incidents) {
+    if (!incident.active && !incident.unacknowledged && !all) continue;
+    if (shown++ == 0) {
+      fmt::print("{:<14} {:<24} {:<12} {:<20} {:<15} {}\n", "LOOP", "INCIDENT", "CAUSE",
+                 "RAISED (UTC)", "STATE", "ALARMS");
+    }
+    const char* state = incident.unacknowledged             ? "unacknowledged"
+                        : incident.active                   ? "acknowledged"
+                        : std::isfinite(incident.cleared_s) ? "ended"
+                                                            : "gone";
+    fmt::print("{:<14} {:<24} {:<12} {:<20} {:<15} {}\n", incident.loop, incident.name,
+               incident.cause, utc(static_cast<std::int64_t>(1000.0 * incident.raised_s)), state,
+               fmt::join(incident.alarms, ", "));
+  }
+  if (shown > 0) fmt::print("\n");
+}
+
 void print_table(const protocol::Alarms& answer, bool all) {
+  print_incidents(answer.incidents, all);
   std::size_t shown = 0;
   for (const protocol::Alarm& alarm : answer.alarms) {
     const bool quiet = (alarm.state == "normal" || alarm.state == "suppressed") && !alarm.active;
@@ -98,9 +121,26 @@ int run_list(const Options& options) {
   return kExitOk;
 }
 
+int acknowledge_incident(DaemonClient& daemon, const Options& options) {
+  const auto status = protocol::ask(daemon, protocol::LoopRequest{options.loop}).status;
+  if (!status.incident) fail(kExitData, "{} has had no incident", options.loop);
+  const protocol::IncidentActed answer =
+      protocol::ask(daemon, protocol::AcknowledgeIncidentRequest{.loop = options.loop,
+                                                                 .incident = status.incident->id,
+                                                                 .reason = reason_of(options)});
+  if (options.json) {
+    show_answer(answer);
+  } else {
+    fmt::print("incident {} ({}): acknowledged{}\n", answer.incident.id, answer.incident.name,
+               answer.on_disk ? "" : "; the journal can't write: a restart may not remember it");
+  }
+  return kExitOk;
+}
+
 int run_action(const Options& options, const char* action) {
   DaemonClient daemon(options.socket);
   check_loop(daemon, options.loop);
+  if (options.alarm == kIncident) return acknowledge_incident(daemon, options);
   protocol::AlarmRequest order{
       .loop = options.loop, .alarm = options.alarm, .action = action, .reason = reason_of(options)};
   if (order.action == "shelve") order.minutes = options.minutes;
@@ -291,7 +331,14 @@ void add_alarms(Program& program) {
       return explains ? run_explain(o) : run_action(o, wire);
     });
     verb.required("loop", o.loop, "tag of the loop");
-    verb.required("alarm", o.alarm, "name of the alarm", checked(no_alarm));
+    const bool takes_incident = std::string(wire) == "acknowledge";
+    verb.required("alarm", o.alarm,
+                  takes_incident
+                      ? "name of the alarm; incident: all that the loop's incident raised"
+                      : "name of the alarm",
+                  checked([takes_incident](const std::string& word) {
+                    return takes_incident && word == kIncident ? std::string() : no_alarm(word);
+                  }));
     if (std::string(wire) == "shelve")
       verb.setting("--minutes", o.minutes, "time on the shelf", between(1, 1440));
     if (!explains) verb.option("--reason", o.reason, "why, for the journal");

@@ -185,20 +185,24 @@ class Demo {
       fmt::print("no alarms; {} cycles came too late on this computer, and a window bears few\n",
                  status().daemon.skipped_ticks);
     }
-    for (const std::string& name : active_) {
-      const protocol::Explained explained =
-          protocol::ask(daemon_, protocol::ExplainRequest{.loop = loop_, .alarm = name});
-      fmt::print("{} is still there, jacket or not: {}.\n{}.\n", name, explained.cause,
-                 explained.action);
-      if (explained.explanation) {
-        fmt::print(
-            "What the newest minutes against the twin say: {}\nThe picture: {}/report.html\n",
-            explained.explanation->sentence, explained.explanation->folder);
-      }
-      if (explained.evidence) {
-        fmt::print("The window that raised it, judged once more: loopwarden replay {}\n",
-                   *explained.evidence);
-      }
+    const protocol::LoopAnswer loop = protocol::ask(daemon_, protocol::LoopRequest{loop_});
+    if (!loop.status.incident || active_.empty()) return;
+    const protocol::Incident& incident = *loop.status.incident;
+    fmt::print("All of it is one incident: {} ({}), raised by {}.\n", incident.name, incident.cause,
+               fmt::join(incident.alarms, ", "));
+    const std::string& telling =
+        active_.count(incident.name) != 0 ? incident.name : *active_.begin();
+    const protocol::Explained explained =
+        protocol::ask(daemon_, protocol::ExplainRequest{.loop = loop_, .alarm = telling});
+    fmt::print("{} is still there, jacket or not: {}.\n{}.\n", telling, explained.cause,
+               explained.action);
+    if (loop.explanation) {
+      fmt::print("What the newest minutes against the twin say: {}\nThe picture: {}/report.html\n",
+                 loop.explanation->sentence, loop.explanation->folder);
+    }
+    if (explained.evidence) {
+      fmt::print("The window that raised it, judged once more: loopwarden replay {}\n",
+                 *explained.evidence);
     }
   }
 

@@ -35,9 +35,12 @@ namespace fs = std::filesystem;
 
 struct DiscoverCommand {
   std::string tags;
-  std::string opcua;  // URL
+  std::string opcua;      // URL
+  std::string sparkplug;  // group
+  std::string feed_config = "/etc/loopwarden-feed/feed.yaml";
+  int seconds = 60;  // of listening
   std::string rules;
-  std::string feeder = "opcua";
+  std::string feeder;
   std::optional<double> sample_time_s;
   std::string nodes;  // file
   std::string out;
@@ -48,16 +51,35 @@ bool is_there(const fs::path& path) {
   return fs::symlink_status(path).type() != fs::file_type::not_found;
 }
 
-constexpr const char* kBrowser = "loopwarden-opcua";
 constexpr std::chrono::milliseconds kLookEvery{20};
 
-// Writes what an OPC UA server has to `list`. What the program says goes to the error output, and its exit code is
-// returned.
-int browse(const std::string& url, const fs::path& list) {
+// A program that lists what a source has.
+struct Browser {
+  std::string program;
+  std::string package;
+  std::vector<std::string> words;
+  std::string source;
+};
+
+std::optional<Browser> browser_of(const DiscoverCommand& options) {
+  if (!options.opcua.empty()) {
+    return Browser{
+        "loopwarden-opcua", "loopwarden-opcua", {"browse", "--url", options.opcua}, options.opcua};
+  }
+  if (options.sparkplug.empty()) return std::nullopt;
+  return Browser{"loopwarden-feed",
+                 "loopwarden",
+                 {"--config", options.feed_config, "--browse", options.sparkplug, "--seconds",
+                  std::to_string(options.seconds)},
+                 "Sparkplug group " + options.sparkplug};
+}
+
+// Writes what the source has to `list`. What the program says goes to the error output, and its exit code is returned.
+int browse(const Browser& browser, const fs::path& list) {
   const base::File file(list, O_WRONLY | O_CREAT | O_TRUNC, 0600);
   if (!file.is_open()) fail(kExitIo, "{}: can't be written", list.string());
   try {
-    base::ChildProcess child(kBrowser, {"browse", "--url", url},
+    base::ChildProcess child(browser.program, browser.words,
                              {.output = file.fd(), .errors = STDERR_FILENO, .idle = false});
     std::optional<int> code;
     while (!(code = child.ended())) std::this_thread::sleep_for(kLookEvery);
@@ -66,7 +88,7 @@ int browse(const std::string& url, const fs::path& list) {
     fail(kExitIo,
          "{}: {}; it comes with the package {}, which must be installed on this machine. --tags "
          "takes a list from elsewhere",
-         kBrowser, e.code().message(), kBrowser);
+         browser.program, e.code().message(), browser.package);
   }
 }
 
@@ -172,26 +194,33 @@ void print_rest(const discover::FoundLoops& found) {
              found.other_names.size(), names, found.other_names.size() > shown ? ", ..." : "");
 }
 
-int run_discover(const DiscoverCommand& options) {
-  if (options.tags.empty() == options.opcua.empty()) require("either --tags or --opcua");
+int run_discover(const DiscoverCommand& given) {
+  DiscoverCommand options = given;
+  const std::optional<Browser> browser = browser_of(options);
+  if (browser.has_value() == !options.tags.empty()) {
+    require("one of --tags, --opcua and --sparkplug");
+  }
+  const bool sparkplug = !options.sparkplug.empty();
+  if (options.feeder.empty()) options.feeder = sparkplug ? "mqtt" : "opcua";
   if (!options.nodes.empty() && is_there(options.nodes))
     fail(kExitData, "{}: is there and stays as it is; give --nodes another name", options.nodes);
   const std::vector<record::TagRule> rules = rules_in(options.rules);
   OutputFiles files({options.tags, options.rules});
   fs::path list = options.tags;
   OutputFiles scratch;
-  if (!options.opcua.empty()) {
+  if (browser) {
     list = scratch.stage(scratch.make_scratch_folder() / "tags.csv");
-    if (const int code = browse(options.opcua, list); code != 0) {
-      fmt::print(stderr, "{} browse {}: exit code {}\n", kBrowser, options.opcua, code);
+    if (const int code = browse(*browser, list); code != 0) {
+      fmt::print(stderr, "{} of {}: exit code {}\n", browser->program, browser->source, code);
       return code;
     }
   }
-  const std::string source = options.opcua.empty() ? options.tags : options.opcua;
+  const std::string source = browser ? browser->source : options.tags;
   const discover::TagList tags = discover::read_tag_list(list);
   for (const std::string& note : tags.notes) fmt::print(stderr, "{}\n", note);
   const discover::FoundLoops found = discover::find_loops(tags.tags, rules);
-  const std::string nodes = discover::node_list(found.loops);
+  const std::string nodes = discover::node_list(
+      found.loops, sparkplug ? discover::NodeForm::sparkplug : discover::NodeForm::opcua);
   if (!options.nodes.empty() && nodes.empty())
     fail(kExitData, "{}: no loop's tag has a node, so there is nothing for --nodes", source);
   files.make_folder(options.out);
@@ -222,24 +251,38 @@ void add_discover(Program& program) {
       command.option("--tags", o.tags,
                      "list of tags, CSV or a sheet: columns tag or name, node, unit, low, high, "
                      "description, in any order");
-  command
-      .option("--opcua", o.opcua,
-              "OPC UA server, opc.tcp://HOST:PORT, whose tags loopwarden-opcua lists")
-      .excludes(tags);
+  const Option opcua =
+      command
+          .option("--opcua", o.opcua,
+                  "OPC UA server, opc.tcp://HOST:PORT, whose tags loopwarden-opcua lists")
+          .excludes(tags);
+  const Option sparkplug =
+      command
+          .option("--sparkplug", o.sparkplug,
+                  "Sparkplug group whose edge nodes' births loopwarden-feed lists")
+          .excludes(tags)
+          .excludes(opcua);
+  command.setting("--feed-config", o.feed_config, "of loopwarden-feed: the broker, ask_rebirth")
+      .needs(sparkplug);
+  command.setting("--seconds", o.seconds, "that births are waited for", between(1, 3600))
+      .needs(sparkplug);
   command.option("--rules", o.rules, "what the site's names mean, YAML: docs/import.md");
-  command.setting("--feeder", o.feeder, "who brings the values, as loopwardend.yaml calls it");
+  command.option("--feeder", o.feeder,
+                 "who brings the values, as loopwardend.yaml calls it: opcua, or mqtt with "
+                 "--sparkplug");
   command.option("--sample-time", o.sample_time_s, "of all loops, s; else 1, as a guess",
                  between(0.001, 3600.0));
-  command.option("--nodes", o.nodes,
-                 "also write the key `nodes` of loopwarden-opcua's opcua.yaml, names and node ids, "
-                 "to this file, which must not be there");
+  command.option(
+      "--nodes", o.nodes,
+      "also write what the feeder asks for, `nodes` of opcua.yaml or `metrics` of feed.yaml, "
+      "to this file, which must not be there");
   command.required("--out", o.out,
                    "folder for TAG.yaml, and TAG.yaml.incomplete where a unit or range is not "
                    "known; files that are there stay as they are");
   command.flag("--json", o.json, "print JSON");
   command.footer(
-      "There is no --sparkplug: of Sparkplug edges take a list of the metrics. Exit code 65: no "
-      "file was written; 78: also a server whose certificate is not trusted yet.\n"
+      "Exit code 65: no file was written; 74: also no birth was heard; 78: also a server whose "
+      "certificate is not trusted yet.\n"
       "Example: loopwarden discover --tags tags.csv --out /etc/loopwardend/loops.d");
 }
 

@@ -18,12 +18,14 @@
 #include "workbench/command_line/frame.hpp"
 #include "workbench/records/record_input.hpp"
 #include "model/monitor/loop_alarms.hpp"
+#include "model/monitor/loop_incident.hpp"
 #include "model/monitor/loop_monitor.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "workbench/commands/replay_evidence.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/text/explanation_json.hpp"
+#include "workbench/text/incident_json.hpp"
 #include "workbench/text/twin_log.hpp"
 
 namespace loopwarden::workbench {
@@ -54,8 +56,14 @@ struct TimedTransition {
   std::optional<monitor::AlarmKind> first_name{};  // where the explanation changed it
 };
 
+struct ToldIncident {
+  monitor::Incident incident;
+  nlohmann::json explanation = nullptr;  // the newest; null: there is none
+};
+
 struct Replay {
   std::vector<TimedTransition> transitions;
+  std::vector<ToldIncident> incidents;
   std::size_t windows = 0;
   std::size_t suppressed = 0;
   std::size_t routine_windows = 0;  // minutes or hours that were judged
@@ -172,7 +180,38 @@ class Replayer {
     if (step.twin) keep(k, alarms_.judged(now_ms, step.conditions, monitor::AlarmReason::twin));
   }
 
+  // Nothing changes while no window is judged, so that is when time passes.
+  void follow(std::int64_t now_ms) {
+    for (const monitor::IncidentChange& change : incident_.follow(now_ms, alarms_)) {
+      if (change.kind == monitor::IncidentChange::Kind::opened) result_.incidents.emplace_back();
+    }
+    if (!result_.incidents.empty()) result_.incidents.back().incident = incident_.incident();
+  }
+
+  void explain_incident(std::int64_t now_ms, monitor::AlarmKind alarm,
+                        const commission::Explanation& e, const nlohmann::json& told) {
+    monitor::IncidentExplanation says{.alarm = alarm, .raised_ms = now_ms};
+    if (e.usable()) {
+      says.from_ms = std::llround(1000.0 * record_.time_s[e.stretch.begin]);
+      if (!e.result.effects.empty()) {
+        const gap::FoundEffect& first = e.result.effects.front();
+        says.effect = first.spec.name;
+        says.block = first.block;
+        says.confidence = first.confidence;
+      }
+    }
+    incident_.explained(now_ms, says);
+    result_.incidents.back().explanation = told;
+  }
+
   void keep(std::size_t k, const monitor::AlarmTransitions& changed) {
+    const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record_.time_s[k]));
+    follow(now_ms);
+    tell(k, now_ms, changed);
+    follow(now_ms);
+  }
+
+  void tell(std::size_t k, std::int64_t now_ms, const monitor::AlarmTransitions& changed) {
     for (const monitor::AlarmTransition& t : changed.view()) {
       if (!worth_a_line(t)) continue;
       TimedTransition line{record_.time_s[k], t};
@@ -183,12 +222,12 @@ class Replayer {
       const commission::Explanation& e = explainer_->at(k);
       const std::optional<monitor::AlarmKind> name = commission::final_name(e, t.kind);
       line.explanation = explainer_->json(e, name.value_or(t.kind));
+      explain_incident(now_ms, t.kind, e, *line.explanation);
       if (!name) {
         result_.transitions.push_back(std::move(line));
         continue;
       }
       // Under its final name only, and only where that alarm was not there already.
-      const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record_.time_s[k]));
       const double size = commission::size_percent(e);
       for (const monitor::AlarmTransition& then :
            alarms_.explained(now_ms, t.kind, *name, size).view()) {
@@ -205,12 +244,22 @@ class Replayer {
   std::optional<monitor::SpecialistJudge> judge_;
   monitor::LoopMonitor loop_;
   monitor::LoopAlarms alarms_{monitor::AlarmSettings{}};
+  monitor::LoopIncident incident_;
   std::optional<Explainer> explainer_;
   TwinLog twin_log_;
   Replay result_;
 };
 
-void print_json(const Replay& result) {
+nlohmann::json incidents_json(const Replay& result, const std::string& tag) {
+  nlohmann::json incidents = nlohmann::json::array();
+  for (const ToldIncident& told : result.incidents) {
+    incidents.push_back(incident_json(told.incident, tag));
+    incidents.back()["explanation"] = told.explanation;
+  }
+  return incidents;
+}
+
+void print_json(const Replay& result, const std::string& tag) {
   const bool with_twin = !result.twin.is_null();
   nlohmann::json transitions = nlohmann::json::array();
   for (const TimedTransition& line : result.transitions) {
@@ -228,13 +277,14 @@ void print_json(const Replay& result) {
     transitions.push_back(std::move(one));
   }
   show_json(nlohmann::json{{"transitions", std::move(transitions)},
+                           {"incidents", incidents_json(result, tag)},
                            {"windows", result.windows},
                            {"suppressed_windows", result.suppressed},
                            {"routine_windows", result.routine_windows},
                            {"twin", result.twin}});
 }
 
-void print_text(const Replay& result) {
+void print_text(const Replay& result, const std::string& tag) {
   if (!result.transitions.empty()) {
     fmt::print("{:>10}  {:<15} {:<24} {:<24} {:>8}  {}\n", "time s", "alarm", "from", "to",
                "severity", "by");
@@ -251,6 +301,9 @@ void print_text(const Replay& result) {
       fmt::print("{:12}{} to {} s against the twin: {}\n", "", e.at("from_s").dump(),
                  e.at("to_s").dump(), e.at("sentence").get<std::string>());
     }
+  }
+  for (const nlohmann::json& incident : incidents_json(result, tag)) {
+    fmt::print("{}\n", incident_text(incident));
   }
   fmt::print(
       "{} alarm transition{} in {} window{}, {} of them suppressed: not fit to be judged; routine "
@@ -300,7 +353,8 @@ int run_replay(const ReplayOptions& options) {
     }
     const Replay result =
         Replayer(record, folder ? &*folder->team : nullptr, twin ? &*twin : nullptr, options).run();
-    options.json ? print_json(result) : print_text(result);
+    const std::string tag = std::filesystem::path(options.record).stem().string();
+    options.json ? print_json(result, tag) : print_text(result, tag);
   } catch (const effects::EffectError& e) {
     fail(kExitConfiguration, "{}: {}", options.twin, e.what());
   }

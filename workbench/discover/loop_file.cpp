@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -16,7 +18,7 @@ using record::Role;
 constexpr double kUsualSampleTime_s = 1.0;
 
 // JSON's double quotes are YAML's, too.
-std::string quoted(const std::string& text) {
+std::string yaml_text(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -49,7 +51,7 @@ class Writer {
   }
   void unit(const std::string& section, const char* signal, const Found<std::string>& unit) {
     if (unit.value.empty()) return missing(section + ".unit", std::string("unit of ") + signal);
-    key(section + ".unit", "  unit: " + quoted(unit.value), unit.guess);
+    key(section + ".unit", "  unit: " + yaml_text(unit.value), unit.guess);
   }
   void range(const std::string& section, const char* signal,
              const Found<std::optional<record::SignalRange>>& range) {
@@ -75,7 +77,7 @@ void write_signals(Writer& out, const FoundLoop& loop, const std::string& feeder
     const std::optional<LoopSignal>& signal = loop.signal(role);
     if (!signal) continue;
     const std::string name = record::to_text(role);
-    std::string text = "feed: " + quoted(feeder + ":" + signal->name);
+    std::string text = "feed: " + yaml_text(feeder + ":" + signal->name);
     if (role != Role::mode) {
       out.key(name, fmt::format("  {}: {{{}}}", name, text), signal->guess);
       continue;
@@ -100,13 +102,28 @@ std::vector<std::string> refusals(const std::string& text, const std::string& fe
   return found;
 }
 
+// Of a node GROUP/EDGE/DEVICE/METRIC; the device may be empty, the metric have a / as well.
+std::string metric_rule(const LoopSignal& signal) {
+  std::array<std::string, 3> places;
+  std::string rest = signal.node;
+  for (std::string& place : places) {
+    const std::size_t end = rest.find('/');
+    if (end == std::string::npos) return {};
+    place = rest.substr(0, end);
+    rest.erase(0, end + 1);
+  }
+  return fmt::format("  - {{name: {}, group: {}, edge: {}, device: {}, metric: {}}}\n",
+                     yaml_text(signal.name), yaml_text(places[0]), yaml_text(places[1]),
+                     yaml_text(places[2]), yaml_text(rest));
+}
+
 }  // namespace
 
 LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings) {
   LoopFile file;
   Writer out(file);
-  out.key("loop", "loop: " + quoted(loop.tag.value), loop.tag.guess);
-  if (!loop.description.empty()) out.line("description: " + quoted(loop.description));
+  out.key("loop", "loop: " + yaml_text(loop.tag.value), loop.tag.guess);
+  if (!loop.description.empty()) out.line("description: " + yaml_text(loop.description));
   out.line("control: elsewhere  # nothing of this loop is ever written");
   out.key("sample_time",
           fmt::format("sample_time: {}", settings.sample_time_s.value_or(kUsualSampleTime_s)),
@@ -129,15 +146,18 @@ LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings) {
   return file;
 }
 
-std::string node_list(const std::vector<FoundLoop>& loops) {
+std::string node_list(const std::vector<FoundLoop>& loops, NodeForm form) {
   std::string text;
   for (const FoundLoop& loop : loops) {
     for (const std::optional<LoopSignal>& signal : loop.signals) {
-      if (signal && !signal->node.empty())
-        text += fmt::format("  {}: {}\n", quoted(signal->name), quoted(signal->node));
+      if (!signal || signal->node.empty()) continue;
+      text += form == NodeForm::opcua
+                  ? fmt::format("  {}: {}\n", yaml_text(signal->name), yaml_text(signal->node))
+                  : metric_rule(*signal);
     }
   }
-  return text.empty() ? text : "nodes:\n" + text;
+  if (text.empty()) return text;
+  return (form == NodeForm::opcua ? "nodes:\n" : "metrics:\n") + text;
 }
 
 }  // namespace loopwarden::workbench::discover

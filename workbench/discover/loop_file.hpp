@@ -29,7 +29,9 @@ struct LoopFile {
 // Keys that are guesses carry "# guessed: WHY". What `loopwarden check` would refuse counts as missing.
 LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings);
 
-// The key `nodes` of loopwarden-opcua's opcua.yaml, for all signals whose node is known; empty: none is.
-std::string node_list(const std::vector<FoundLoop>& loops);
+// What the feeder asks for, for all signals whose node is known: the key `nodes` of loopwarden-opcua's opcua.yaml, or
+// `metrics` of loopwarden-feed's feed.yaml. Empty: none is.
+enum class NodeForm { opcua, sparkplug };
+std::string node_list(const std::vector<FoundLoop>& loops, NodeForm form);
 
 }  // namespace loopwarden::workbench::discover

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
+
 #include "services/feed/values/quality_code.hpp"
 
 namespace loopwarden::feed {
@@ -143,13 +145,17 @@ void ForeignEdges::say(std::vector<Metric>& metrics, const sparkplug::Metric& sa
     FedValue fed{.name = metric.newest.name, .value = sparkplug::number_of(value)};
     if (time_ms) fed.time_s = static_cast<double>(*time_ms) * 1e-3;
     if (code) fed.quality = quality_of_code(*code, QualityCodes::opc);
-    if (!fed.value) {
+    const auto* text = std::get_if<std::string>(&value);
+    const bool word = text != nullptr && !text->empty() && text->size() <= FedValue::kLongestWord &&
+                      base::is_utf8(*text);
+    if (word) fed.word = *text;
+    if (!fed.value && !word) {
       fed.quality = Quality::bad;
       const bool number =
           std::holds_alternative<std::monostate>(value) || std::holds_alternative<double>(value);
       if (!number) {
         ++counts_.bad_payloads;
-        complaint = "a value for " + fed.name + " is no number";
+        complaint = "a value for " + fed.name + " is no number and no word";
       }
     }
     metric.newest = fed;

@@ -39,11 +39,12 @@ class ForeignEdges {
   static constexpr std::int64_t kDeviceWaitMs = 10'000;
 
   struct Counts {
-    std::uint64_t bad_payloads = 0;  // no Sparkplug; or a metric's value that is no number
-    std::uint64_t unknown = 0;       // messages of edge nodes and devices of no rule
-    std::uint64_t dropped = 0;       // without a birth, doubled, of an older connection
-    std::uint64_t historical = 0;    // values
-    std::uint64_t missing = 0;       // messages
+    std::uint64_t bad_payloads =
+        0;                      // no Sparkplug; or a metric's value that is no number and no word
+    std::uint64_t unknown = 0;  // messages of edge nodes and devices of no rule
+    std::uint64_t dropped = 0;  // without a birth, doubled, of an older connection
+    std::uint64_t historical = 0;  // values
+    std::uint64_t missing = 0;     // messages
     std::uint64_t deaths = 0;
   };
   using EdgeName = std::pair<std::string, std::string>;  // group, edge

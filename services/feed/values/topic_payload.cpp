@@ -43,17 +43,31 @@ const json& part(const json& document, const JsonPointer& at, const char* expect
   }
 }
 
-// nullopt: null, which says that there is no value.
-std::optional<double> value_at(const json& document, const JsonPointer& at) {
-  constexpr const char* kExpected = "a number";
-  const json& found = part(document, at, kExpected);
-  if (found.is_null()) return std::nullopt;
-  if (found.is_boolean()) return found.get<bool>() ? 1.0 : 0.0;
-  std::optional<double> number;
-  if (found.is_number()) number = found.get<double>();
-  if (found.is_string()) number = number_in(found.get_ref<const std::string&>());
-  if (!number || !std::isfinite(*number)) refuse(at, kExpected);
-  return number;
+const char* expected_value(bool words) {
+  return words ? "a number or a word of at most 64 bytes" : "a number";
+}
+
+// Puts what stands there into `fed`; false if it is neither.
+bool take_text(std::string_view text, bool words, FedValue& fed) {
+  fed.value = number_in(text);
+  if (fed.value || !words) return fed.value.has_value();
+  const std::size_t from = text.find_first_not_of(kSpace);
+  if (from == std::string_view::npos) return false;
+  fed.word = text.substr(from, text.find_last_not_of(kSpace) + 1 - from);
+  return fed.word.size() <= FedValue::kLongestWord && base::is_utf8(fed.word);
+}
+
+// Null says that there is no value.
+void take_value(const json& document, const PayloadRule& rule, FedValue& fed) {
+  const char* const expected = expected_value(rule.words);
+  const json& found = part(document, *rule.value, expected);
+  if (found.is_null()) return;
+  if (found.is_boolean()) fed.value = found.get<bool>() ? 1.0 : 0.0;
+  if (found.is_number()) fed.value = found.get<double>();
+  const bool right = found.is_string()
+                         ? take_text(found.get_ref<const std::string&>(), rule.words, fed)
+                         : fed.value && std::isfinite(*fed.value);
+  if (!right) refuse(*rule.value, expected);
 }
 
 double time_at(const json& document, const JsonPointer& at, TimeForm form) {
@@ -117,16 +131,17 @@ FedValue read_topic_payload(const PayloadRule& rule, const std::string& name,
   if (payload.size() > kMostTopicBytes) throw BadTopicPayload("longer than 1 MiB");
   FedValue fed{.name = name};
   if (!rule.value) {
-    fed.value = number_in(payload);
-    if (!fed.value) throw BadTopicPayload("expected a number");
+    if (!take_text(payload, rule.words, fed)) {
+      throw BadTopicPayload("expected " + std::string(expected_value(rule.words)));
+    }
     return fed;
   }
   const json document = json::parse(payload, nullptr, false);
   if (document.is_discarded()) throw BadTopicPayload("expected JSON");
-  fed.value = value_at(document, *rule.value);
+  take_value(document, rule, fed);
   if (rule.time) fed.time_s = time_at(document, *rule.time, rule.time_form);
   if (rule.quality) fed.quality = quality_at(document, *rule.quality, rule.quality_codes);
-  if (!fed.value) fed.quality = FedValue::Quality::bad;
+  if (!fed.value && fed.word.empty()) fed.quality = FedValue::Quality::bad;
   return fed;
 }
 

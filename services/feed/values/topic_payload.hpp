@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The payload of a plain MQTT topic as a value of feed.sock: a number, or JSON with a value, and maybe a time and a
+// The payload of a plain MQTT topic as a value of feed.sock: a number or word, or JSON with a value, and maybe a time and a
 // quality, at places that JSON Pointers (RFC 6901) name. Pure: no clock, no I/O.
 //
-// A value: a JSON number, true and false as 1 and 0, a text that is a number, or null, which is quality bad. A time: a
+// A value: a number, also as text, true and false as 1 and 0, where the rule
+// takes words one of at most 64 bytes, or null, which is quality bad. A time: a
 // number of s or ms since 1970, or ISO 8601 text with Z or an offset. A quality: good, uncertain, bad (in any case), true,
 // false, or a code. Whatever else stands there, or does not, makes the payload a bad one.
 #pragma once
@@ -25,7 +26,8 @@ using JsonPointer = nlohmann::json::json_pointer;
 enum class TimeForm : std::uint8_t { s, ms, iso };
 
 struct PayloadRule {
-  std::optional<JsonPointer> value{};  // none: the payload itself is the number
+  std::optional<JsonPointer> value{};  // none: the payload itself is the value
+  bool words = false;
   std::optional<JsonPointer> time{};
   TimeForm time_form = TimeForm::s;
   std::optional<JsonPointer> quality{};

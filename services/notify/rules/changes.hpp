@@ -22,6 +22,7 @@ struct AlarmReading {
   std::int64_t raised_ms = 0;   // when its condition came last; 0: not known
   std::int64_t changed_ms = 0;  // when its state or shelf changed last; 0: not known
   std::string description{};    // of the loop
+  std::string incident{};       // that it belongs to; empty: none
 };
 
 // An alarm as it was told last. Survives a restart.

@@ -2,6 +2,7 @@
 #include "services/notify/rules/watch_rules.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace loopwarden::notify {
@@ -52,13 +53,56 @@ Step WatchRules::read(std::span<const AlarmReading> readings, std::span<const Jo
   std::set<AlarmKey> there{{"", kDaemonAlarm}};
   for (const AlarmReading& reading : readings) {
     there.insert(reading.key);
-    look(reading, lines, now_ms, step);
+    look(reading, readings, lines, now_ms, step);
   }
   forget_absent(there, now_ms, step);
   return step;
 }
 
-void WatchRules::look(const AlarmReading& reading, std::span<const JournalLine> lines,
+// As it was told last, or is told by this step; null: never yet.
+const AlarmPicture* WatchRules::picture_of(const AlarmKey& key, const Step& step) const {
+  const auto now = step.changed.find(key);
+  if (now != step.changed.end()) return &now->second;
+  const auto before = pictures_.find(key);
+  return before == pictures_.end() ? nullptr : &before->second;
+}
+
+ChannelNames WatchRules::without_its_others(ChannelNames channels, const Event& event,
+                                            const AlarmReading& reading, Readings all,
+                                            const Step& step) const {
+  if (reading.incident.empty() || event.change == Change::shelved) return channels;
+  const auto since = [&](const AlarmKey& key) {
+    const AlarmPicture* picture = picture_of(key, step);
+    return std::pair(picture == nullptr ? event.utc_ms : picture->since_ms, key);
+  };
+  for (const AlarmReading& other : all) {
+    const AlarmPicture* picture = picture_of(other.key, step);
+    if (other.incident != reading.incident || other.key == reading.key || picture == nullptr) {
+      continue;
+    }
+    Event its = event;
+    its.alarm = other.key.second;
+    its.worst_percent = picture->worst_percent;
+    ChannelNames told;
+    switch (event.change) {
+      case Change::acknowledged:
+        if (picture->unacknowledged) told = channels_of(settings_.routes, its);
+        break;
+      case Change::unacknowledged:
+        // The one that has waited longest.
+        if (picture->unacknowledged && since(other.key) < since(reading.key)) {
+          told = reminded(settings_.routes, its, 0, -1, std::numeric_limits<std::int64_t>::max());
+        }
+        break;
+      default:
+        if (is_told(picture->state)) told = channels_of(settings_.routes, its);
+    }
+    for (const std::string& channel : told) channels.erase(channel);
+  }
+  return channels;
+}
+
+void WatchRules::look(const AlarmReading& reading, Readings all, std::span<const JournalLine> lines,
                       std::int64_t now_ms, Step& step) const {
   const auto known = pictures_.find(reading.key);
   AlarmPicture picture = known == pictures_.end() ? first_picture(reading) : known->second;
@@ -67,7 +111,8 @@ void WatchRules::look(const AlarmReading& reading, std::span<const JournalLine> 
   for (Event& event : take_changes(picture, reading, now_ms)) {
     came = came || event.change == Change::came;
     add_reason(event, lines);
-    post(step, channels_of(settings_.routes, event), event);
+    post(step, without_its_others(channels_of(settings_.routes, event), event, reading, all, step),
+         event);
   }
   if (!came && is_told(picture.state) && picture.worst_percent != before.worst_percent) {
     Event worse = event_of(reading, picture, Change::came, now_ms);
@@ -77,19 +122,20 @@ void WatchRules::look(const AlarmReading& reading, std::span<const JournalLine> 
     // Who is told only now has all the time to acknowledge.
     if (!channels.empty()) picture.since_ms = picture.reminded_ms = now_ms;
   }
-  remind(reading, picture, now_ms, step);
+  remind(reading, all, picture, now_ms, step);
   if (known == pictures_.end() || picture != before) step.changed[reading.key] = picture;
 }
 
-void WatchRules::remind(const AlarmReading& reading, AlarmPicture& picture, std::int64_t now_ms,
-                        Step& step) const {
+void WatchRules::remind(const AlarmReading& reading, Readings all, AlarmPicture& picture,
+                        std::int64_t now_ms, Step& step) const {
   if (!picture.unacknowledged) return;
   // A clock that was set back counts from where it is now.
   if (picture.reminded_ms > now_ms) picture.since_ms = picture.reminded_ms = now_ms;
   Event event = event_of(reading, picture, Change::unacknowledged, now_ms);
   event.waits_min = (now_ms - picture.since_ms) / kMinute;
-  const ChannelNames channels =
-      reminded(settings_.routes, event, picture.since_ms, picture.reminded_ms, now_ms);
+  const ChannelNames channels = without_its_others(
+      reminded(settings_.routes, event, picture.since_ms, picture.reminded_ms, now_ms), event,
+      reading, all, step);
   if (channels.empty()) return;
   post(step, channels, event);
   picture.reminded_ms = now_ms;
@@ -120,7 +166,7 @@ Step WatchRules::silence(std::int64_t silent_ms, std::int64_t now_ms) const {
     reading.unacknowledged = true;
   }
   Step step;
-  look(reading, {}, now_ms, step);
+  look(reading, {}, {}, now_ms, step);
   return step;
 }
 

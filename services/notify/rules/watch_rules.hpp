@@ -2,6 +2,9 @@
 // Turns what is read of the daemon into events for channels. Without a clock and without memory beyond the pictures it is
 // given: what comes out is stored first, in one transaction, and only then becomes the new state. So a kill between the
 // two repeats the step instead of losing or doubling it.
+//
+// Alarms of one incident are told as one: a channel hears of the first that comes, of the last that goes or is
+// acknowledged, and is reminded of one.
 #pragma once
 
 #include <cstdint>
@@ -60,9 +63,16 @@ class WatchRules {
   const Pictures& pictures() const noexcept { return pictures_; }
 
  private:
-  void look(const AlarmReading& reading, std::span<const JournalLine> lines, std::int64_t now_ms,
-            Step& step) const;
-  void remind(const AlarmReading& reading, AlarmPicture& picture, std::int64_t now_ms,
+  using Readings = std::span<const AlarmReading>;
+  // `all`: of which others may belong to the same incident.
+  void look(const AlarmReading& reading, Readings all, std::span<const JournalLine> lines,
+            std::int64_t now_ms, Step& step) const;
+  // Without the channels that another alarm of the incident tells, or has told.
+  ChannelNames without_its_others(ChannelNames channels, const Event& event,
+                                  const AlarmReading& reading, Readings all,
+                                  const Step& step) const;
+  const AlarmPicture* picture_of(const AlarmKey& key, const Step& step) const;
+  void remind(const AlarmReading& reading, Readings all, AlarmPicture& picture, std::int64_t now_ms,
               Step& step) const;
   void forget_absent(const std::set<AlarmKey>& there, std::int64_t now_ms, Step& step) const;
 

@@ -9,6 +9,12 @@
 namespace loopwarden::notify {
 
 std::vector<AlarmReading> readings_of(const protocol::Alarms& all) {
+  std::map<AlarmKey, std::string> incidents;
+  for (const protocol::Incident& incident : all.incidents) {
+    for (const std::string& alarm : incident.alarms) {
+      incidents[{one_line(incident.loop), one_line(alarm)}] = one_line(incident.id);
+    }
+  }
   std::vector<AlarmReading> readings;
   for (const protocol::Alarm& alarm : all.alarms) {
     const double percent = alarm.severity_percent;
@@ -20,6 +26,8 @@ std::vector<AlarmReading> readings_of(const protocol::Alarms& all) {
          .severity_percent = std::isfinite(percent) ? std::optional(percent) : std::nullopt,
          .raised_ms = alarm.raised_ms,
          .changed_ms = alarm.changed_ms});
+    const auto incident = incidents.find(readings.back().key);
+    if (incident != incidents.end()) readings.back().incident = incident->second;
   }
   return readings;
 }

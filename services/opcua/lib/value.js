@@ -9,12 +9,18 @@ const NUMBERS = new Set([
 ]);
 const SEVERITIES = ["good", "uncertain", "bad", "bad"]; // the two highest bits of a status code, OPC UA 10000-4, 7.39
 
-// NaN where it is no number, `why` says so.
-function numberOf(variant) {
+const LONGEST_WORD = 64; // bytes
+
+// A text is a word, such as AUTO; `why` says what is neither that nor a number.
+function valueOf(variant) {
   const type = DataType[variant?.dataType] ?? "nothing";
-  if (!variant || !NUMBERS.has(variant.dataType) || variant.arrayType !== 0) {
-    return { number: NaN, why: `is ${variant?.arrayType ? "an array" : `of type ${type}`}, not a number` };
+  if (!variant || variant.arrayType !== 0) return { why: `is ${variant?.arrayType ? "an array" : "nothing"}` };
+  const text = variant.dataType === DataType.LocalizedText ? variant.value?.text : variant.value;
+  if (typeof text === "string") {
+    const word = text.length > 0 && Buffer.byteLength(text) <= LONGEST_WORD;
+    return { one: text, why: word ? "" : "is a text of 0 or more than 64 bytes" };
   }
+  if (!NUMBERS.has(variant.dataType)) return { why: `is of type ${type}, not a number` };
   let number = Number(variant.value);
   // Two words of 32 bits; the high one of a signed value is given as unsigned.
   if (WIDE.has(variant.dataType)) {
@@ -22,7 +28,7 @@ function numberOf(variant) {
     const whole = (BigInt(high >>> 0) << 32n) | BigInt(low >>> 0);
     number = Number(variant.dataType === DataType.Int64 ? BigInt.asIntN(64, whole) : whole);
   }
-  return { number, why: Number.isFinite(number) ? "" : `is ${number}` };
+  return { one: number, why: Number.isFinite(number) ? "" : `is ${number}` };
 }
 
 // s since 1970 by the source; null where it gives none.
@@ -35,7 +41,7 @@ export function toFed(dataValue) {
   const quality = SEVERITIES[dataValue.statusCode.value >>> 30];
   const time = stampOf(dataValue);
   if (quality === "bad") return { value: null, time, quality, why: dataValue.statusCode.name };
-  const { number, why } = numberOf(dataValue.value);
+  const { one, why } = valueOf(dataValue.value);
   if (why) return { value: null, time, quality: "bad", why };
-  return { value: number, time, quality, why: quality === "good" ? "" : dataValue.statusCode.name };
+  return { value: one, time, quality, why: quality === "good" ? "" : dataValue.statusCode.name };
 }

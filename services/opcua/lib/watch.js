@@ -25,6 +25,8 @@ export class Watch {
   // What is known of each name outlives a session.
   #states = new Map(); // name: {why, stamp, ours}; `ours`: the last thing said was bad, without the source's stamp
 
+  #ran = false;
+
   constructor(config, feed, log) {
     [this.#config, this.#feed, this.#log] = [config, feed, log];
     for (const name of config.nodes.keys()) this.#states.set(name, { why: "", stamp: -Infinity, ours: false });
@@ -32,6 +34,8 @@ export class Watch {
 
   // Until the session is lost or `ended` resolves. Throws Error with what has ended it.
   async run(server, ended) {
+    if (this.#ran) this.#forget();
+    this.#ran = true;
     const subscriptions = [];
     let heard = Date.now();
     const alive = (values) => {
@@ -181,8 +185,18 @@ export class Watch {
     state.why = why;
   }
 
+  // After a session that was lost nobody knows what came of a value until it is heard again.
+  #forget() {
+    this.#sendBad([...this.#states.keys()]);
+    for (const state of this.#states.values()) state.ours = true;
+  }
+
+  #sendBad(names) {
+    this.#feed.send(names.map((name) => ({ name, value: null, time: null, quality: "bad" })));
+  }
+
   #sayRefused(refused) {
-    this.#feed.send([...refused.keys()].map((name) => ({ name, value: null, time: null, quality: "bad" })));
+    this.#sendBad([...refused.keys()]);
     const reasons = new Map();
     for (const [name, why] of refused) {
       const state = this.#states.get(name);

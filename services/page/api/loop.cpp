@@ -52,12 +52,38 @@ http::Response loop_alarm(Context& context, const Call& call) {
   return json_response(with_evidence(std::move(answer), context.reports));
 }
 
-http::Response act_on_alarm(Context& context, const Call& call) {
-  const auto state = context.now().state;
+namespace {
+
+// The loop that the address names, where alarms may be acted on.
+const protocol::LoopDescription& loop_to_act_on(const std::shared_ptr<const BoxState>& state,
+                                                const Call& call) {
   const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
   if (!state->about.page.alarms) {
     throw ApiError(403, "loopwardend.yaml has no page: {alarms: true}, so alarms are only shown");
   }
+  return loop;
+}
+
+}  // namespace
+
+http::Response acknowledge_incident(Context& context, const Call& call) {
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_to_act_on(state, call);
+  const json body = object_of(call.request, {"action", "reason"});
+  if (text_at(body, "action", 32) != "acknowledge") {
+    throw ApiError(400, "an incident can be acknowledged; its alarms have all actions", "action");
+  }
+  return json_response(context.orders.ask(
+      protocol::AcknowledgeIncidentRequest{.loop = loop.tag,
+                                           .incident = std::string(call.request.part(4)),
+                                           .reason = text_or(body, "reason", kLongestReason, ""),
+                                           .user = call.who.user,
+                                           .address = call.request.peer}));
+}
+
+http::Response act_on_alarm(Context& context, const Call& call) {
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_to_act_on(state, call);
   const json body = object_of(call.request, {"action", "minutes", "reason"});
   protocol::AlarmRequest order{.loop = loop.tag,
                                .alarm = std::string(call.request.part(4)),

@@ -59,6 +59,8 @@ constexpr std::array kRoutes{
     Route{Of::page, Method::post, "api/logout", Pool::here, Role::none, log_out},
     Route{Of::box, Method::post, "api/loops/*/alarms/*", Pool::orders, Role::operator_,
           act_on_alarm},
+    Route{Of::box, Method::post, "api/loops/*/incidents/*", Pool::orders, Role::operator_,
+          acknowledge_incident},
     Route{Of::box, Method::post, "api/loops/*/order", Pool::orders, Role::operator_, order},
 };
 

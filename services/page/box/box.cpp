@@ -70,7 +70,11 @@ json alarms_for_page(const protocol::Alarms& all) {
     shown.push_back(std::move(one));
   }
   for (const auto& [loop, one] : first) shown[one.second]["first_out"] = true;
-  return {{"now_ms", all.now_ms}, {"alarms", std::move(shown)}};
+  json incidents = json::array();
+  for (const protocol::Incident& incident : all.incidents) {
+    if (incident.active || incident.unacknowledged) incidents.push_back(incident);
+  }
+  return {{"alarms", std::move(shown)}, {"incidents", std::move(incidents)}};
 }
 
 Box::Box(BoxSettings settings)
@@ -178,8 +182,10 @@ void Box::fetch_state() {
 }
 
 void Box::fetch_alarms() {
-  const json alarms = alarms_for_page(ask(daemon_, protocol::AlarmsRequest{}));
-  std::string list = alarms.at("alarms").dump();
+  const protocol::Alarms all = ask(daemon_, protocol::AlarmsRequest{});
+  json alarms = alarms_for_page(all);
+  std::string list = alarms.dump();
+  alarms["now_ms"] = all.now_ms;
   {
     const std::lock_guard lock(mutex_);
     now_.alarms = std::make_shared<const std::string>(alarms.dump());

@@ -49,7 +49,8 @@ const en = {
     out_of_specification: ['S', 'out of specification'], function_check: ['C', 'function check'], failure: ['F', 'failure']},
   alarms: {other: 'An alarm that this page does not know', stiction: 'Stiction', backlash: 'Backlash', hysteresis: 'Hysteresis', low_air_supply: 'Low air supply',
     unknown: 'Unknown valve fault', model_gap: 'No longer as commissioned', bad_pv: 'PV bad', output_lost: 'Output lost',
-    output_unknown: 'Output not known', not_normal_mode: 'Not in its normal mode'},
+    output_unknown: 'Output not known', not_normal_mode: 'Not in its normal mode', no_longer_as_commissioned: 'No longer as commissioned'},
+  causes: {valve: 'the valve', process: 'the process', transmitter: 'the transmitter', disturbance: 'a disturbance', controller: 'the controller', unknown: 'not known yet'},
   alarmStates: {normal: 'normal', unacknowledged: 'unacknowledged', acknowledged: 'acknowledged',
     returned_unacknowledged: 'gone, unacknowledged', latched_unacknowledged: 'latched, unacknowledged',
     latched_acknowledged: 'latched, acknowledged', shelved: 'shelved', suppressed: 'suppressed',
@@ -122,7 +123,7 @@ const en = {
     of: 'Explained {time}, for alarm {alarm}', report: 'Report of the twin', finalName: 'The alarm was renamed to', sizeWithin: '{size} ({low} to {high}) of the CO span',
   },
   alarm: {
-    title: 'Alarms', caption: 'Alarms that are not normal, what waits first', state: 'State', loop: 'Loop', alarm: 'Alarm', size: 'Size', raised: 'Raised', times: 'Times',
+    title: 'Alarms', caption: 'What has changed or is not normal, what waits first', state: 'State', loop: 'Loop', alarm: 'Alarm', size: 'Size', raised: 'Raised', times: 'Times',
     firstOut: 'first', nothing: 'No alarm is on, and none waits.', pick: 'Choose an alarm to see what it means and what to do.',
     cause: 'What it means', consequence: 'If nothing is done', action: 'What to do', evidence: 'Evidence', evidenceFor: '{n} samples that raised it, every {step}', noEvidence: 'No evidence is kept for this alarm.',
     evidenceUpper: 'Evidence: PV and set point', evidenceLower: 'Evidence: output and stem', replay: 'Judge it once more, on this box', history: 'History', historyCaption: 'Lines of the journal on this alarm, the newest first',
@@ -131,6 +132,7 @@ const en = {
     needsOperator: 'To acknowledge or shelve, log in as an operator.', 
     reason: 'Reason', reasonOptional: 'Reason (optional)', minutes: 'For', minutesUnit: '{n} min', hoursUnit: '{n} h', done: 'Done: {loop}, {alarm}: {state}', notOnDisk: 'Done, but the journal is not on the disk yet.',
     dialog: {acknowledge: 'Acknowledge {alarm} of {loop}?', reset: 'Reset {alarm} of {loop}?', shelve: 'Shelve {alarm} of {loop}', unshelve: 'Take {alarm} of {loop} off the shelf?'},
+    raisedBy: 'raised by {alarms}', where: 'Where', incidentAlarms: 'What raised it', named: 'Named', renamed: '{from} became {to} at {time}', incident: 'Incident',
     open: 'Open the loop', verdict: 'Verdict', chance: 'Probability of each fault', back: 'All alarms',
   },
   acting: {
@@ -181,6 +183,9 @@ const en = {
 };
 
 export const texts = en;
+
+// Of an alarm, or of an incident, which may have an effect's name.
+export const changeName = (name) => texts.alarms[name] ?? (name.charAt(0).toUpperCase() + name.slice(1)).replaceAll('_', ' ');
 
 export function fill(template, values) {
   return template.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? String(values[name]) : whole));

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/journal/incident_text.hpp"
 #include "hal/contract/sample.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/plant/stiction_karnopp.hpp"
@@ -462,6 +463,71 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
   CHECK(board.acknowledge_all(model::kAlarmKinds, "10.0.0.7:1000", {}).alarms.size() == 1);
 }
 
+TEST_CASE("what one change raises is one incident: told, acknowledged, and known after a restart",
+          "[monitor][incident]") {
+  Bench bench;
+  const auto incident = [&](const WatchBoard& board) { return board.watch(0).incident.incident(); };
+  bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
+  bench.run(2 * kWindow);
+  model::AlarmConditions twin{};
+  twin[model::index_of(AlarmKind::stiction)] = {true, 5.0};
+  twin[model::index_of(AlarmKind::model_gap)] = {true, 0.0};
+  bench.board->twin_judged(0, twin);
+  CHECK(incident(*bench.board).has(AlarmKind::stiction));
+  CHECK(incident(*bench.board).has(AlarmKind::model_gap));
+  const std::string id = journal::incident_id("FIC-101", incident(*bench.board));
+  CHECK(id == "FIC-101-20270115T080000Z");
+
+  CHECK_THAT(bench.board->acknowledge_incident(0, "FIC-101-20260101T000000Z", "me", {}).why,
+             Catch::Contains(id));
+  const OrderResult done = bench.board->acknowledge_incident(0, id, "me", "seen");
+  REQUIRE(done.accepted);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::acknowledged);
+  CHECK(bench.state(AlarmKind::model_gap) == AlarmState::acknowledged);
+  CHECK_FALSE(bench.board->acknowledge_incident(0, id, "me", {}).accepted);
+
+  Explanation e;
+  e.alarm = AlarmKind::model_gap;
+  e.raised_ms = bench.now_ms;
+  e.verdict = "missing_effect";
+  e.effect = "gain_change";
+  e.block = plant::Block::process;
+  e.confidence = 0.9;
+  bench.board->explained(0, e);
+  bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
+  std::vector<std::string> told;
+  for (const journal::JournalRow& row : bench.journal.newest(200)) {
+    if (row.entry.what.rfind("incident", 0) != 0) continue;
+    told.push_back(row.entry.what + " " + row.entry.old_value + ">" + row.entry.new_value);
+    CHECK(row.entry.reason == id);
+  }
+  CHECK(told == std::vector<std::string>{"incident renamed stiction>gain_change",
+                                         "incident joined >stiction", "incident opened >stiction"});
+
+  bench.journal.stop();
+  for (const bool damaged : {false, true}) {
+    INFO((damaged ? "the journal is damaged: from the copy" : "from the journal"));
+    if (damaged) tests::write_file(bench.folder / "journal.sqlite", "no database");
+    journal::Journal again({.folder = bench.folder.path()});
+    WatchBoard board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
+    board.restore(again.open());
+    CHECK(incident(board).name == "gain_change");
+    CHECK(incident(board).cause == plant::Block::process);
+    CHECK(incident(board).alarms == incident(*bench.board).alarms);
+    CHECK(incident(board).opened_ms == incident(*bench.board).opened_ms);
+    CHECK(incident(board).renamed == incident(*bench.board).renamed);
+    CHECK(incident(board).open());
+  }
+
+  bench.now_ms += model::kQuiet_ms + model::kJoin_ms;
+  bench.board->twin_judged(0, {});
+  bench.board->pass_time();
+  CHECK(incident(*bench.board).open());
+  bench.now_ms += model::kQuiet_ms;
+  bench.board->pass_time();
+  CHECK_FALSE(incident(*bench.board).open());
+}
+
 TEST_CASE("a shelved alarm comes back by itself when its time is over", "[monitor]") {
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
@@ -508,6 +574,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
     for (const journal::JournalRow& row : bench.journal.newest(200)) {
       const journal::JournalEntry& e = row.entry;
       if (e.kind != journal::JournalEntry::Kind::system || e.loop.empty()) continue;
+      if (e.what == "incident opened") continue;
       lines.insert(lines.begin(),
                    e.what + ": " + e.old_value + " > " + e.new_value + ": " + e.result);
     }

@@ -241,7 +241,12 @@ TEST_CASE("what a line of values may look like", "[protocol][feed]") {
   CHECK(why(R"({"values":[1]})") == "each of values must be an object");
   CHECK(why(R"({"values":[{"value":1}]})") == "name must be a text");
   CHECK(why(R"({"values":[{"name":"","value":1}]})") == "name must have 1 to 1024 bytes");
-  CHECK(why(R"({"values":[{"name":"A","value":"1"}]})") == "value must be a number or null");
+  CHECK(why(R"({"values":[{"name":"A","value":[1]}]})") ==
+        "value must be a number, a word or null");
+  CHECK(why(R"({"values":[{"name":"A","value":"AUTO"}]})").empty());
+  CHECK(why(R"({"values":[{"name":"A","value":""}]})") == "a word must have 1 to 64 bytes");
+  CHECK(why(R"({"values":[{"name":"A","value":")" + std::string(65, 'A') + "\"}]}") ==
+        "a word must have 1 to 64 bytes");
   CHECK(why(R"({"values":[{"name":"A","value":null}]})") ==
         "value may be null with quality bad only");
   CHECK(why(R"({"values":[{"name":"A","value":1,"time":"now"}]})") ==

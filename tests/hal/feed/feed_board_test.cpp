@@ -32,7 +32,10 @@ struct Rig {
 
   FeedBoard board;
   Feeder& feeder{board.feeder("opcua")};
-  FeedSource source{{.process_variable = {"opcua", "PV"}, .output = {"opcua", "OP"}}, board};
+  FeedSource source{{.process_variable = {{"opcua", "PV"}, 0.5, -1.0},
+                     .output = {{"opcua", "OP"}},
+                     .mode = hal::feed::FeedName{"opcua", "MODE"}},
+                    board};
   hal::SourceInputs inputs;
   double now_s = 100.0;
 };
@@ -46,7 +49,7 @@ TEST_CASE("a fed value arrives where a loop asks for it", "[feed]") {
   CHECK(rig.pv().sample.quality == Quality::bad);
   CHECK(rig.pv().sample.reason == Reason::never_received);
   CHECK(rig.put("PV", 12.5, kNoStamp) == Feeder::Put::taken);
-  CHECK(rig.pv().sample.value == 12.5);
+  CHECK(rig.pv().sample.value == 5.25);  // 12.5 * 0.5 - 1
   CHECK(rig.pv().sample.quality == Quality::good);
   CHECK(rig.age_s() == Approx(0.0).margin(1e-6));
   CHECK(rig.inputs.output.sample.reason == Reason::never_received);
@@ -68,6 +71,24 @@ TEST_CASE("quality comes from the source, and a bad one keeps the last good valu
   CHECK(rig.pv().sample.quality == Quality::uncertain);
   rig.put("PV", std::numeric_limits<double>::infinity(), kNoStamp);
   CHECK(rig.pv().sample.reason == Reason::not_finite);
+}
+
+TEST_CASE("a word is a mode and no number", "[feed]") {
+  Rig rig;
+  const auto say = [&](const char* name, const char* word) {
+    rig.feeder.put(name, {.value = hal::number_of_word(word), .is_word = true},
+                   {.now_ns = 100'000'000'000, .utc_s = kUtc});
+    rig.source.read(rig.inputs);
+  };
+  say("MODE", "AUTO");
+  CHECK(rig.inputs.mode.sample.quality == Quality::good);
+  CHECK(rig.inputs.mode.sample.value == hal::number_of_word("AUTO"));
+  CHECK(rig.inputs.mode.sample.value > hal::kLargestNumber);
+  CHECK(hal::number_of_word("AUTO") != hal::number_of_word("MAN"));
+  CHECK(hal::number_of_word("3") == 3.0);
+  say("PV", "12.5");
+  CHECK(rig.inputs.process_variable.sample.quality == Quality::bad);
+  CHECK(rig.inputs.process_variable.sample.reason == Reason::not_finite);
 }
 
 TEST_CASE("another clock's offset is measured, and what comes late is as old as it is", "[feed]") {

@@ -86,7 +86,8 @@ TEST_CASE("a PLC that controls by itself is read by functions 1 to 4 and no othe
 }
 
 // Requests that the device got for each period of the source.
-double requests_a_period(TcpRig& rig, mb::ModbusSource& source) {
+template <class Rig>
+double requests_a_period(Rig& rig, mb::ModbusSource& source) {
   hal::SourceInputs inputs;
   const auto requests = [&] {
     return std::stod(ForeignProcess::field(rig.device.command("state"), "requests"));
@@ -125,6 +126,38 @@ TEST_CASE("one request reads what lies close together", "[modbus][source]") {
   source.close();
 }
 
+TEST_CASE("on a serial line one request reads what lies close together", "[modbus][source]") {
+  SerialRig rig({}, "plc_device.py");
+  mb::ModbusBus bus;
+  mb::ModbusSource source(all_input_registers(rig.link()), "FIC-1", bus);
+  mb::ModbusSourceSettings apart = all_input_registers(rig.link());
+  for (mb::SourcePoint* point :
+       {&apart.process_variable, &apart.output, &*apart.set_point, &*apart.stem, &*apart.mode}) {
+    point->point.reg.table = mb::Table::holding_register;
+  }
+  mb::ModbusSource other(apart, "FIC-2", bus);
+  source.open();
+  other.open();
+  CHECK(requests_a_period(rig, source) < 2.5);  // one a table
+  hal::SourceInputs inputs;
+  REQUIRE(eventually([&] { return all_good(source, inputs); }));
+  CHECK(inputs.set_point.sample.value == 20.0);
+  CHECK(inputs.mode.sample.value == 1.0);
+
+  // Broken off and found again, with a reply to the older request on its way.
+  const auto seen = inputs.process_variable.sample.sequence;
+  rig.proxy.command("late 700");
+  REQUIRE(eventually([&] { return !all_good(source, inputs); }));
+  rig.proxy.command("ok");
+  REQUIRE(eventually([&] { return all_good(source, inputs) && all_good(other, inputs); }));
+  CHECK(inputs.set_point.sample.value == 20.0);
+  CHECK(inputs.process_variable.sample.sequence > 0);
+  REQUIRE(eventually(
+      [&] { return all_good(source, inputs) && inputs.process_variable.sample.sequence > seen; }));
+  other.close();
+  source.close();
+}
+
 TEST_CASE("one request serves loops that came at different times", "[modbus][source]") {
   TcpRig rig({}, "plc_device.py");
   mb::ModbusBus bus;
@@ -145,20 +178,86 @@ TEST_CASE("one request serves loops that came at different times", "[modbus][sou
   first.close();
 }
 
-TEST_CASE("a device that refuses registers in between is asked value by value",
-          "[modbus][source]") {
+TEST_CASE("a gap that a device refuses parts a request in two", "[modbus][source]") {
   TcpRig rig({"--absent", "9"}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSourceSettings settings = all_input_registers(rig.link());
   settings.mode->point.reg.address = 12;  // 0 there: manual
   mb::ModbusSource source(settings, "FIC-1", bus);
   source.open();
-  CHECK(requests_a_period(rig, source) > 4.0);
+  CHECK(requests_a_period(rig, source) == Approx(2.0).margin(0.4));
   hal::SourceInputs inputs;
   REQUIRE(eventually([&] { return all_good(source, inputs); }));
   CHECK(inputs.set_point.sample.value == 20.0);
   CHECK(inputs.mode.sample.value == 0.0);
   source.close();
+}
+
+TEST_CASE("one address that a device does not have is asked for apart from the others",
+          "[modbus][source]") {
+  TcpRig rig({"--absent", "4", "5"}, "plc_device.py");  // SP
+  mb::ModbusBus bus;
+  mb::ModbusSource source(all_input_registers(rig.link()), "FIC-1", bus);
+  mb::ModbusSourceSettings without = all_input_registers(rig.link());
+  without.set_point = at(rig.link(), 12, RegisterType::f32);
+  mb::ModbusSource other(without, "FIC-2", bus);
+  source.open();
+  other.open();
+  hal::SourceInputs inputs;
+  REQUIRE(eventually([&] { return all_good(other, inputs); }));
+  // PV and CO of both, SP, and what is behind it.
+  CHECK(requests_a_period(rig, other) < 4.0);
+  source.read(inputs);
+  CHECK(inputs.set_point.sample.reason == hal::Reason::device_error);
+  CHECK(inputs.process_variable.sample.quality == hal::Quality::good);
+  CHECK(inputs.mode.sample.quality == hal::Quality::good);
+  other.close();
+  source.close();
+}
+
+TEST_CASE(
+    "units of a gateway share its connections, and one that is silent delays no other for long",
+    "[modbus][source]") {
+  TcpRig rig({"--units", "1,2,3"}, "plc_device.py");
+  mb::LinkSettings link = rig.link();
+  link.connections = 1;
+  mb::ModbusBus bus;
+  const auto of_unit = [&](std::uint8_t unit) {
+    mb::ModbusSourceSettings settings = all_input_registers(link);
+    for (mb::SourcePoint* point : {&settings.process_variable, &settings.output,
+                                   &*settings.set_point, &*settings.stem, &*settings.mode}) {
+      point->point.unit = unit;
+    }
+    return settings;
+  };
+  mb::ModbusSource first(of_unit(1), "FIC-1", bus);
+  mb::ModbusSource silent(of_unit(9), "FIC-9", bus);
+  mb::ModbusSource last(of_unit(3), "FIC-3", bus);
+  CHECK(bus.link(link, 1) == bus.link(link, 3));
+  first.open();
+  silent.open();
+  last.open();
+  hal::SourceInputs inputs;
+  REQUIRE(eventually([&] { return all_good(first, inputs); }));
+  REQUIRE(eventually([&] { return all_good(last, inputs); }));
+  const auto seen = inputs.process_variable.sample.sequence;
+  REQUIRE(eventually([&] {
+    return all_good(last, inputs) && inputs.process_variable.sample.sequence > seen + 50;
+  }));
+  CHECK_FALSE(silent.counters().connected);
+  CHECK(first.counters().connected);
+  // As often as probe_interval says, not with each period of 20 ms.
+  CHECK(silent.counters().timeouts < 20);
+
+  link.connections = 2;
+  mb::ModbusBus two;
+  const auto one = two.link(link, 1);
+  CHECK(two.link(link, 2) != one);
+  CHECK(two.link(link, 5) == one);  // the third unit
+  CHECK(two.link(link, 1) == one);
+  last.close();
+  silent.close();
+  first.close();
 }
 
 TEST_CASE("on a serial line a loop is watched while the commands of another go on",

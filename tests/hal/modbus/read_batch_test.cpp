@@ -27,7 +27,10 @@ struct Tasks {
     listed.push_back(&task);
     return task;
   }
-  mb::ReadShape gathered(mb::LinkTask& first) { return gather(first, listed, kNow, batch); }
+  mb::ReadShape gathered(mb::LinkTask& first, int most = 125) {
+    gather(first, listed, kNow, most, batch);
+    return joint_shape(batch);
+  }
   bool has(const mb::LinkTask& task) const {
     return std::find(batch.begin(), batch.end(), &task) != batch.end();
   }
@@ -70,7 +73,7 @@ TEST_CASE("what a request must not serve stays out of it", "[modbus]") {
   mb::LinkTask& soon = tasks.add(1);
   soon.due_ns = kNow + soon.period_ns / 20;
   tasks.add(2).due_ns = kNow + soon.period_ns / 5;
-  tasks.add(3).merges = false;
+  tasks.add(30).period_ns *= 2;
   tasks.add(4).yields = false;  // of a loop that is controlled here
   mb::LinkTask& trusted = tasks.add(5);
   mb::PointSettings with_status = input(5, RegisterType::u16);
@@ -88,10 +91,37 @@ TEST_CASE("what a request must not serve stays out of it", "[modbus]") {
   CHECK(tasks.batch.size() == 2);
   CHECK(tasks.has(soon));
 
-  first.merges = false;
+  first.apart = true;
   (void)tasks.gathered(first);
   CHECK(tasks.batch.size() == 1);
   CHECK(tasks.has(first));
+}
+
+TEST_CASE("what a device refuses parts a run, which stays whole on both sides", "[modbus]") {
+  Tasks tasks;
+  std::vector<mb::LinkTask*> all;
+  for (std::uint16_t address = 0; address < 10; ++address) all.push_back(&tasks.add(address));
+  CHECK(tasks.gathered(*all[9]).count == 10);
+  CHECK(tasks.gathered(*all[9], 4).count == 2);  // 4, 4 and 2
+  all[4]->apart = true;
+  CHECK(tasks.gathered(*all[0]).count == 4);
+  CHECK(tasks.gathered(*all[4]).count == 1);
+  CHECK(tasks.gathered(*all[9]).address == 5);
+  all[7]->cut_before = true;
+  CHECK(tasks.gathered(*all[9]).address == 7);
+  CHECK(tasks.gathered(*all[5]).count == 2);
+}
+
+TEST_CASE("a refused batch is parted at its widest gap, else in the middle", "[modbus]") {
+  Tasks tasks;
+  for (std::uint16_t address = 0; address < 4; ++address) tasks.add(address);
+  (void)tasks.gathered(*tasks.listed[0]);
+  CHECK(parting(tasks.batch) == 2);
+  tasks.add(8);
+  tasks.add(11);
+  (void)tasks.gathered(*tasks.listed[0]);
+  CHECK(tasks.batch.size() == 6);
+  CHECK(parting(tasks.batch) == 4);
 }
 
 }  // namespace read_batch_test

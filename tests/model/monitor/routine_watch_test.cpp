@@ -23,8 +23,8 @@ constexpr double kSetPoint = 20.0;  // as SmallLoop has it
 // Samples of 2 s: the first level takes each as it is.
 const WindowSettings kSettings{.sample_time_s = 2.0};
 
-SmallLoop::Run sticky(std::size_t samples) {
-  plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
+SmallLoop::Run sticky(std::size_t samples, double s = 4.0) {
+  plant::StictionKarnopp valve({.s = s, .j = 0.75 * s}, 0.5);
   valve.reset(50.0);
   return SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
       samples, [&](double u) { return valve.step(u); }, wandering_load(1.3));
@@ -64,6 +64,66 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
   CHECK(windows == 2);
   const AlarmCondition& condition = watch.conditions()[index_of(AlarmKind::stiction)];
   CHECK(condition.severity_percent == Approx(4.0).epsilon(0.5));
+}
+
+// The same of a source that reports a value when it has changed by more than a band.
+SmallLoop::Run on_change(SmallLoop::Run run, double pv_band, double co_band) {
+  const auto hold = [](std::vector<double>& values, double band) {
+    double held = values.front();
+    for (double& value : values) {
+      if (std::abs(value - held) > band) held = value;
+      value = held;
+    }
+  };
+  hold(run.pv, pv_band);
+  hold(run.co, co_band);
+  return run;
+}
+
+TEST_CASE("what a source that reports on change hides raises nothing, and is told",
+          "[routine][watch]") {
+  WindowSettings settings = kSettings;
+  settings.on_change = true;
+  const auto raised = [](const SmallLoop::Run& run, RoutineWatch& watch) {
+    bool any = false;
+    for (std::size_t k = 0; k < run.pv.size(); ++k) {
+      watch.add(cycle_of(run, k, k));
+      any |= stiction_on(watch);
+    }
+    return any;
+  };
+  const auto wide = sticky(4 * RoutineWatch::kSamples);
+  RoutineWatch plain(settings);
+  CHECK(raised(wide, plain));
+  CHECK(plain.judgement().sees_from_percent == 0.0);
+
+  // Wider than what is left out: seen, and what could not be is told.
+  RoutineWatch seen(settings);
+  CHECK(raised(on_change(wide, 0.3, 1.0), seen));
+  CHECK(seen.judgement().source.co.kind == analysis::ArchiveKind::exception);
+  CHECK(seen.judgement().source.co.deviation == Approx(1.0).epsilon(0.1));
+  CHECK(seen.judgement().source.pv.deviation == Approx(0.3).epsilon(0.1));
+  CHECK(seen.judgement().sees_from_percent == Approx(2.0).epsilon(0.1));
+
+  // Held values make a small sticking valve by themselves.
+  const auto narrow = on_change(sticky(RoutineWatch::kSamples, 1.5), 0.1, 0.5);
+  RoutineWatch hidden(settings);
+  CHECK_FALSE(raised(narrow, hidden));
+  CHECK(hidden.judgement().verdict == diagnosis::DiagnosisVerdict::cant_tell);
+  RoutineWatch credulous(kSettings);
+  CHECK_FALSE(raised(narrow, credulous));
+  CHECK(credulous.judgement().verdict == diagnosis::DiagnosisVerdict::valve_effect);
+  CHECK(credulous.judgement().sum > hidden.judgement().sum);
+
+  // So seldom that no rule can be told: nothing is named. When all of it comes again it is seen.
+  RoutineWatch seldom(settings);
+  CHECK_FALSE(raised(on_change(wide, 0.05, 2.5), seldom));
+  CHECK(std::isinf(seldom.judgement().sees_from_percent));
+  for (std::size_t k = 0; k < wide.pv.size(); ++k) {
+    seldom.add(cycle_of(wide, k, wide.pv.size() + k));
+  }
+  CHECK(seldom.judgement().sees_from_percent == 0.0);
+  CHECK(stiction_on(seldom));
 }
 
 TEST_CASE("where nobody knows SP there is routine evidence, and no window", "[routine][watch]") {

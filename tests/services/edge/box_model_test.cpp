@@ -174,6 +174,27 @@ TEST_CASE("alarms and explanations are asked for when their registers change", "
   CHECK(seen.view.unacknowledged(1).empty());
 }
 
+TEST_CASE("an incident comes with its name and cause", "[edge]") {
+  Seen seen;
+  seen.view.look();
+  CHECK(seen.of_loop("incident/name") == Value{});
+  seen.daemon.set_incident({{"id", "FIC-101-20261124T145805Z"},
+                            {"loop", "FIC-101"},
+                            {"name", "gain_change"},
+                            {"cause", "process"},
+                            {"raised_s", 1'700'000'000.0},
+                            {"confidence", 0.9},
+                            {"active", true}});
+  seen.view.look();
+  CHECK(seen.of_loop("incident/id") == Value(std::string("FIC-101-20261124T145805Z")));
+  CHECK(seen.of_loop("incident/name") == Value(std::string("gain_change")));
+  CHECK(seen.of_loop("incident/cause") == Value(std::string("process")));
+  CHECK(seen.of_loop("incident/confidence") == Value(0.9));
+  CHECK(seen.of_loop("incident/active") == Value(true));
+  CHECK(seen.of_loop("incident/unacknowledged") == Value(false));
+  CHECK(seen.of_loop("incident/raised") == Value(std::uint64_t{1'700'000'000'000}));
+}
+
 TEST_CASE("a process alarm is in no register, and comes all the same; it has no size", "[edge]") {
   Seen seen;
   seen.view.look();

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/daemon_process.hpp"
@@ -195,6 +196,32 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   CHECK(rig.is("FIC-206", "pv_reason", "stale"));
   rig.feeder.start();
   CHECK(rig.is("FIC-206", "pv", 5.5));
+}
+
+TEST_CASE("loopwarden-feed --browse lists what edge nodes have, and asks for their births",
+          "[feed]") {
+  tests::TemporaryFolder folder;
+  const MqttBroker broker;
+  ForeignProcess edge("sparkplug_edge.py", {std::to_string(broker.port()), "plant", "e1", "dev"});
+  edge.command("connect");
+  const auto browse = [&](const std::string& more) {
+    tests::write_file(folder / "feed.yaml", "broker: {url: 'mqtt://127.0.0.1:" +
+                                                std::to_string(broker.port()) + "'}\n" + more);
+    return tests::run(LOOPWARDEN_BIN_DIR "/loopwarden-feed --browse plant --seconds 2 --config " +
+                      (folder / "feed.yaml").string() + " 2>&1");
+  };
+  CHECK(browse("").exit_code == 74);  // the births are over, and nobody says anything
+  // The first thing that is heard is what makes it ask.
+  std::thread voice([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    edge.command("set PV 3");
+  });
+  const auto found = browse("ask_rebirth: true\n");
+  voice.join();
+  INFO(found.text);
+  CHECK(found.exit_code == 0);
+  CHECK(found.text.find("e1/dev/PV,plant/e1/dev/PV,Float,") != std::string::npos);
+  CHECK(found.text.find("Node Control") == std::string::npos);
 }
 
 TEST_CASE("loopwarden-feed by TLS, with a certificate of its own", "[feed]") {

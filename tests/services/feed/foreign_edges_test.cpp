@@ -186,9 +186,10 @@ TEST_CASE("historical values are not now's; null, NaN and text are bad", "[feed]
   CHECK(of(std::monostate{}, DataType::float32).quality == Quality::bad);
   CHECK(of(std::nan(""), DataType::float32).quality == Quality::bad);
   CHECK(edge.edges.counts().bad_payloads == 0);
-  CHECK(of(std::string("12"), DataType::string).quality == Quality::bad);
+  CHECK(of(std::string("AUTO"), DataType::string).word == "AUTO");
+  CHECK(of(std::string(65, 'A'), DataType::string).quality == Quality::bad);
   CHECK(edge.edges.counts().bad_payloads == 1);
-  CHECK(edge.complaint == "a value for PV is no number");
+  CHECK(edge.complaint == "a value for PV is no number and no word");
   CHECK(of(true, DataType::boolean).value == 1.0);
 }
 

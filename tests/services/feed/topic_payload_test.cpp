@@ -48,6 +48,20 @@ TEST_CASE("a payload that is a number", "[feed]") {
   CHECK(refused({}, std::string(kMostTopicBytes + 1, '1')) == "longer than 1 MiB");
 }
 
+TEST_CASE("a word where the rule takes words", "[feed]") {
+  const PayloadRule words{.words = true};
+  CHECK(read(words, " AUTO\n").word == "AUTO");
+  CHECK_FALSE(read(words, "AUTO").value);
+  CHECK(read(words, "AUTO").quality == Quality::good);
+  CHECK(read(words, "3").value == 3.0);
+  CHECK(refused(words, "") == "expected a number or a word of at most 64 bytes");
+  CHECK(refused(words, "\xff") == "expected a number or a word of at most 64 bytes");
+  CHECK(refused(words, std::string(65, 'A')) == "expected a number or a word of at most 64 bytes");
+  const PayloadRule in_json{.value = JsonPointer("/m"), .words = true};
+  CHECK(read(in_json, R"({"m": "MAN"})").word == "MAN");
+  CHECK(read(in_json, R"({"m": null})").quality == Quality::bad);
+}
+
 TEST_CASE("JSON: value, time and quality where the pointers say", "[feed]") {
   const FedValue fed = read(json_rule(), R"({"d": [{"v": 3.5}], "t": 1764000000.25, "q": 192})");
   CHECK(fed.value == 3.5);

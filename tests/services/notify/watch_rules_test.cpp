@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/notify/rules/watch_rules.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <vector>
 
@@ -219,6 +220,41 @@ TEST_CASE("an alarm of a loop that there is no longer ends", "[notify][changes]"
   all.read(reading("F", "unacknowledged"), kStart);
   CHECK(all.read(reading("G", "normal"), kStart + 1000) == "mail:went");
   CHECK(all.read(reading("G", "normal"), kStart + 2000).empty());
+}
+
+TEST_CASE("alarms of one incident are told as one, on each channel", "[notify][incident]") {
+  Rules all;
+  Route operators = route({"mail"});
+  operators.changes = {true, true, true, true};
+  operators.reminders = {{.after_min = 10, .channels = {"phone"}}};
+  Route severe = route({"sms"}, 10.0);
+  severe.alarms = {"stiction"};
+  all.settings.routes = {operators, severe};
+  const auto read = [&](const std::string& gap, const std::string& stiction, double size,
+                        std::int64_t now_ms) {
+    AlarmReading first = reading("F", gap);
+    first.key.second = "model_gap";
+    first.severity_percent.reset();
+    AlarmReading second = reading("F", stiction, size, stiction == "normal" ? 0 : 1);
+    first.incident = second.incident = "F-20261124T145805Z";
+    const std::array readings{first, second};
+    const Step step = all.rules.read(readings, {}, now_ms);
+    all.rules.accept(step);
+    return told(step);
+  };
+  CHECK(read("unacknowledged", "normal", 0.0, kStart) == "mail:came");
+  // Who was not told of the first hears of the second.
+  CHECK(read("unacknowledged", "unacknowledged", 12.0, kStart + 5 * kMinute) == "sms:came");
+  // Of both that wait one is reminded of: the one that has waited longer.
+  CHECK(read("unacknowledged", "unacknowledged", 12.0, kStart + 10 * kMinute) ==
+        "phone:unacknowledged");
+  CHECK(read("unacknowledged", "unacknowledged", 12.0, kStart + 16 * kMinute).empty());
+  // Acknowledged when all are; of the one that still waits it is reminded. Gone when all have.
+  CHECK(read("acknowledged", "unacknowledged", 12.0, kStart + 17 * kMinute) ==
+        "phone:unacknowledged");
+  CHECK(read("acknowledged", "acknowledged", 12.0, kStart + 18 * kMinute) == "mail:acknowledged");
+  CHECK(read("normal", "acknowledged", 12.0, kStart + 19 * kMinute).empty());
+  CHECK(read("normal", "normal", 12.0, kStart + 20 * kMinute) == "mail:went sms:went");
 }
 
 TEST_CASE("a step that was not stored is made again", "[notify][changes]") {

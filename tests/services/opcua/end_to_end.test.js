@@ -86,6 +86,14 @@ test("a tag that is renamed is bad, by name, and comes back with its name", asyn
   await eventually("good again, with the old stamp", () => good("FIC001"));
 });
 
+test("a session that the server drops is opened anew, without a restart", async () => {
+  const before = await rig.server.order("requests");
+  await rig.server.order("drop");
+  await eventually("another session", async () => (await rig.server.order("requests")).CreateSessionRequest > before.CreateSessionRequest);
+  await rig.server.order("set", PV, 13.5);
+  await eventually("its values arrive", async () => (await rig.loop("FIC001")).pv === 13.5);
+});
+
 test("a server that is gone: stale; it comes back with a certificate to be trusted, other namespace indices, narrow limits", async () => {
   const asked = await rig.server.order("requests");
   assert.ok(asked.CreateMonitoredItemsRequest > 0);
@@ -97,13 +105,15 @@ test("a server that is gone: stale; it comes back with a certificate to be trust
   const trusted = path.join(rig.folder, "opcua/trusted");
   fs.renameSync(trusted, `${trusted}.away`);
   fs.mkdirSync(trusted);
-  await rig.startServer("--first-namespace", "urn:test:other", "--most-per-call", "3", "--most-items", "5");
+  await rig.startServer("--first-namespace", "urn:test:other", "--most-per-call", "3", "--most-items", "5", "--sampling", "300", "--publishing", "600");
   await eventually("it is logged", () => rig.log.includes("the server's certificate is not trusted"));
   assert.equal((await rig.loop("FIC001")).pv_reason, "stale");
   fs.rmdirSync(trusted);
   fs.renameSync(`${trusted}.away`, trusted);
   await eventually("both are good", async () => await good("FIC001") && await good("FIC002"), 20);
   assert.equal((await rig.loop("FIC001")).pv, 20);
+  assert.match(rig.log, /the server samples each 0.3 s, asked for 0.1 s/);
+  assert.match(rig.log, /the server publishes each 0.6 s, asked for 0.2 s/);
   const again = await rig.server.order("requests");
   assert.ok(again.CreateSubscriptionRequest >= 2); // 9 items, 5 each
   assert.ok(again.CreateMonitoredItemsRequest >= 3); // 3 each

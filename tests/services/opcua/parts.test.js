@@ -25,9 +25,16 @@ test("numbers of every type are values", () => {
   assert.equal(valueOf(DataType.Int16, -3, { sourceTimestamp: null }).time, null);
 });
 
+test("a text is a word, for a loop's mode", () => {
+  assert.equal(valueOf(DataType.String, "AUTO").value, "AUTO");
+  assert.equal(valueOf(DataType.LocalizedText, { text: "MAN", locale: "en" }).value, "MAN");
+});
+
 test("what is no number is bad, and says why", () => {
   for (const [type, value, options, why] of [
-    [DataType.String, "AUTO", {}, /of type String/],
+    [DataType.String, "A".repeat(65), {}, /text/],
+    [DataType.String, "", {}, /text/],
+    [DataType.DateTime, new Date(), {}, /of type DateTime/],
     [DataType.Double, [1, 2], { arrayType: 1 }, /an array/],
     [DataType.Double, NaN, {}, /NaN/],
     [DataType.Double, 1, { statusCode: StatusCodes.BadSensorFailure }, /BadSensorFailure/],

@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // An OPC UA server with loops, security on: FIC001 ... each PV, SP, OP, MODE with ranges and units. Orders come as lines on
 // standard input, an answer each; what clients have asked for is counted by the name of the request.
-//   set NAME VALUE [SECONDS SINCE 1970] | status NAME CODE | rename FROM TO | requests
-// Usage: server.js PORT PKI [--loops N] [--first-namespace URI] [--sampling MS] [--most-items N] [--most-per-call N]
+//   set NAME VALUE [SECONDS SINCE 1970] | status NAME CODE | rename FROM TO | requests | drop (every session)
+// Usage: server.js PORT PKI [--loops N] [--first-namespace URI] [--sampling MS] [--publishing MS] [--most-items N] [--most-per-call N]
 //   [--user NAME:PASSWORD]
 import readline from "node:readline";
 import { parseArgs } from "node:util";
 import opcua from "node-opcua";
 
-const { DataType, MessageSecurityMode, nodesets, OPCUACertificateManager, OPCUAServer, SecurityPolicy, StatusCodes, Variant } = opcua;
+const { DataType, MessageSecurityMode, Subscription, nodesets, OPCUACertificateManager, OPCUAServer, SecurityPolicy, StatusCodes, Variant } = opcua;
 const { values: options, positionals: [port, pki] } = parseArgs({
   allowPositionals: true,
   options: {
@@ -19,6 +19,7 @@ const { values: options, positionals: [port, pki] } = parseArgs({
     "most-per-call": { type: "string" },
     user: { type: "string" },
     sampling: { type: "string", default: "50" },
+    publishing: { type: "string", default: "50" },
   },
 });
 const URI = "urn:test:dcs";
@@ -39,6 +40,7 @@ const server = new OPCUAServer({
     operationLimits: { maxMonitoredItemsPerCall: Number(options["most-per-call"] ?? 1000) },
   },
 });
+Subscription.minimumPublishingInterval = Number(options.publishing);
 const requests = {};
 server.on("request", (request) => { requests[request.schema.name] = (requests[request.schema.name] ?? 0) + 1; });
 await server.initialize();
@@ -98,6 +100,9 @@ const orders = {
     change(to, { stamp: tag.stamp });
   },
   requests: () => requests,
+  drop() {
+    for (const session of Object.values(server.engine._sessions)) server.engine.closeSession(session.authenticationToken, true, "Terminated");
+  },
 };
 console.log("ready");
 for await (const line of readline.createInterface({ input: process.stdin })) {

@@ -14,6 +14,7 @@ Prints "READY port=N" or "READY serial=PATH". Commands on standard input, each a
 
 Registers, 0-based, the same for every unit, f32 ABCD:
   input 0 PV, 2 CO, 4 SP, 6 stem; 8 mode u16; holding the same; coil 0 and discrete input 0: closed (mode 1 or 3)
+  (with --loops N the same N times in a row, each 9 registers on)
   120 of each exist, less what --absent names: who asks for one of these is refused.
 """
 
@@ -62,11 +63,8 @@ class Plc:
         self.pv += (self.args.gain * delayed - self.pv) * PERIOD / self.args.time_constant
 
     def image(self):
-        image = [0] * 120
-        for at, value in ((0, self.measured), (2, self.co), (4, self.sp), (6, self.stem)):
-            image[at : at + 2] = words("f", value)
-        image[8] = self.mode
-        return image
+        one = [word for value in (self.measured, self.co, self.sp, self.stem) for word in words("f", value)] + [self.mode]
+        return (one * self.args.loops + [0] * 120)[:120]
 
     async def run(self):
         loop = asyncio.get_running_loop()
@@ -124,6 +122,7 @@ async def main():
     parser.add_argument("--kp", type=float, default=1.5, help="%% per m3/h")
     parser.add_argument("--ki", type=float, default=1.0, help="%% per m3/h and s")
     parser.add_argument("--noise", type=float, default=0.02, help="m3/h, one sigma")
+    parser.add_argument("--loops", type=int, default=1, help="that show the same values, at most 13")
     parser.add_argument("--absent", type=int, nargs="*", default=[], help="addresses that do not exist")
     parser.add_argument("--speed", type=float, default=1.0, help="plant seconds per second")
     args = parser.parse_args()

@@ -127,6 +127,15 @@ TEST_CASE("a loop that changes raises model_gap, with its explanation", "[commis
   CHECK(explanation.at("agrees") == true);
   CHECK(explanation.at("from_s").get<double>() == Approx(150.0).margin(40.0));
 
+  const json incidents = json::parse(out.text).at("incidents");
+  REQUIRE(incidents.size() == 1);
+  CHECK(incidents[0].at("name") == "gain_change");
+  CHECK(incidents[0].at("cause") == "process");
+  CHECK(incidents[0].at("alarms")[0] == "model_gap");
+  CHECK(incidents[0].at("from_s").get<double>() == Approx(explanation.at("from_s").get<double>()));
+  CHECK(incidents[0].at("explanation").at("verdict") == "missing_effect");
+  CHECK(incidents[0].at("renamed")[0].at("from") == "no_longer_as_commissioned");
+
   const ShellOutcome plain = loopwarden(replay + " --no-explain");
   CHECK(json::parse(plain.text).at("transitions")[0].at("explanation").is_null());
 }

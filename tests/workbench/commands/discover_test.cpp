@@ -236,4 +236,35 @@ TEST_CASE("tags of an OPC UA server come by loopwarden-opcua", "[discover][progr
   CHECK_FALSE(fs::exists(site.folder / "new"));
 }
 
+TEST_CASE("metrics of a Sparkplug group come by loopwarden-feed", "[discover][program]") {
+  const Site site;
+  write_file(site.folder / "births.csv",
+             "name,node_id,data_type,unit,low,high,description\n"
+             "line1/R2/FIC206/PV,plant/line1/R2/FIC206/PV,Float,m3/h,0,40,Feed\n"
+             "line1/R2/FIC206/OP,plant/line1/R2/FIC206/OP,Float,%,0,100,\n"
+             "line1/FIC207/PV,plant/line1//FIC207/PV,Float,m3/h,0,40,\n"
+             "line1/FIC207/OP,plant/line1//FIC207/OP,Float,%,0,100,\n");
+  write_file(
+      site.folder / "loopwarden-feed",
+      "#!/bin/sh\ntest \"$*\" = '--config f.yaml --browse plant --seconds 5' || exit 64\ncat " +
+          site.path("births.csv") + "\n");
+  ::chmod(site.path("loopwarden-feed").c_str(), 0755);
+  const ShellOutcome made =
+      run("PATH=" + site.folder.path().string() +
+          ":$PATH " LOOPWARDEN_CLI
+          " discover --sparkplug plant --feed-config f.yaml --seconds 5 --nodes " +
+          site.path("metrics.yaml") + " --out " + site.path("loops.d") + " 2>&1");
+  INFO(made.text);
+  CHECK(made.exit_code == 0);
+  CHECK(holds(site.text("FIC206.yaml"),
+              "# Found by loopwarden discover in Sparkplug group plant.\n"));
+  CHECK(holds(site.text("FIC206.yaml"), "pv: {feed: \"mqtt:line1/R2/FIC206/PV\"}\n"));
+  const std::string rules = read_file(site.folder / "metrics.yaml");
+  CHECK(holds(rules, "metrics:\n"));
+  CHECK(holds(rules,
+              "- {name: \"line1/R2/FIC206/PV\", group: \"plant\", edge: \"line1\", device: "
+              "\"R2\", metric: \"FIC206/PV\"}\n"));
+  CHECK(holds(rules, "edge: \"line1\", device: \"\", metric: \"FIC207/OP\"}\n"));
+}
+
 }  // namespace loopwarden::tests::discover_test

@@ -65,6 +65,15 @@ TEST_CASE("a record through the daemon's monitor: the alarm comes with the third
   CHECK(t.at("from") == "normal");
   CHECK(t.at("to") == "unacknowledged");
   CHECK(t.at("time_s") == Approx(0.1 * (3 * 961 - 1)));
+  REQUIRE(result.at("incidents").size() == 1);
+  const json& incident = result.at("incidents")[0];
+  CHECK(incident.at("id") == "record-288.2");
+  CHECK(incident.at("raised_s") == t.at("time_s"));
+  CHECK(incident.at("name") == "stiction");
+  CHECK(incident.at("cause") == "valve");
+  CHECK(incident.at("confidence").is_null());
+  CHECK(incident.at("alarms") == json{"stiction"});
+  CHECK(incident.at("cleared_s").is_null());
   CHECK(replay(record + specialists).text.find("unacknowledged") != std::string::npos);
   CHECK(replay(record + specialists + " --json").text ==
         replay(record + specialists + " --json").text);

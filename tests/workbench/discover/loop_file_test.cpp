@@ -52,8 +52,8 @@ TEST_CASE("the file of a loop is what was found of it", "[discover]") {
   CHECK(loop->controller.output.high == 100.0);
   CHECK(loop->sample_time_s == 1.0);
   const auto& feed = std::get<hal::feed::FeedSettings>(loop->io);
-  CHECK(feed.process_variable == hal::feed::FeedName{"opcua", "A \"b\": {x}"});
-  CHECK(feed.output == hal::feed::FeedName{"opcua", "OP"});
+  CHECK(feed.process_variable.name == hal::feed::FeedName{"opcua", "A \"b\": {x}"});
+  CHECK(feed.output.name == hal::feed::FeedName{"opcua", "OP"});
   CHECK(feed.mode == hal::feed::FeedName{"opcua", "M"});
   CHECK(feed.mode_values.automatic == std::vector<double>{1.0, 3.0});
   CHECK_FALSE(feed.set_point);
@@ -100,7 +100,7 @@ TEST_CASE("what is missing stands at the top, and what check would refuse counts
 }
 
 TEST_CASE("nodes that are known are listed for loopwarden-opcua", "[discover]") {
-  CHECK(node_list({whole_loop()}) ==
+  CHECK(node_list({whole_loop()}, NodeForm::opcua) ==
         "nodes:\n"
         "  \"A \\\"b\\\": {x}\": \"nsu=urn:p;s=\\\"b\\\"\"\n"
         "  \"M\": \"nsu=urn:p;i=7\"\n");
@@ -108,7 +108,7 @@ TEST_CASE("nodes that are known are listed for loopwarden-opcua", "[discover]") 
   for (auto& signal : without.signals) {
     if (signal) signal->node.clear();
   }
-  CHECK(node_list({without}).empty());
+  CHECK(node_list({without}, NodeForm::opcua).empty());
 }
 
 }  // namespace loopwarden::workbench::discover::loop_file_test

@@ -13,6 +13,7 @@ export class Live extends EventTarget {
   describe = null; // the daemon's, with `loops`
   overview = null; // columns in the order of describe.loops
   alarms = [];
+  incidents = []; // of each loop the newest, where it is on or waits
   alarmsKnown = false; // whether `alarms` is what the box said
   sparks = []; // one for each loop
   daemon = {up: true, since_ms: null, why: ''};
@@ -48,7 +49,7 @@ export class Live extends EventTarget {
     this.#source = source;
     const on = (type, act) => source.addEventListener(type, (event) => act(event.data ? JSON.parse(event.data) : null));
     on('overview', (o) => this.#take(o));
-    on('alarms', (a) => { this.alarms = Array.isArray(a) ? a : a.alarms; this.alarmsKnown = true; this.#soon('alarms'); });
+    on('alarms', (a) => { this.alarms = a.alarms; this.incidents = a.incidents; this.alarmsKnown = true; this.#soon('alarms'); });
     on('daemon', (d) => { this.daemon = d; this.#watch(); this.#soon('daemon'); });
     on('describe', () => this.#fetchDescribe());
     on('ended', () => this.lose());
@@ -102,7 +103,7 @@ export class Live extends EventTarget {
     this.#source?.close();
     clearTimeout(this.#retry);
     this.session = {...this.session, user: null, role: 'none', must_login: true, can: {alarms: false, control: false}};
-    Object.assign(this, {describe: null, overview: null, alarms: [], alarmsKnown: false, sparks: [], places: new Map(), stale: null,
+    Object.assign(this, {describe: null, overview: null, alarms: [], incidents: [], alarmsKnown: false, sparks: [], places: new Map(), stale: null,
       daemon: {up: true, since_ms: null, why: ''}, heard_ms: 0});
     this.#periods = [];
     this.#moved = [];

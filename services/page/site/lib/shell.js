@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // What stays on every view: the head with alarms, clock and user, the way to the views, the word that values are old.
 import {actions} from './dialog.js';
-import {priority, shown, waits} from './codes.js';
+import {waits} from './codes.js';
 import {el, icon, setAttribute, setText} from './dom.js';
 import {WallClock, duration} from './format.js';
+import {linesOf} from './incidents.js';
 import {live} from './live.js';
 import {remember} from './memory.js';
 import {readColours} from './spark.js';
-import {fill, texts} from '../texts.js';
+import {changeName, fill, texts} from '../texts.js';
 
 const VIEWS = [['', 'overview'], ['alarms', 'alarms'], ['journal', 'journal'], ['reports', 'reports'], ['system', 'system'], ['fleet', 'fleet']];
 
@@ -91,7 +92,7 @@ export class Shell {
 
   title(text) {
     this.#title = text;
-    const n = live.alarms.filter((alarm) => waits(alarm.state)).length; // of alarms that are not known: none
+    const n = linesOf(live.alarms, live.incidents).filter((line) => waits(line.state)).length; // of alarms that are not known: none
     document.title = `${n ? `(${n}) ` : ''}${text} – ${texts.brand}`;
   }
 
@@ -175,11 +176,11 @@ export class Shell {
 
   #alarms() {
     this.#signs();
-    const alarms = live.alarms.filter((alarm) => shown(alarm.state));
-    const wait = alarms.filter((alarm) => waits(alarm.state)), active = alarms.filter((alarm) => alarm.active && alarm.state !== 'shelved');
+    const lines = linesOf(live.alarms, live.incidents);
+    const wait = lines.filter((line) => waits(line.state)), active = lines.filter((line) => line.active && line.state !== 'shelved');
     const parts = [wait.length ? fill(texts.head.alarmsWait, {n: wait.length}) : null, active.length ? fill(texts.head.alarmsActive, {n: active.length}) : null];
     // In the shape and colour of the gravest that waits, else of the gravest that is on.
-    const grave = (wait.length ? wait : active).some((alarm) => priority(alarm, live.describe?.alarms?.severe_percent ?? 5) === 'high') ? 'high' : 'low';
+    const grave = (wait.length ? wait : active).some((line) => line.grave(live.describe?.alarms?.severe_percent ?? 5) === 'high') ? 'high' : 'low';
     this.summary.replaceChildren(icon(wait.length || active.length ? grave : 'ok'),
       el('span', {}, parts.filter(Boolean).join(', ') || texts.head.alarmsNone));
     this.summary.className = `summary ${wait.length ? `waits ${grave}` : active.length ? 'active' : ''}`.trim();
@@ -187,10 +188,10 @@ export class Shell {
     this.badge.hidden = !wait.length;
     setText(this.badge, String(wait.length));
     this.title(this.#title);
-    const keys = new Map(wait.map((alarm) => [`${alarm.loop}\n${alarm.alarm}\n${alarm.raised_ms}`, alarm]));
-    const fresh = this.#known ? [...keys].filter(([key]) => !this.#known.has(key)).map(([, alarm]) => alarm) : [];
+    const keys = new Map(wait.map((line) => [`${line.loop}\n${line.incident?.id ?? line.name}\n${line.raised_ms}`, line]));
+    const fresh = this.#known ? [...keys].filter(([key]) => !this.#known.has(key)).map(([, line]) => line) : [];
     this.#known = live.alarmsKnown ? new Set(keys.keys()) : null;
-    if (fresh.length === 1) this.say(fill(texts.announce.alarm, {loop: fresh[0].loop, alarm: texts.alarms[fresh[0].alarm] ?? fresh[0].alarm}));
+    if (fresh.length === 1) this.say(fill(texts.announce.alarm, {loop: fresh[0].loop, alarm: changeName(fresh[0].name)}));
     else if (fresh.length) this.say(fill(texts.announce.alarms, {n: fresh.length}));
   }
 }

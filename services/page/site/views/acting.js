@@ -115,6 +115,20 @@ export function act(loop, alarm, action) {
   });
 }
 
+// Acknowledges all that waits of an incident.
+export function acknowledgeIncident(incident, name) {
+  const names = {loop: incident.loop, alarm: name};
+  const reason = el('input', {name: 'reason', maxlength: 200, autocomplete: 'off'});
+  ask({
+    title: fill(ta.dialog.acknowledge, names), label: ta.acknowledge, body: [field(ta.reasonOptional, reason)],
+    accept: async (data) => {
+      const answer = await post(loopPath(incident.loop, 'incidents', incident.id), {action: 'acknowledge', reason: String(data.get('reason') ?? '')});
+      toast(answer.on_disk === false ? ta.notOnDisk : fill(ta.done, {...names, state: texts.alarmStates.acknowledged}));
+      live.dispatchEvent(new Event('acted'));
+    },
+  });
+}
+
 // A word on what was done, seen and heard, that goes by itself.
 function toast(text) {
   document.querySelector('.toast')?.remove();

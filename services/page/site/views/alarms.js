@@ -1,52 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
 // The list of alarms, and of the one that is chosen what it means, what to do, why it came, and the operator's hands.
-import {ALARM_KINDS, actionsOf, ofProcess, priority, shown, waits} from '../lib/codes.js';
+import {ALARM_KINDS, actionsOf, ofProcess, priority, waits} from '../lib/codes.js';
 import {Trend, loadPlotter} from '../lib/trend.js';
 import {arrangedAlarms} from '../lib/order.js';
 import {el, facts, icon, scroller, setAttribute, table} from '../lib/dom.js';
 import {count, duration, percent} from '../lib/format.js';
 import {get, loopPath} from '../lib/api.js';
+import {INCIDENT, linesOf, partOf} from '../lib/incidents.js';
 import {live} from '../lib/live.js';
 import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
-import {act, operator} from './acting.js';
+import {acknowledgeIncident, act, operator} from './acting.js';
 import {changeOf} from './journal.js';
 import {explanationPart} from './loop_parts.js';
 import {reportOf} from './reports.js';
 import {signOf} from './overview.js';
-import {fill, texts} from '../texts.js';
+import {changeName as nameOf, fill, texts} from '../texts.js';
 
 const t = texts.alarm;
 const HISTORY = [{head: texts.journal.time, row: true, class: 'time'}, {head: texts.journal.change, class: 'change'}, {head: texts.journal.who}, {head: texts.journal.reason, class: 'words'}];
-const nameOf = (kind) => texts.alarms[kind] ?? kind;
-const hrefOf = (alarm) => `#/alarms/${encodeURIComponent(alarm.loop)}/${encodeURIComponent(alarm.alarm)}`;
+const hrefOf = (loop, part) => `#/alarms/${encodeURIComponent(loop)}/${encodeURIComponent(part)}`;
 const severe = () => live.describe?.alarms?.severe_percent ?? 5;
-const sizeOf = (alarm) => (typeof alarm.severity_percent === 'number' ? percent(alarm.severity_percent, 1) : '–');
+const sizeText = (size) => (typeof size === 'number' ? percent(size, 1) : '–');
 
-function stateCell(alarm) {
-  const grave = priority(alarm, severe());
-  const look = waits(alarm.state) ? `${grave} waits` : alarm.state === 'acknowledged' ? `${grave} seen` : 'soft';
-  return el('span', {class: `state ${look}`}, el('span', {class: 'sign'}, icon(signOf(alarm.state, grave))), el('span', {}, texts.alarmStates[alarm.state]));
+function stateCell(state, grave) {
+  const look = waits(state) ? `${grave} waits` : state === 'acknowledged' ? `${grave} seen` : 'soft';
+  return el('span', {class: `state ${look}`}, el('span', {class: 'sign'}, icon(signOf(state, grave))), el('span', {}, texts.alarmStates[state]));
 }
 
+// Of an incident, also where the alarms have its name: an operator may look at each.
+const raisedBy = (line) => el('small', {class: 'raised-by'}, fill(t.raisedBy, {alarms: line.alarms.map((alarm) => nameOf(alarm.alarm)).join(', ')}));
+
 function listOf(chosen) {
-  const alarms = arrangedAlarms(live.alarms.filter((alarm) => shown(alarm.state)));
-  if (!alarms.length) return el('p', {class: 'nothing'}, t.nothing);
+  const lines = arrangedAlarms(linesOf(live.alarms, live.incidents));
+  if (!lines.length) return el('p', {class: 'nothing'}, t.nothing);
   const columns = [{head: t.state}, {head: t.alarm, row: true}, {head: t.loop}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}];
-  const node = table(t.caption, columns, alarms.map((alarm) => [[stateCell(alarm), el('small', {}, texts.priority[priority(alarm, severe())])],
-    el('span', {}, el('a', {href: hrefOf(alarm), class: 'choose'}, nameOf(alarm.alarm)), alarm.first_out ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null),
-    el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, alarm.loop), sizeOf(alarm), wall().dateTime(alarm.raised_ms)]), {captionHidden: true, class: 'lines as-cards alarms'});
+  const node = table(t.caption, columns, lines.map((line) => [[stateCell(line.state, line.grave(severe())), el('small', {}, texts.priority[line.grave(severe())])],
+    el('span', {}, el('a', {href: hrefOf(line.loop, partOf(line)), class: 'choose'}, nameOf(line.name)), line.firstOut ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null,
+      line.alarms.length > 1 || line.alarms[0].alarm !== line.name ? raisedBy(line) : null),
+    el('a', {href: `#/loop/${encodeURIComponent(line.loop)}`}, line.loop), sizeText(line.size), wall().dateTime(line.raised_ms)]), {captionHidden: true, class: 'lines as-cards alarms'});
   node.querySelectorAll('tbody tr').forEach((row, i) => {
-    const is = alarms[i].loop === chosen?.loop && alarms[i].alarm === chosen?.alarm;
+    const line = lines[i], is = line.loop === chosen?.loop && (partOf(line) === chosen?.alarm || line.alarms.some((alarm) => alarm.alarm === chosen?.alarm));
     row.classList.toggle('chosen', is);
     setAttribute(row.querySelector('a.choose'), 'aria-current', is ? 'true' : null);
   });
   return scroller(t.title, node);
 }
 
+// What it means and what to do, as the daemon says it of an alarm.
+const guideOf = (e) => el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
+  .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key]))));
+
+const mayAct = () => live.session.can?.alarms;
+const whyNot = () => el('p', {class: 'soft small'}, live.session.login && !operator() ? t.needsOperator : t.noActing);
+
 function hands(alarm) {
   const actions = actionsOf(alarm.state);
-  if (!live.session.can?.alarms) return el('p', {class: 'soft small'}, live.session.login && !operator() ? t.needsOperator : t.noActing);
+  if (!mayAct()) return whyNot();
   return el('div', {class: 'hands'}, actions.map((action, i) => el('button', {type: 'button', class: i === 0 && waits(alarm.state) ? 'main' : null,
     click: () => act(alarm.loop, alarm.alarm, action)}, t[action])));
 }
@@ -79,6 +89,56 @@ async function evidencePart(id, loop, scope) {
   return {node, draw};
 }
 
+// One change of a loop: what it is, why, and the alarms that it raised.
+class IncidentDetail {
+  constructor(chosen, scope) {
+    Object.assign(this, {chosen, scope});
+    this.head = el('h2', {tabindex: -1}, chosen.loop);
+    this.about = el('div', {});
+    this.guide = el('div', {});
+    this.why = el('div', {});
+    this.alarms = el('div', {});
+    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.alarms);
+  }
+
+  async load() {
+    const {loop} = this.chosen;
+    try {
+      const now = await get(loopPath(loop), this.scope.signal), {incident} = now;
+      const ours = now.explanation && incident?.alarms.includes(now.explanation.alarm) && now.explanation.raised_ms >= 1000 * incident.raised_s ? now.explanation : null;
+      const report = ours ? await reportOf(ours.folder.split('/').at(-1), this.scope.signal) : null;
+      if (this.scope.over) return;
+      const line = linesOf(live.alarms, live.incidents).find((one) => one.incident && one.loop === loop);
+      // Where the explanation has found another cause than the alarms say, it has the remedy as well.
+      const telling = incident?.alarms.find((alarm) => alarm === incident.name) ?? (typeof incident?.confidence === 'number' ? null : incident?.alarms.at(-1));
+      const guide = telling && await get(loopPath(loop, 'alarms', telling), this.scope.signal);
+      if (this.scope.over) return;
+      const key = JSON.stringify([incident, line?.alarms, ours, report?.id, live.session.can]);
+      if (key === this.key) return;
+      this.key = key;
+      this.#fill(incident, line, ours, report);
+      this.guide.replaceChildren(guide && line ? guideOf(guide) : '');
+    } catch (error) {
+      if (error.name !== 'AbortError') this.about.replaceChildren(el('p', {class: 'trouble', role: 'alert'}, fill(texts.failed, {why: error.message})));
+    }
+  }
+
+  #fill(incident, line, explanation, report) {
+    if (!incident || !line) { this.about.replaceChildren(el('p', {class: 'nothing'}, t.nothing)); this.why.replaceChildren(); this.alarms.replaceChildren(); return; }
+    const name = nameOf(incident.name), time = (s) => wall().dateTime(1000 * s);
+    this.head.textContent = `${name} – ${incident.loop}`;
+    const button = el('button', {type: 'button', class: 'main', click: () => acknowledgeIncident(incident, name)}, t.acknowledge);
+    this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(line.state, line.grave(severe())), !mayAct() ? whyNot() : incident.unacknowledged ? el('div', {class: 'hands'}, button) : ''), facts([
+      [t.where, texts.causes[incident.cause]], typeof incident.confidence === 'number' ? [texts.explain.confidence, percent(100 * incident.confidence)] : null,
+      line.size !== null ? [t.size, sizeText(line.size)] : null, [texts.explain.since, time(incident.from_s)], [t.raised, time(incident.raised_s)], [t.incident, incident.id],
+      incident.renamed.length ? [t.named, el('ul', {}, incident.renamed.map((one) => el('li', {}, fill(t.renamed, {from: nameOf(one.from), to: nameOf(one.to), time: time(one.time_s)}))))] : null]),
+    el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(incident.loop)}`}, t.open)));
+    this.why.replaceChildren(el('h3', {}, t.explanation), explanation ? explanationPart(explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
+    this.alarms.replaceChildren(el('h3', {}, t.incidentAlarms), el('ul', {class: 'its-alarms'}, line.alarms.map((alarm) => el('li', {},
+      el('a', {href: hrefOf(alarm.loop, alarm.alarm)}, nameOf(alarm.alarm)), `, ${texts.alarmStates[alarm.state]}, ${wall().dateTime(alarm.raised_ms)}`))));
+  }
+}
+
 class Detail {
   constructor(chosen, scope) {
     Object.assign(this, {chosen, scope});
@@ -109,13 +169,12 @@ class Detail {
 
   #fill(e, report) {
     const {alarm} = e, loop = live.describe?.loops[live.places.get(alarm.loop)];
-    this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(alarm), hands(alarm)), facts([
-      [t.size, `${sizeOf(alarm)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`],
+    this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(alarm.state, priority(alarm, severe())), hands(alarm)), facts([
+      [t.size, `${sizeText(alarm.severity_percent)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`],
       [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)],
       alarm.shelved_until_ms ? [texts.alarmStates.shelved, fill(t.until, {time: wall().dateTime(alarm.shelved_until_ms)})] : null]),
     alarm.consequence ? el('p', {}, t.consequenceOf) : '', el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, t.open)));
-    this.guide.replaceChildren(el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
-      .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key])))));
+    this.guide.replaceChildren(guideOf(e));
     const id = e.evidence?.id ?? null;
     if (!ofProcess(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
     const lines = e.history ?? [];
@@ -143,7 +202,7 @@ export function show(main, {parts}, scope) {
   const list = el('section', {class: 'panel list'}), side = el('div', {class: 'side'});
   let chosen = null, detail = null, inner = null, key = '';
   const showList = () => {
-    const fresh = JSON.stringify([live.alarms, chosen, live.describe?.alarms]);
+    const fresh = JSON.stringify([live.alarms, live.incidents, chosen, live.describe?.alarms]);
     if (fresh === key) return;
     key = fresh;
     const held = document.activeElement?.getAttribute?.('href'), inside = list.contains(document.activeElement);
@@ -153,12 +212,12 @@ export function show(main, {parts}, scope) {
   const choose = ([loop, alarm]) => {
     inner?.end();
     inner = null;
-    chosen = loop && ALARM_KINDS.includes(alarm) ? {loop, alarm} : null;
+    chosen = loop && (alarm === INCIDENT || ALARM_KINDS.includes(alarm)) ? {loop, alarm} : null;
     main.classList.toggle('chosen', Boolean(chosen));
     showList();
     if (!chosen) { side.replaceChildren(el('section', {class: 'panel detail'}, el('p', {class: 'nothing'}, t.pick))); return; }
     inner = new (scope.constructor)();
-    detail = new Detail(chosen, inner);
+    detail = new (chosen.alarm === INCIDENT ? IncidentDetail : Detail)(chosen, inner);
     side.replaceChildren(detail.node);
     // Evidence and explanation come after the alarm, and no event tells of them.
     inner.every(5000, () => detail.load());

@@ -75,6 +75,23 @@ TEST_CASE("a viewer can't write, an operator can, and the journal will know who"
   CHECK(rig.orders.asked[0]["alarm"] == "stiction");
 }
 
+TEST_CASE("an incident is acknowledged by its id, and nothing else is done to it") {
+  ApiRig rig(true);
+  const std::vector<std::string> incident{"api", "loops", "FIC-101", "incidents",
+                                          "FIC-101-20261124T145805Z"};
+  CHECK(rig.answer(rig.post_as("vera", incident, kAcknowledge)).status == 403);
+  CHECK(rig.answer(rig.post_as("otto", incident, {{"action", "shelve"}})).status == 400);
+  CHECK(rig.orders.asked.empty());
+  CHECK(rig.answer(rig.post_as("otto", incident, kAcknowledge)).status == 200);
+  REQUIRE(rig.orders.asked.size() == 1);
+  CHECK(rig.orders.asked[0] == json{{"request", "acknowledge_incident"},
+                                    {"loop", "FIC-101"},
+                                    {"incident", "FIC-101-20261124T145805Z"},
+                                    {"reason", ""},
+                                    {"user", "otto"},
+                                    {"address", "127.0.0.1"}});
+}
+
 TEST_CASE("a POST needs the session's token, JSON and this origin") {
   ApiRig rig(true);
   Request request = rig.post_as("otto", kAlarm, kAcknowledge);

@@ -66,7 +66,7 @@ TEST_CASE("a daemon is seen to come, to go and to come back") {
   CHECK(box.now().state->about.loops.size() == 2);
   CHECK(eventually([&] { return heard.times(http::EventKind::overview) > 3; }));
   REQUIRE(eventually([&] { return !heard.of(http::EventKind::alarms).empty(); }));
-  CHECK(json::parse(heard.of(http::EventKind::alarms)).size() == 1);
+  CHECK(json::parse(heard.of(http::EventKind::alarms))["alarms"].size() == 1);
   daemon.reset();
   REQUIRE(eventually([&] { return !box.now().up; }));
   CHECK(box.now().state);
@@ -140,6 +140,17 @@ TEST_CASE("of a loop's alarms the one that came first is told") {
   CHECK(shown["alarms"][0]["first_out"] == false);
   CHECK(shown["alarms"][1]["first_out"] == true);
   CHECK(shown["alarms"][2]["first_out"] == true);
+}
+
+TEST_CASE("incidents that are on, or wait for the operator, are told") {
+  json on{{"id", "A-1"}, {"active", true}, {"unacknowledged", false}};
+  json waits{{"id", "B-1"}, {"active", false}, {"unacknowledged", true}};
+  json over{{"id", "C-1"}, {"active", false}, {"unacknowledged", false}};
+  const json shown =
+      alarms_for_page(json{{"alarms", json::array()}, {"incidents", {on, waits, over}}});
+  REQUIRE(shown["incidents"].size() == 2);
+  CHECK(shown["incidents"][0]["id"] == "A-1");
+  CHECK(shown["incidents"][1]["id"] == "B-1");
 }
 
 }  // namespace loopwarden::tests::box_test

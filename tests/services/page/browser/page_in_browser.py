@@ -24,7 +24,7 @@ from selenium.webdriver.common.keys import Keys  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 TAG = "FIC-101"
 HOSTILE = '<img src=x onerror="document.title=1">'
-ROUTES = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/stiction", "journal", "reports", "system"]
+ROUTES = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", "journal", "reports", "system"]
 WATCHED = """loop: FIC-205
 control: elsewhere
 sample_time: 1
@@ -127,8 +127,10 @@ def loop_shows(box, browser):
 def evidence_shows(box, browser):
     browser.go(box, "alarms")
     browser.until(lambda: browser.all(".alarms tbody tr"), "the list of alarms is empty")
-    browser.check("first" in browser.text(".alarms"), "none came first")
-    browser.press(f".alarms a[href='#/alarms/{TAG}/stiction']")
+    browser.check("Stiction" in browser.text(".alarms"), "the incident has not the alarm's name")
+    browser.press(f".alarms a[href='#/alarms/{TAG}/incident']")
+    browser.until(lambda: "the valve" in browser.text(".about-alarm + .facts, .detail dl"), "the incident does not say where it is")
+    browser.press(f".its-alarms a[href='#/alarms/{TAG}/stiction']")
     browser.until(lambda: len(browser.text(".guide .action dd")) > 20, "the alarm does not say what to do")
     browser.until(lambda: len(browser.all(".evidence .plot canvas")) == 2, "the evidence is not drawn")
     browser.until(lambda: drawn(browser, ".evidence canvas", "measured") > 200, "the evidence is empty")
@@ -150,7 +152,8 @@ def viewer_cannot_write(box, browser):
 
 
 def acknowledge(box, browser):
-    browser.go(box, f"alarms/{TAG}/stiction")
+    """The incident, and with it the alarm."""
+    browser.go(box, f"alarms/{TAG}/incident")
     browser.press(".detail .hands button.main")
     browser.until(lambda: browser.all("dialog[open]"), "acknowledging does not ask")
     browser.find("dialog input[name=reason]").send_keys(HOSTILE)

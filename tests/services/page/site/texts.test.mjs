@@ -39,7 +39,7 @@ test('every file that is asked for is in the program', () => {
 });
 
 // Groups whose members are looked up by the daemon's names.
-const BY_NAME = new Set(['roles', 'stale', 'modes', 'modesLong', 'faults', 'quality', 'ne107', 'alarms', 'alarmStates', 'priority', 'flags', 'filters', 'sorts',
+const BY_NAME = new Set(['roles', 'stale', 'modes', 'modesLong', 'faults', 'quality', 'ne107', 'alarms', 'causes', 'alarmStates', 'priority', 'flags', 'filters', 'sorts',
   'kinds', 'spans', 'conditions', 'verdicts', 'dialog', 'nav', 'guide', 'judged', 'valueNames']);
 
 test('no text is left over', () => {

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// What operators do with alarms and incidents.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/journal/incident_text.hpp"
+#include "daemon/monitor/watch_board.hpp"
+
+namespace loopwarden::daemon::monitor {
+
+namespace model = loopwarden::monitor;
+using journal::JournalEntry;
+using model::AlarmAction;
+using model::AlarmKind;
+using model::AlarmState;
+
+namespace {
+
+const char* to_text(AlarmAction action) noexcept {
+  switch (action) {
+    case AlarmAction::acknowledge: return "acknowledge";
+    case AlarmAction::reset: return "reset";
+    case AlarmAction::shelve: return "shelve";
+    case AlarmAction::unshelve: break;
+  }
+  return "unshelve";
+}
+
+}  // namespace
+
+OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order) {
+  const std::lock_guard lock(mutex_);
+  return act_locked(loop, order);
+}
+
+OrderResult WatchBoard::act_locked(std::size_t loop, const AlarmOrder& order) {
+  OrderResult result;
+  model::LoopAlarms& alarms = watches_[loop].alarms;
+  const std::int64_t now_ms = utc_ms_();
+  const Memories before = memories(loop);
+  const AlarmState state = alarms.alarm(order.kind).state();
+  const auto done = alarms.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
+  result.accepted = done.accepted;
+  if (!done.accepted) {
+    result.why =
+        order.action == AlarmAction::shelve
+            ? fmt::format(
+                  "an alarm is shelved for at least a minute, and for {} min at "
+                  "most",
+                  settings_.shelve_limit_ms / 60'000)
+            : fmt::format("alarm {} of {} is {}: nothing to {}", model::to_text(order.kind),
+                          names_[loop], model::to_text(state), to_text(order.action));
+  }
+  const std::uint64_t ordered = write_order(loop, order, result);
+  const std::uint64_t changed = write_down(loop, before, done.transitions);
+  if (result.accepted) result.ticket = std::max(ordered, changed);
+  return result;
+}
+
+OrderResult WatchBoard::acknowledge_incident(std::size_t loop, const std::string& id,
+                                             const std::string& peer, const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  const LoopWatch& watch = watches_[loop];
+  const model::Incident incident = watch.incident.incident();
+  OrderResult done;
+  if (!incident.there() || journal::incident_id(names_[loop], incident) != id) {
+    done.why =
+        fmt::format("{} has no incident '{}'; its newest is {}", names_[loop], id,
+                    incident.there() ? journal::incident_id(names_[loop], incident) : "none");
+    return done;
+  }
+  for (const AlarmKind kind : model::kValveAlarms) {
+    if (!incident.has(kind) || !watch.alarms.alarm(kind).unacknowledged()) continue;
+    const OrderResult one = act_locked(loop, {kind, AlarmAction::acknowledge, 0, peer, reason});
+    done.accepted = done.accepted || one.accepted;
+    done.ticket = std::max(done.ticket, one.ticket);
+  }
+  if (!done.accepted) done.why = fmt::format("incident {}: nothing to acknowledge", id);
+  return done;
+}
+
+Acknowledged WatchBoard::acknowledge_all(std::span<const AlarmKind> kinds, const std::string& peer,
+                                         const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  Acknowledged done;
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    for (const AlarmKind kind : kinds) {
+      if (!watches_[i].alarms.alarm(kind).unacknowledged()) continue;
+      const OrderResult result = act_locked(i, {kind, AlarmAction::acknowledge, 0, peer, reason});
+      if (!result.accepted) continue;
+      done.alarms.push_back({i, kind});
+      done.ticket = result.ticket;
+    }
+  }
+  return done;
+}
+
+OrderResult WatchBoard::set_veto(std::size_t loop, model::Veto veto, const std::string& peer,
+                                 const std::string& reason) {
+  OrderResult result;
+  const std::lock_guard lock(mutex_);
+  LoopWatch& watch = watches_[loop];
+  // Masters repeat what they have written: no news, no line.
+  if (watch.veto == veto && watch.corrective != model::CorrectiveState::off) return {true, {}, 0};
+  result.accepted = watch.corrective != model::CorrectiveState::off;
+  if (!result.accepted) {
+    result.why = names_[loop] + " has no corrective action (monitor.corrective_action)";
+  }
+  JournalEntry entry;
+  entry.kind = JournalEntry::Kind::operator_action;
+  entry.utc_ms = utc_ms_();
+  entry.loop = names_[loop];
+  entry.peer = peer;
+  entry.what = veto != model::Veto::none ? "veto of corrective action" : "veto lifted";
+  entry.reason = reason;
+  entry.result = result.accepted ? "done" : "refused: " + result.why;
+  if (result.accepted) watch.veto = veto;
+  const std::uint64_t ticket = journal_.post(std::move(entry));
+  if (result.accepted) result.ticket = ticket;
+  return result;
+}
+
+std::uint64_t WatchBoard::write_order(std::size_t loop, const AlarmOrder& order,
+                                      const OrderResult& result) {
+  JournalEntry entry;
+  entry.kind = JournalEntry::Kind::operator_action;
+  entry.utc_ms = utc_ms_();
+  entry.loop = names_[loop];
+  entry.alarm = model::to_text(order.kind);
+  entry.peer = order.peer;
+  entry.what = to_text(order.action);
+  if (order.action == AlarmAction::shelve) {
+    entry.new_value = fmt::format("{} min", order.shelve_ms / 60'000);
+  }
+  entry.reason = order.reason;
+  entry.result = result.accepted ? "done" : "refused: " + result.why;
+  entry.memory = watches_[loop].alarms.alarm(order.kind).memory();
+  return journal_.post(std::move(entry));
+}
+
+}  // namespace loopwarden::daemon::monitor

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+import {linesOf, partOf} from '../../../../services/page/site/lib/incidents.js';
+
+const alarm = (loop, name, state, more = {}) => ({loop, alarm: name, state, active: state !== 'returned_unacknowledged', raised_ms: 1000, severity_percent: null, ...more});
+const incident = (loop, name, alarms) => ({id: `${loop}-1`, loop, name, alarms, raised_s: 1});
+
+test('an incident is one line with the alarms that it raised', () => {
+  const alarms = [alarm('A', 'model_gap', 'acknowledged'), alarm('A', 'stiction', 'unacknowledged', {raised_ms: 2000, severity_percent: 6}),
+    alarm('A', 'bad_pv', 'unacknowledged'), alarm('B', 'backlash', 'acknowledged')];
+  const lines = linesOf(alarms, [incident('A', 'stiction', ['model_gap', 'stiction'])]);
+  assert.equal(lines.length, 3);
+  const [first] = lines;
+  assert.equal(partOf(first), 'incident');
+  assert.equal(first.state, 'unacknowledged');
+  assert.equal(first.size, 6);
+  assert.equal(first.grave(5), 'high');
+  assert.equal(first.grave(7), 'low');
+  assert.deepEqual(first.alarms.map((a) => a.alarm), ['stiction', 'model_gap']);
+  assert.deepEqual(lines.slice(1).map((line) => [line.loop, partOf(line)]), [['A', 'bad_pv'], ['B', 'backlash']]);
+});
+
+test('it is named by its cause, and has a size only where an alarm of that name has one', () => {
+  const alarms = [alarm('A', 'model_gap', 'acknowledged'), alarm('A', 'stiction', 'acknowledged', {severity_percent: 6})];
+  const [line] = linesOf(alarms, [incident('A', 'gain_change', ['model_gap', 'stiction'])]);
+  assert.equal(line.name, 'gain_change');
+  assert.equal(line.size, null);
+  assert.equal(line.state, 'acknowledged');
+  assert.equal(line.active, true);
+});
+
+test('what a cause of the same incident suppresses hangs on it; what is shelved stands by itself', () => {
+  const low = [alarm('A', 'low_air_supply', 'unacknowledged'), alarm('A', 'stiction', 'suppressed'), alarm('A', 'backlash', 'suppressed', {active: false})];
+  assert.deepEqual(linesOf(low, [incident('A', 'low_air_supply', ['low_air_supply', 'stiction'])]).map((l) => l.alarms.length), [2]);
+  const shelved = [alarm('A', 'stiction', 'shelved'), alarm('A', 'model_gap', 'shelved')];
+  assert.deepEqual(linesOf(shelved, [incident('A', 'stiction', ['stiction', 'model_gap'])]).map(partOf), ['stiction', 'model_gap']);
+});
+
+test('what has gone waits until it is acknowledged', () => {
+  const gone = [alarm('A', 'stiction', 'returned_unacknowledged')];
+  const [line] = linesOf(gone, [incident('A', 'stiction', ['stiction'])]);
+  assert.equal(line.state, 'returned_unacknowledged');
+  assert.equal(line.active, false);
+  assert.deepEqual(linesOf([alarm('A', 'stiction', 'normal', {active: false})], [incident('A', 'stiction', ['stiction'])]), []);
+});
