@@ -241,8 +241,24 @@ class ModelWriter {
   }
 
   static std::string seen(const plant::TwinFit& twin) {
-    if (!std::isfinite(twin.seen_low) || !std::isfinite(twin.seen_high)) return "";
-    return fmt::format(", pv_low: {}, pv_high: {}", number(twin.seen_low), number(twin.seen_high));
+    std::string out;
+    const auto add = [&](const char* key, double value) {
+      if (std::isfinite(value)) out += fmt::format(", {}: {}", key, number(value));
+    };
+    add("pv_low", twin.seen_low);
+    add("pv_high", twin.seen_high);
+    add("co_low", twin.co_low);
+    add("co_high", twin.co_high);
+    if (twin.load) {
+      add("load", twin.load->mean);
+      add("load_deviation", twin.load->deviation);
+      add("load_step", twin.load->step);
+    }
+    if (twin.controller) {
+      add("controller_rms", twin.controller->rms);
+      add("co_resolution", twin.controller->resolution);
+    }
+    return out;
   }
 
   void write_twin(const plant::TwinFit& twin) {
@@ -252,10 +268,8 @@ class ModelWriter {
     for (const std::vector<double>& row : twin.covariance) {
       text_ += fmt::format("    - [{}]\n", fmt::join(row, ", "));
     }
-    line(2, "watch",
-         fmt::format("{{size: {}, colour: {}{}}}", number(twin.largest_size),
-                     number(twin.largest_colour), seen(twin)),
-         "of the healthy record's residual, and its PV");
+    line(2, "watch", fmt::format("{{change: {}{}}}", number(twin.largest), seen(twin)),
+         "what the healthy record showed");
   }
 
   void write_scenario(const plant::Scenario& scenario) {

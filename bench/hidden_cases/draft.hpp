@@ -85,7 +85,8 @@ void apply_effect(std::string_view name, Draft& draft, Random& random);
 
 Tuning draw_tuning(const Draft& draft, Random& random);
 SetPointProfile draw_profile(const Draft& draft, Random& random);
-// Moves as operators make them: four or more in the first 20 minutes, then one each minute to each seven.
-SetPointProfile draw_operated_profile(const Draft& draft, Random& random);
+// Moves as operators make them: four or more in the first 20 minutes, then one each minute to each seven; with `later_wide`
+// then over the whole range.
+SetPointProfile draw_operated_profile(const Draft& draft, bool later_wide, Random& random);
 
 }  // namespace loopwarden::hidden_cases

@@ -101,7 +101,6 @@ LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samp
   const double start = settle(loop, rest);
   SampledPi controller(loop.tuning, start);
   const double forget = std::exp(-kPeriod_s / kLoadMemory_s);
-  const double kick = loop.load_per_root_s * std::sqrt(kPeriod_s);
   double process_pv = reset(loop.path, start);
   double load = 0.0;
   Sensed quiet(loop);
@@ -123,7 +122,9 @@ LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samp
     record.co.push_back(co);
     record.truth_pv.push_back(is_new || k == 0 ? without_load : record.truth_pv.back());
     process_pv = hold(loop, co, time_s);
-    load = forget * load + kick * random.normal();
+    const bool later = loop.load_later && time_s >= loop.load_later->first;
+    const double per_root_s = later ? loop.load_later->second : loop.load_per_root_s;
+    load = forget * load + per_root_s * std::sqrt(kPeriod_s) * random.normal();
   }
   return record;
 }

@@ -59,6 +59,8 @@ struct TruthLoop {
   double noise_rms = 0.0;
   // Unmeasured load on PV: Ornstein-Uhlenbeck, PV units per root second, forgotten in 300 s.
   double load_per_root_s = 0.0;
+  // From a time on, s, PV units per root second.
+  std::optional<std::pair<double, double>> load_later{};
 };
 
 // One sample a row; rows before `first` are the time before the record.
