@@ -24,7 +24,7 @@ constexpr double kResolution = kOutputSpan / 4096.0;  // 12 bit
 constexpr double kSamplePeriod = 0.1;                 // s
 constexpr double kNoticeable = 0.05;                  // change that counts, relative
 constexpr double kNoticeablePercent = 0.02;           // rise on a healthy loop, of the PV span
-constexpr std::array kLaws{"choudhury", "he", "karnopp"};
+constexpr std::array kFrictionLaws{"choudhury", "he", "karnopp"};
 
 // Lambda tuning with the factor 1 to 4 on the larger of lag and dead time, or Ziegler and Nichols'
 // reaction curve with both gains divided by 1.5 to 2.
@@ -192,7 +192,8 @@ StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load) 
   CalmTrial& trial = loop.trial;
   loop.s = kOutputSpan * log_uniform(random, 0.01, 0.15);
   loop.j = loop.s * random.uniform(0.1, 1.0);
-  loop.law = kLaws[static_cast<std::size_t>(random.uniform() * static_cast<double>(kLaws.size()))];
+  loop.law = kFrictionLaws[static_cast<std::size_t>(random.uniform() *
+                                                    static_cast<double>(kFrictionLaws.size()))];
   trial.model.valve_effects = {{.name = "stiction",
                                 .parameters = {{"s", loop.s}, {"j", loop.j}},
                                 .options = {{"law", loop.law}}}};
