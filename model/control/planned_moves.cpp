@@ -25,8 +25,9 @@ constexpr double kLeastWatched = 3.0;       // cycles
 constexpr std::uint32_t kMostWatched = 10;  // cycles
 constexpr double kSure = 0.15;              // of v0, its standard error
 constexpr double kNoGain = 1.1;             // mean RMS of the windows over that without
-constexpr double kWindowWeight = 0.25;      // of the newest window in that mean
+constexpr double kWindowWeight = 0.4;       // of the newest window in that mean
 constexpr std::uint32_t kWindows = 4;       // before it is judged
+constexpr std::uint32_t kStands = 2;        // moves in a row that did not move the stem
 constexpr std::uint32_t kThresholds = 60;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
@@ -272,6 +273,9 @@ void PlannedMoves::watch(const CompensatorInputs& in) noexcept {
   }
   const double cycles = 0.5 * (flips_ - 1.0);
   if (cycles < kLeastWatched || counted_s_ <= 0.0 || lost_ > 0) return;
+  // A read-back in which nothing slips while the loop cycles is none, where slips can be seen at all.
+  const bool shows_slips = travel_ > 0.3 * jump() * cycles;
+  if (seen() && !shows_slips && settings_.j > 2.0 * zone()) return;
   const double error = std::sqrt(cycles_spread_ / (cycles * std::max(1.0, cycles - 1.0)));
   if (cycles < kMostWatched && error > kSure * cycles_mean_) return;
   const double watched_s = now_s_ - first_flip_s_;
@@ -549,7 +553,7 @@ void PlannedMoves::back_off() noexcept {
       const double step = band() * period_s_ / std::max({3.0, 10.0 * period_s_, 5.0 * actuator_s_});
       pushed_ += step;
       if (pushed_ > band()) {
-        if (++stands_ >= 4) return give_back(GivenBack::stem_stands);
+        if (++stands_ >= kStands) return give_back(GivenBack::stem_stands);
         phase_ = MovePhase::resting;
         rested_s_ = 0.0;
         return;
@@ -579,7 +583,7 @@ void PlannedMoves::move() noexcept {
   pushed_ += step;
   output_ = std::clamp(output_ + sign * step, low_, high_);
   if (pushed_ > band()) {
-    if (++stands_ >= 4) return give_back(GivenBack::stem_stands);
+    if (++stands_ >= kStands) return give_back(GivenBack::stem_stands);
     phase_ = MovePhase::resting;
     rested_s_ = 0.0;
   }

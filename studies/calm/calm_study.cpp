@@ -293,6 +293,65 @@ StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
   return study;
 }
 
+const char* to_text(Trouble::Kind kind) {
+  constexpr std::array kNames{"none",
+                              "read-back stuck",
+                              "read-back off by 2 %",
+                              "read-back lost",
+                              "read-back 5 s late",
+                              "PV frozen for a minute",
+                              "output lost for a minute",
+                              "reload",
+                              "valve repaired"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+std::vector<TroubleRow> study_troubles(std::size_t cases, std::uint64_t seed,
+                                       const StudyWork& work) {
+  constexpr auto kKinds = static_cast<std::size_t>(Trouble::Kind::repaired);
+  constexpr double kWorse = 0.3;  // relative; less is the chance of where a cycle stands
+  struct Outcome {
+    double factor = 1.0;
+    bool worse = false;
+  };
+  std::vector<Outcome> outcomes(cases * kKinds);
+  const auto run = [&](std::size_t i) {
+    StickyLoop loop = random_sticky_loop(seed, i % cases, Load::wandering);
+    CalmTrial& trial = loop.trial;
+    trial.unmeasured = 4;
+    trial.trouble = {.kind = static_cast<Trouble::Kind>(1 + i / cases),
+                     .from_s = 3.5 * trial.hold_s};
+    if (trial.trouble.kind == Trouble::Kind::repaired) {
+      trial.model.scenario.faults = {{.effect = trial.model.valve_effects.front(),
+                                      .block = plant::Block::valve,
+                                      .schedule = {.to_s = trial.trouble.from_s}}};
+      trial.model.valve_effects.clear();
+    }
+    const double without = run_trial(trial).settled.rms_error;
+    Random random = stream(seed ^ 0x5bd1e995ULL, i % cases);
+    CalmTrial calmed = trial;
+    fit_planned_moves(loop, random, calmed, true, {});
+    const double with = run_trial(calmed).settled.rms_error;
+    const double noticeable = kNoticeablePercent / 100.0 * trial.model.transmitter.high;
+    outcomes[i] = {.factor = ratio(with, without),
+                   .worse = with > (1.0 + kWorse) * without && with > without + noticeable};
+  };
+  const auto progress = [&](std::size_t done) {
+    if (work.progress) work.progress(done, outcomes.size());
+  };
+  base::parallel_for(outcomes.size(), work.threads, run, progress);
+  std::vector<TroubleRow> rows;
+  for (std::size_t k = 0; cases > 0 && k < kKinds; ++k) {
+    TroubleRow row{.kind = static_cast<Trouble::Kind>(1 + k)};
+    for (std::size_t i = k * cases; i < (k + 1) * cases; ++i) {
+      row.share_worse += outcomes[i].worse ? 1.0 / static_cast<double>(cases) : 0.0;
+      row.worst = std::max(row.worst, outcomes[i].factor);
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
 HealthyStudy study_healthy_loops(std::size_t cases, std::uint64_t seed, const StudyWork& work) {
   std::vector<double> rises(cases);
   const auto run = [&](std::size_t i) {

@@ -72,6 +72,17 @@ struct StickyStudy {
 StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
                                const std::string& only, const StudyWork& work);
 
+// planned_moves in loops with a sticking valve and a wandering load when something goes wrong.
+struct TroubleRow {
+  Trouble::Kind kind = Trouble::Kind::none;
+  double share_worse =
+      0.0;  // RMS afterwards above PI's under the same trouble by 30 % and 0.02 % of span
+  double worst = 0.0;  // factor on PI's
+};
+const char* to_text(Trouble::Kind kind);
+std::vector<TroubleRow> study_troubles(std::size_t cases, std::uint64_t seed,
+                                       const StudyWork& work);
+
 struct HealthyStudy {
   double share_rises = 0.0;         // settled RMS rises by more than 0.02 % of the PV span
   double worst_rise_percent = 0.0;  // of the PV span

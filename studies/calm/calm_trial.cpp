@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "model/control/loop_controller.hpp"
@@ -14,6 +15,7 @@ namespace loopwarden::studies {
 namespace {
 
 constexpr double kStemResolution = 0.0005;  // of the span: smaller moves are no travel
+constexpr double kTroubleLasts = 60.0;      // s, of what ends by itself
 constexpr double kStandstill = 0.02;        // of Ki e: an integrator that moves less stands still
 
 double swing_of(const std::vector<double>& values) {
@@ -101,18 +103,52 @@ class Trial {
     result_.co_swing += swing_of(segment_.co);
   }
 
+  bool in_trouble(Trouble::Kind kind, double lasts_s) const {
+    const double since_s = plant_.time_s() - trial_.trouble.from_s;
+    return trial_.trouble.kind == kind && since_s >= 0.0 && since_s < lasts_s;
+  }
+
+  // What the controller gets of the read-back and PV; whether the read-back is good.
+  bool disturb(double& read_back, double& pv) {
+    using Kind = Trouble::Kind;
+    constexpr double kForGood = std::numeric_limits<double>::infinity();
+    const plant::LoopModel& model = trial_.model;
+    if (in_trouble(Kind::read_back_stuck, kForGood)) read_back = stuck_;
+    if (in_trouble(Kind::read_back_off, kForGood)) {
+      read_back += 0.02 * model.controller.pid.output_span();
+    }
+    earlier_.push_back(read_back);
+    const auto late = static_cast<std::size_t>(5.0 / model.sample_time_s);
+    if (in_trouble(Kind::read_back_late, kForGood) && earlier_.size() > late) {
+      read_back = earlier_[earlier_.size() - 1 - late];
+    }
+    if (in_trouble(Kind::pv_frozen, kTroubleLasts)) pv = frozen_;
+    if (in_trouble(Kind::reload, model.sample_time_s)) {
+      control::ControllerSettings settings = model.controller;
+      settings.pid.gains.kp *= 0.9;
+      controller_.configure(settings);
+    }
+    stuck_ = read_back;
+    frozen_ = pv;
+    return !in_trouble(Kind::read_back_lost, kForGood);
+  }
+
   void step(bool measured, bool settled) {
     const ReadBackErrors& errors = trial_.read_back;
     const double true_pv = plant_.true_process_variable();
     const double stem = plant_.stem();
-    const double read_back =
+    double read_back =
         rounded(stem + errors.bias + errors.noise * read_back_noise_.normal(), errors.resolution);
+    double pv = plant_.process_variable();
+    const bool read_back_good = disturb(read_back, pv);
+    const bool lost = in_trouble(Trouble::Kind::output_lost, kTroubleLasts);
     const control::ControllerOutput out =
-        controller_.step({.process_variable = plant_.process_variable(),
-                          .valve_position = read_back,
-                          .valve_position_valid = true,
-                          .read_back = read_back,
-                          .read_back_valid = true});
+        lost ? controller_.step_fallback(control::OutputAction::hold())
+             : controller_.step({.process_variable = pv,
+                                 .valve_position = read_back,
+                                 .valve_position_valid = read_back_good,
+                                 .read_back = read_back,
+                                 .read_back_valid = read_back_good});
     const double co = rounded(out.output, trial_.output_resolution);
     controller_.applied(co);
 
@@ -138,7 +174,10 @@ class Trial {
   plant::Plant plant_;
   control::LoopController controller_;
   numeric::Random read_back_noise_;
-  double stem_resolution_;  // CO units
+  double stem_resolution_;       // CO units
+  std::vector<double> earlier_;  // read-backs
+  double stuck_ = 0.0;           // CO units
+  double frozen_ = 0.0;          // PV units
   Segment segment_;
   double whole_squares_ = 0.0;
   std::size_t whole_samples_ = 0;

@@ -6,6 +6,8 @@
 // before the transmitter's noise: what flows in the pipe. The controller must be in reverse action.
 #pragma once
 
+#include <cstdint>
+
 #include "model/analysis/loop_metrics.hpp"
 #include "model/plant/loop_model.hpp"
 
@@ -18,13 +20,31 @@ struct ReadBackErrors {
   double resolution = 0.0;  // CO units
 };
 
+// What goes wrong while the loop runs.
+struct Trouble {
+  enum class Kind : std::uint8_t {
+    none,
+    read_back_stuck,
+    read_back_off,  // by 2 % of the output's span
+    read_back_lost,
+    read_back_late,  // by 5 s
+    pv_frozen,       // for a minute, and so the next two
+    output_lost,
+    reload,   // with nine tenths of kp
+    repaired  // the valve's effects are gone
+  };
+  Kind kind = Kind::none;
+  double from_s = 0.0;
+};
+
 struct CalmTrial {
   plant::LoopModel model;  // controller.jacket: the form to try; scenario.duration_s is not used
   ReadBackErrors read_back;
   double output_resolution = 0.0;  // CO units, of the converter that CO goes through
-  double hold_s = 2700.0;          // s, time at each set point
-  std::size_t unmeasured = 0;      // set points in the beginning that are not measured
-  double settling_s = 900.0;       // s, left out of it
+  Trouble trouble;
+  double hold_s = 2700.0;      // s, time at each set point
+  std::size_t unmeasured = 0;  // set points in the beginning that are not measured
+  double settling_s = 900.0;   // s, left out of it
 };
 
 struct TrialResult {

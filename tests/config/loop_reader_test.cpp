@@ -299,9 +299,19 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
                              jacket + "  compensator: {" + compensator + "}\n  kp: 0.35\n"));
   };
   CHECK(said("kind: backlash, gap: 0.3") ==
-        "loop.yaml:6:16: error: controller.compensator: missing key 'limit' (number > 0, CO units; "
-        "required where the compensator acts on hardware)\n");
+        "loop.yaml:6:16: error: controller.compensator: missing key 'limit' (required where "
+        "backlash acts on hardware)\n");
   CHECK(said("kind: backlash, gap: 0.3, limit: 0.3").empty());
+  const std::string moves =
+      "kind: planned_moves, process: {gain: 1, time_constant: 2, dead_time: 1}, load: 0, s: 0.6, "
+      "j: 0.3, ";
+  CHECK_THAT(said(moves + "s_interval: [0.5, 0.8]"), Catch::Contains("missing key 'max_move'"));
+  const std::string limits = "max_move: 1, max_moves_per_hour: 30, ";
+  CHECK_THAT(said(moves + limits), Catch::Contains("missing key 's_interval'"));
+  CHECK_THAT(said(moves + limits + "s_interval: [0.3, 0.8]"), Catch::Contains("factor of two"));
+  CHECK_THAT(said(moves + limits + "s_interval: [0.5, 0.8], read_back: false"),
+             Catch::Contains("only with a read-back"));
+  CHECK(said(moves + "shadow: true, read_back: false").empty());
   CHECK(said("kind: backlash, gap: 0.3, shadow: true").empty());
   const std::string jacket =
       "  jacket: {form: dwell, max_mean_error: 1, valve_position: {model: [{effect: backlash, "
