@@ -419,7 +419,9 @@ class Competition {
           won.x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
       at += kind.start.size();
       out.effects.push_back(found(kind, own, confidence, out.closed));
-      if (i == won.kinds.back()) out.effects.back().alternatives = alternatives;
+      if (i != won.kinds.back()) continue;
+      std::vector<std::string>& also = out.effects.back().alternatives;
+      also.insert(also.end(), alternatives.begin(), alternatives.end());
     }
     return out;
   }
