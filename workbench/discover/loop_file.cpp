@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <array>
-
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <utility>
 
 #include "config/config_reader.hpp"
 
@@ -112,9 +112,10 @@ std::string metric_rule(const LoopSignal& signal) {
     place = rest.substr(0, end);
     rest.erase(0, end + 1);
   }
+  const auto& [group, edge, device] = std::as_const(places);
   return fmt::format("  - {{name: {}, group: {}, edge: {}, device: {}, metric: {}}}\n",
-                     quoted(signal.name), quoted(places[0]), quoted(places[1]), quoted(places[2]),
-                     quoted(rest));
+                     quoted(signal.name), quoted(group), quoted(edge), quoted(device),
+                     quoted(std::as_const(rest)));
 }
 
 }  // namespace
