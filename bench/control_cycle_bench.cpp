@@ -32,6 +32,17 @@ void cycle_of(benchmark::State& state, const plant::LoopModel& model) {
 }
 void cycle_healthy(benchmark::State& state) { cycle_of(state, plant1()); }
 void cycle_sticking(benchmark::State& state) { cycle_of(state, sticking_plant1()); }
+// Engaged: what it costs over the healthy cycle is the cost of planned_moves.
+void cycle_calmed(benchmark::State& state) {
+  Loop loop(calmed_plant1());
+  std::uint64_t period = 0;
+  while (loop.loop.channels.moves.read().phase == control::MovePhase::watching &&
+         period < 100'000) {
+    loop.run(period++);
+  }
+  for (auto _ : state) loop.run(period++);
+}
+BENCHMARK(cycle_calmed)->Name("control_cycle/planned_moves");
 BENCHMARK(cycle_healthy)->Name("control_cycle/healthy");
 BENCHMARK(cycle_sticking)->Name("control_cycle/sticking");
 

@@ -29,4 +29,18 @@ inline plant::LoopModel sticking_plant1() {
   return model;
 }
 
+// The same valve under planned_moves.
+inline plant::LoopModel calmed_plant1() {
+  plant::LoopModel model = sticking_plant1();
+  model.controller.jacket = {};
+  model.controller.compensator = {.kind = control::CompensatorKind::planned_moves,
+                                  .planned = {.gain = 1.2264,
+                                              .time_constant_s = 1.69376,
+                                              .dead_time_s = 2.6256,
+                                              .load = 0.002,
+                                              .s = 0.6,
+                                              .j = 0.2}};
+  return model;
+}
+
 }  // namespace loopwarden::bench

@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 
 #include <initializer_list>
+#include <string>
+#include <tuple>
+#include <utility>
 
 #include "config/loop_model_writer.hpp"
 
@@ -27,7 +30,8 @@ constexpr auto kCompensators = std::to_array<Choice<control::CompensatorKind>>(
      {"two_move", control::CompensatorKind::two_move},
      {"reinforcement", control::CompensatorKind::reinforcement},
      {"backlash", control::CompensatorKind::backlash},
-     {"hysteresis", control::CompensatorKind::hysteresis}});
+     {"hysteresis", control::CompensatorKind::hysteresis},
+     {"planned_moves", control::CompensatorKind::planned_moves}});
 
 constexpr const char* kForms = "kp and ki, or kc and ti";
 
@@ -138,6 +142,53 @@ control::JacketSettings read_jacket(MapReader& in) {
   return jacket;
 }
 
+// s or j with its interval.
+void read_stick_size(MapReader& in, const char* key, const char* meaning, double& value,
+                     double& low, double& high) {
+  const Value<double> size = in.need_number(key, {"CO units", above(0.0), meaning});
+  value = low = high = size;
+  const std::string interval_key = std::string(key) + "_interval";
+  const Value<std::pair<double, double>> interval = in.maybe_range(
+      interval_key, {"CO units", above(0.0), "what it may be instead", "the value alone"});
+  if (!interval.given || !interval.valid || !size.valid) return;
+  std::tie(low, high) = interval.value;
+  if (size < low || size > high) {
+    in.error(interval_key, fmt::format("{} to {} does not hold {} = {}", brief(low), brief(high),
+                                       key, brief(size)));
+  }
+}
+
+control::PlannedMovesSettings read_planned_moves(MapReader& in) {
+  control::PlannedMovesSettings m;
+  in.need_section("process", "what PV does when the stem moves", [&](MapReader& process) {
+    const Value<double> gain =
+        process.need_number("gain", {"PV units/CO unit", any_number(), "not 0"});
+    m.gain = gain;
+    if (gain.given && gain.valid && gain == 0.0) process.error("gain", "must not be 0");
+    m.time_constant_s = process.need_number("time_constant", {"s", at_least(0.0), "of the lag"});
+    m.dead_time_s = process.need_number("dead_time", {"s", at_least(0.0), "dead time"});
+  });
+  in.set_number("actuator_lag",
+                {"s", at_least(0.0), "of the actuator; 0: learnt where the stem is read back"},
+                m.actuator_lag_s);
+  m.load = in.need_number("load", {"PV units/sqrt(s)", at_least(0.0),
+                                   "intensity of the load's random walk; 0: steady"});
+  read_stick_size(in, "s", "stick band with dead band of the valve", m.s, m.s_low, m.s_high);
+  read_stick_size(in, "j", "slip jump of the valve", m.j, m.j_low, m.j_high);
+  if (m.j > m.s && m.s > 0.0)
+    in.error("j", fmt::format("must not exceed s = {} (got {})", brief(m.s), brief(m.j)));
+  in.maybe_number(
+      "max_move",
+      {"CO units", above(0.0), "longest single move of the stem", "none; required on hardware"},
+      m.max_move);
+  in.maybe_number("max_moves_per_hour",
+                  {"1/h", above(0.0), "most moves", "none; required on hardware"},
+                  m.max_moves_per_hour);
+  in.set_flag("read_back", "the stem is read back; false: taken from the law of stiction",
+              m.read_back);
+  return m;
+}
+
 control::CompensatorSettings read_compensator(MapReader& in) {
   using Kind = control::CompensatorKind;
   control::CompensatorSettings c;
@@ -147,6 +198,8 @@ control::CompensatorSettings read_compensator(MapReader& in) {
       "limit",
       {"CO units", above(0.0), "most that it may add", "none; required where it acts on hardware"},
       c.limit);
+  if (c.kind == Kind::planned_moves && in.given("limit"))
+    in.error("limit", "is not of planned_moves; use max_move");
   const auto chosen = [&](Kind kind) { return in.describing() || c.kind == kind; };
   const auto noise_band = [&](MapReader& keys) {
     c.noise_band = keys.number(
@@ -205,6 +258,10 @@ control::CompensatorSettings read_compensator(MapReader& in) {
       keys.error(width.given ? "offset stands beside width; give one of them"
                              : "missing key 'width' (or 'offset')");
     }
+  }
+  if (chosen(Kind::planned_moves)) {
+    MapReader keys = in.variant("planned_moves");
+    c.planned = read_planned_moves(keys);
   }
   return c;
 }

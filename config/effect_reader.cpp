@@ -47,16 +47,16 @@ const Descriptor* read_name(MapReader& in, std::optional<Block> block) {
   return info;
 }
 
-// `curve: butterfly`, `curve: {name: equal_percentage, rangeability: 30}` or `table: [[x, q],
-// ...]`.
-void read_characteristic(MapReader& in, const Descriptor& info, EffectSpec& spec) {
+// `curve: butterfly`, `curve: {name: equal_percentage, rangeability: 30}` or `table: [[x, q], ...]`.
+void read_curve(MapReader& in, const Descriptor& info, EffectSpec& spec) {
+  const char* meaning = info.options.front().meaning;
   std::vector<std::string> names;
   for (const char* name : info.options.front().values) {
     if (std::string_view(name) != "table") names.emplace_back(name);
   }
-  in.declare("curve", "name or mapping", Presence::optional, "", "inherent characteristic");
+  in.declare("curve", "name or mapping", Presence::optional, "", meaning);
   const Value<std::vector<std::pair<double, double>>> table =
-      in.maybe_points("table", "[[x, q], ...]", "travel and flow, CO units, both rising");
+      in.maybe_points("table", info.table.form, info.table.meaning);
   if (table.given && in.given("curve")) {
     in.error("table", fmt::format("stands beside curve (at {}); give one of them",
                                   to_text(in.place("curve"))));
@@ -70,15 +70,15 @@ void read_characteristic(MapReader& in, const Descriptor& info, EffectSpec& spec
   if (!in.given("curve")) {
     in.error("needs a curve or a table");
   } else if (in.kind("curve") == YamlNode::Kind::map) {
-    if (std::optional<MapReader> curve = in.maybe_section("curve", "inherent characteristic")) {
-      spec.options["curve"] = curve->need_word("name", names, "of the characteristic").value;
-      const effects::ParameterInfo& rangeability = info.parameters.front();
-      const Value<double> value = curve->maybe_number(
-          rangeability.name, {.range = interval(rangeability), .meaning = rangeability.meaning});
-      if (value.given) spec.parameters[rangeability.name] = value;
+    if (std::optional<MapReader> curve = in.maybe_section("curve", meaning)) {
+      spec.options["curve"] = curve->need_word("name", names, "of the curve").value;
+      const effects::ParameterInfo& own = info.parameters.front();
+      const Value<double> value =
+          curve->maybe_number(own.name, {.range = interval(own), .meaning = own.meaning});
+      if (value.given) spec.parameters[own.name] = value;
     }
   } else {
-    spec.options["curve"] = in.need_word("curve", names, "inherent characteristic").value;
+    spec.options["curve"] = in.need_word("curve", names, meaning).value;
   }
 }
 
@@ -173,7 +173,7 @@ EffectSpec read_effect(MapReader& in, const Descriptor& info,
   EffectSpec spec;
   spec.name = info.name;
   if (info.takes_table && !info.options.empty()) {
-    read_characteristic(in, info, spec);
+    read_curve(in, info, spec);
   } else {
     read_parameters(in, info, spec);
     if (info.takes_table) read_table(in, info, spec);

@@ -17,9 +17,29 @@ JacketInterlocks interlocks_of(const control::JacketSettings& jacket, Backing ba
           .max_mean_error = backing.hardware && !std::isfinite(jacket.max_mean_error)};
 }
 
-bool lacks_limit(const control::CompensatorSettings& compensator, Backing backing) noexcept {
+namespace {
+bool acts_on_hardware(const control::CompensatorSettings& compensator, Backing backing) noexcept {
   return compensator.kind != control::CompensatorKind::none && !compensator.shadow &&
-         backing.hardware && !std::isfinite(compensator.limit);
+         backing.hardware;
+}
+}  // namespace
+
+const char* lacks(const control::CompensatorSettings& compensator, Backing backing) noexcept {
+  if (!acts_on_hardware(compensator, backing)) return nullptr;
+  if (compensator.kind != control::CompensatorKind::planned_moves) {
+    return std::isfinite(compensator.limit) ? nullptr : "limit";
+  }
+  const control::PlannedMovesSettings& planned = compensator.planned;
+  if (!std::isfinite(planned.max_move)) return "max_move";
+  if (!std::isfinite(planned.max_moves_per_hour)) return "max_moves_per_hour";
+  if (planned.s_high <= planned.s_low) return "s_interval";
+  return nullptr;
+}
+
+bool too_wide(const control::CompensatorSettings& compensator, Backing backing) noexcept {
+  return acts_on_hardware(compensator, backing) &&
+         compensator.kind == control::CompensatorKind::planned_moves &&
+         compensator.planned.s_high > 2.0 * compensator.planned.s_low;
 }
 
 }  // namespace loopwarden::config

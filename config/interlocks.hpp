@@ -24,7 +24,9 @@ struct JacketInterlocks {
 };
 JacketInterlocks interlocks_of(const control::JacketSettings& jacket, Backing backing) noexcept;
 
-// A compensator that acts on hardware needs a limit.
-bool lacks_limit(const control::CompensatorSettings& compensator, Backing backing) noexcept;
+// What a compensator lacks that acts on hardware: the key, nullptr for none.
+const char* lacks(const control::CompensatorSettings& compensator, Backing backing) noexcept;
+// On hardware planned_moves acts only where s is known within a factor of two.
+bool too_wide(const control::CompensatorSettings& compensator, Backing backing) noexcept;
 
 }  // namespace loopwarden::config

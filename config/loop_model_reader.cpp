@@ -169,13 +169,30 @@ class ModelReader {
         in.maybe_table("covariance", "", "of the parameters' natural logarithms");
     plant::TwinFit twin;
     if (std::optional<MapReader> watch = in.maybe_section(
-            "watch", "largest statistics of the healthy record's residual: limits of model_gap")) {
-      const NumberRule rule{"", at_least(0.0), "0: not known"};
-      twin.largest_size = watch->number("size", rule, 0.0);
-      twin.largest_colour = watch->number("colour", rule, 0.0);
+            "watch", "what the healthy record showed: limits of model_gap and load_outside")) {
+      twin.largest =
+          watch->number("change", {"", at_least(0.0), "largest statistic, 0: not known"}, 0.0);
+      const NumberRule old{"", at_least(0.0), "of twins made before; of no account"};
+      watch->number("size", old, 0.0);
+      watch->number("colour", old, 0.0);
       const NumberRule any{"PV units", {}, "of the healthy record's PV"};
       watch->set_number("pv_low", any, twin.seen_low);
       watch->set_number("pv_high", any, twin.seen_high);
+      const NumberRule co{"CO units", {}, "of the healthy record's CO"};
+      watch->set_number("co_low", co, twin.co_low);
+      watch->set_number("co_high", co, twin.co_high);
+      const auto load_mean =
+          watch->maybe_number("load", {"PV units", {}, "mean of PV less the twin's"});
+      const NumberRule of_load{"PV units", at_least(0.0), "of the load, over minutes"};
+      const double deviation = watch->number("load_deviation", of_load, 0.0);
+      const double step = watch->number("load_step", of_load, 0.0);
+      if (load_mean.given) twin.load = {load_mean.value, deviation, step};
+      const NumberRule of_co{"CO units", at_least(0.0),
+                             "of CO from what the twin's controller makes of SP and PV"};
+      const auto rms = watch->maybe_number("controller_rms", of_co);
+      const double resolution =
+          watch->number("co_resolution", {"CO units", at_least(0.0), "of CO"}, 0.0);
+      if (rms.given) twin.controller = {rms.value, resolution};
     }
     if (in.describing() || (parameters.given && !parameters.valid) ||
         (covariance.given && !covariance.valid)) {

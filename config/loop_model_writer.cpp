@@ -89,7 +89,8 @@ std::string effect_keys(const EffectSpec& spec) {
   if (!spec.table.empty()) return fmt::format("{}, table: {}", text, points(spec.table));
   if (known != nullptr && known->takes_table) {
     const auto curve = spec.options.find("curve");
-    const char* name = curve != spec.options.end() ? curve->second.c_str() : "linear";
+    const char* name =
+        curve != spec.options.end() ? curve->second.c_str() : known->options.front().values.front();
     return fmt::format("{}, curve: {{name: {}{}}}", text, name, parameters(spec));
   }
   text += parameters(spec);
@@ -183,7 +184,26 @@ class ModelWriter {
       if (c.offset > 0.0) line(4, "offset", number(c.offset), "CO units");
       line(4, "knee", number(c.knee));
     }
+    if (c.kind == Kind::planned_moves) write_planned_moves(c.planned);
     if (c.noise_band > 0.0) line(4, "noise_band", number(c.noise_band), "CO units");
+  }
+
+  void write_planned_moves(const control::PlannedMovesSettings& m) {
+    line(4, "process");
+    line(6, "gain", number(m.gain), "PV units/CO unit");
+    line(6, "time_constant", number(m.time_constant_s), "s");
+    line(6, "dead_time", number(m.dead_time_s), "s");
+    line(4, "actuator_lag", number(m.actuator_lag_s), "s");
+    line(4, "load", number(m.load), "PV units/sqrt(s)");
+    line(4, "s", number(m.s), "CO units");
+    if (m.s_high > m.s_low) line(4, "s_interval", pair(m.s_low, m.s_high), "CO units");
+    line(4, "j", number(m.j), "CO units");
+    if (m.j_high > m.j_low) line(4, "j_interval", pair(m.j_low, m.j_high), "CO units");
+    if (std::isfinite(m.max_move)) line(4, "max_move", number(m.max_move), "CO units");
+    if (std::isfinite(m.max_moves_per_hour)) {
+      line(4, "max_moves_per_hour", number(m.max_moves_per_hour), "1/h");
+    }
+    line(4, "read_back", m.read_back ? "true" : "false");
   }
 
   void write_jacket(const control::JacketSettings& jacket) {
@@ -221,8 +241,24 @@ class ModelWriter {
   }
 
   static std::string seen(const plant::TwinFit& twin) {
-    if (!std::isfinite(twin.seen_low) || !std::isfinite(twin.seen_high)) return "";
-    return fmt::format(", pv_low: {}, pv_high: {}", number(twin.seen_low), number(twin.seen_high));
+    std::string out;
+    const auto add = [&](const char* key, double value) {
+      if (std::isfinite(value)) out += fmt::format(", {}: {}", key, number(value));
+    };
+    add("pv_low", twin.seen_low);
+    add("pv_high", twin.seen_high);
+    add("co_low", twin.co_low);
+    add("co_high", twin.co_high);
+    if (twin.load) {
+      add("load", twin.load->mean);
+      add("load_deviation", twin.load->deviation);
+      add("load_step", twin.load->step);
+    }
+    if (twin.controller) {
+      add("controller_rms", twin.controller->rms);
+      add("co_resolution", twin.controller->resolution);
+    }
+    return out;
   }
 
   void write_twin(const plant::TwinFit& twin) {
@@ -232,10 +268,8 @@ class ModelWriter {
     for (const std::vector<double>& row : twin.covariance) {
       text_ += fmt::format("    - [{}]\n", fmt::join(row, ", "));
     }
-    line(2, "watch",
-         fmt::format("{{size: {}, colour: {}{}}}", number(twin.largest_size),
-                     number(twin.largest_colour), seen(twin)),
-         "of the healthy record's residual, and its PV");
+    line(2, "watch", fmt::format("{{change: {}{}}}", number(twin.largest), seen(twin)),
+         "what the healthy record showed");
   }
 
   void write_scenario(const plant::Scenario& scenario) {

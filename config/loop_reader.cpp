@@ -547,10 +547,27 @@ class LoopReader {
           fmt::format("{} can't act beside the jacket, which {}; set shadow: true for one of them",
                       to_text(c.kind), jacket.shadow ? "corrective_action switches on" : "acts"));
     }
-    if (io.known && lacks_limit(c, backing_of(io.io))) {
+    if (!io.known) return;
+    const Backing backing = backing_of(io.io);
+    if (const char* key = lacks(c, backing)) {
+      in.error(fmt::format("missing key '{}' (required where {} acts on hardware)", key,
+                           to_text(c.kind)));
+    }
+    if (too_wide(c, backing)) {
       in.error(
-          "missing key 'limit' (number > 0, CO units; required where the compensator acts on "
-          "hardware)");
+          "s_interval",
+          "wider than a factor of two: planned_moves does not act on hardware; add shadow: true");
+    }
+    if (c.kind != control::CompensatorKind::planned_moves) return;
+    if (!c.planned.read_back && backing.hardware) {
+      in.error("read_back",
+               "planned_moves acts on hardware only with a read-back; add shadow: true");
+    }
+    if (c.planned.read_back && !io.has_read_back) {
+      in.error(
+          "read_back",
+          fmt::format("is not there: the io section (at {}) has no read_back; add it, or set false",
+                      to_text(in_.place("io"))));
     }
   }
 

@@ -32,7 +32,7 @@ PROTOCOL_JSON(Io, connected, transactions, timeouts, device_exceptions, invalid_
 PROTOCOL_JSON(Recording, rows, dropped, waiting, queue_dropped, bytes, rows_lost, disk_errors,
               last_disk_error, csv_file, csv_error)
 PROTOCOL_JSON(Jacket, form, acting, rate, shadow_rate)
-PROTOCOL_JSON(Compensator, kind, acting, added, shadow_added)
+PROTOCOL_JSON(Compensator, kind, acting, added, shadow_added, says)
 PROTOCOL_JSON(Cycle, period, time_s, sp, pv, co, stem, set_point_wanted, mode, requested_mode,
               fault, pv_quality, pv_reason, pv_limit, pv_age_ms, at_low, at_high, rate_limited,
               output_lost, jacket, compensator, ne107)

@@ -122,6 +122,7 @@ struct Compensator {
   std::string kind = "none";
   bool acting = false;
   double added = kNone, shadow_added = kNone;  // CO units
+  std::string says{};                          // planned_moves: what it does, and why
 };
 
 // What the newest cycle says.

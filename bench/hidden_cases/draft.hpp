@@ -56,6 +56,8 @@ struct Draft {
   std::vector<std::function<double(double)>> added;
   // Relative to the highest set point; 0 for a transmitter that sees it all.
   double transmitter_short_of_top = 0.0;
+  std::function<double(double)> line_lag_s;
+  std::function<double(double)> meter;
   std::size_t reading_stands = 1;  // samples
   // What the controller has, relative to what its engineers believe.
   double kp_factor = 1.0;
@@ -83,7 +85,8 @@ void apply_effect(std::string_view name, Draft& draft, Random& random);
 
 Tuning draw_tuning(const Draft& draft, Random& random);
 SetPointProfile draw_profile(const Draft& draft, Random& random);
-// Moves as operators make them: four or more in the first 20 minutes, then one each minute to each seven.
-SetPointProfile draw_operated_profile(const Draft& draft, Random& random);
+// Moves as operators make them: four or more in the first 20 minutes, then one each minute to each seven; with `later_wide`
+// then over the whole range.
+SetPointProfile draw_operated_profile(const Draft& draft, bool later_wide, Random& random);
 
 }  // namespace loopwarden::hidden_cases

@@ -493,6 +493,27 @@ void held_measurement(Draft& draft, Random& random) {
   draft.tuning_high = 0.4;
 }
 
+// Slowly at first, as dirt gathers.
+void plugging(Draft& draft, Random& random) {
+  const double end_s =
+      (draft.plant.time_constant_s + draft.plant.dead_time_s) * random.uniform(0.6, 2.0);
+  const double bend = random.uniform(0.9, 1.3);
+  draft.parameters["rate"] = end_s / draft.duration_s;
+  draft.line_lag_s = [end_s, bend, duration_s = draft.duration_s](double t) {
+    return end_s * std::pow(t / duration_s, bend);
+  };
+  draft.tuning_high = 0.4;
+}
+
+// A power of the range in place of a straight line.
+void meter_curve(Draft& draft, Random& random) {
+  const double power = random.chance(0.5) ? random.uniform(0.5, 0.75) : random.uniform(1.4, 2.0);
+  draft.meter = [power](double q) {
+    return 10.0 * std::pow(std::clamp(q, 0.0, 10.0) / 10.0, power);
+  };
+  draft.tuning_high = 0.4;
+}
+
 void stiction_on_closing(Draft& draft, Random& random) {
   const double s = random.uniform(0.6, 1.2);
   const double j = s * random.uniform(0.15, 0.5);
@@ -507,7 +528,7 @@ void stiction_on_closing(Draft& draft, Random& random) {
 }
 
 using Apply = void (*)(Draft&, Random&);
-constexpr std::array<std::pair<std::string_view, Apply>, 45> kEffects{{
+constexpr std::array<std::pair<std::string_view, Apply>, 47> kEffects{{
     {"stiction", stiction},
     {"backlash", backlash},
     {"hysteresis", hysteresis},
@@ -553,6 +574,8 @@ constexpr std::array<std::pair<std::string_view, Apply>, 45> kEffects{{
     {"held_measurement", held_measurement},
     {"stiction:closing", stiction_on_closing},
     {"flow_dependent_dead_time", dead_time_with_flow},
+    {"plugging", plugging},
+    {"meter_curve", meter_curve},
 }};
 
 }  // namespace

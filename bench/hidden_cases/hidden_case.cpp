@@ -51,7 +51,10 @@ const std::vector<std::string> kLaters{"later:stiction",
                                        "later:output_bias",
                                        "later:controller_mismatch",
                                        "later:positioner_overshoot",
-                                       "later:oscillating_disturbance"};
+                                       "later:oscillating_disturbance",
+                                       "later:stiction+gain_change",
+                                       "later:backlash+oscillating_disturbance",
+                                       "later:none"};
 
 const std::vector<std::string> kHealthy{"later:none"};
 
@@ -107,9 +110,10 @@ const std::vector<std::string> kOutside{"outside:inverse_response",
                                         "outside:slow_tail"};
 
 const std::vector<std::string> kFurthers{
-    "resolution",          "inverse_response", "ramp_disturbance",        "square_disturbance",
-    "oscillatory_process", "varying_gain",     "intermittent_stiction",   "clipped_measurement",
-    "held_measurement",    "stiction:closing", "flow_dependent_dead_time"};
+    "resolution",          "inverse_response", "ramp_disturbance",         "square_disturbance",
+    "oscillatory_process", "varying_gain",     "intermittent_stiction",    "clipped_measurement",
+    "held_measurement",    "stiction:closing", "flow_dependent_dead_time", "plugging",
+    "meter_curve"};
 
 bool is_later(Kind kind) { return kind == Kind::kLater || kind == Kind::kHealthy; }
 
@@ -119,10 +123,11 @@ std::string onset_effect(const CaseRequest& request) {
 }
 
 std::vector<std::string> parts_of(const CaseRequest& request) {
-  if (request.kind == Kind::kOnset || is_later(request.kind)) return {onset_effect(request)};
-  const std::size_t plus = request.effect.find('+');
-  if (plus == std::string::npos) return {request.effect};
-  return {request.effect.substr(0, plus), request.effect.substr(plus + 1)};
+  const bool begins = request.kind == Kind::kOnset || is_later(request.kind);
+  const std::string effect = begins ? onset_effect(request) : request.effect;
+  const std::size_t plus = effect.find('+');
+  if (plus == std::string::npos) return {effect};
+  return {effect.substr(0, plus), effect.substr(plus + 1)};
 }
 
 // Those that came to the catalogue since.
@@ -213,6 +218,8 @@ TruthLoop build(Draft draft, Tuning believed, const SetPointProfile& profile) {
       return t < from_s ? 0.0 : signal(t - from_s);
     });
   }
+  loop.line_lag_s = draft.line_lag_s;
+  loop.meter = draft.meter;
   loop.reading_stands = draft.reading_stands;
   const Tuning real{believed.kp * draft.kp_factor, believed.ki_per_s * draft.ki_factor};
   if (draft.from_s > 0.0) {
@@ -285,7 +292,7 @@ HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) 
   }
   for (const std::string& part : parts_of(request)) apply_effect(part, draft, random);
   if (request.kind == Kind::kOnset) one.from_s = draft.duration_s * random.uniform(0.4, 0.6);
-  if (request.kind == Kind::kLater) {
+  if (request.kind == Kind::kLater && one.effect != "none") {
     one.from_s = kCommissioned_s + 0.5 * (draft.duration_s - kCommissioned_s);
     // From the moment itself: what was drawn lies at another one.
     if (one.effect == "step_disturbance") {
@@ -295,7 +302,8 @@ HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) 
   draft.from_s = one.from_s;
   const Tuning tuning = draw_tuning(draft, random);
   const SetPointProfile profile =
-      later ? draw_operated_profile(draft, random) : draw_profile(draft, random);
+      !later ? draw_profile(draft, random)
+             : draw_operated_profile(draft, request.kind == Kind::kHealthy, random);
   one.believed = later ? rough_belief(draft.plant, tuning, random)
                        : believed_loop(draft.plant, tuning, random);
   one.parameters = draft.parameters;
@@ -310,6 +318,9 @@ HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) 
   TruthLoop loop = build(std::move(draft), tuning, profile);
   loop.noise_rms = random.uniform(0.009, 0.03);
   loop.load_per_root_s = request.load ? 0.01 : 0.0;
+  if (request.kind == Kind::kHealthy) {
+    loop.load_later = {kCommissioned_s, loop.load_per_root_s * random.uniform(1.0, 3.0)};
+  }
   // Most records begin at rest, some in the middle of what the loop does.
   const std::size_t before = random.chance(0.25) ? 300 + random.index(900) : 0;
   one.record = run(loop, profile, samples, before, random);

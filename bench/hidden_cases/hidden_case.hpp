@@ -16,7 +16,8 @@ namespace loopwarden::hidden_cases {
 // loops. kController: controller mismatches alone, of which kSingle holds one in fourteen.
 // kFurther: one effect as in kSingle, of those that came to the catalogue later.
 // kLater: a loop to commission: believed roughly, valves with the friction and the characteristics that healthy ones have,
-// and a fault of any block from about the middle of the record on. kHealthy: the same without a fault.
+// and a fault of any block, two or none from about the middle of the record on. kHealthy: the same without a fault, with another day behind the
+// first 20 minutes: a load of one to three times theirs, and set points over the whole range.
 enum class Kind {
   kSingle,
   kNone,

@@ -114,7 +114,7 @@ SetPointProfile draw_profile(const Draft& draft, Random& random) {
   return profile;
 }
 
-SetPointProfile draw_operated_profile(const Draft& draft, Random& random) {
+SetPointProfile draw_operated_profile(const Draft& draft, bool later_wide, Random& random) {
   constexpr double kFirst_s = 1200.0;
   const double highest = std::min(
       7.5, draft.highest_travel * draft.plant.gain * std::min(draft.gain_factor_at_rest, 1.0));
@@ -123,9 +123,11 @@ SetPointProfile draw_operated_profile(const Draft& draft, Random& random) {
   double time_s = random.uniform(30.0, 120.0);
   while (time_s < draft.duration_s - 30.0) {
     const double last = profile.back().second;
+    const bool wide = later_wide && time_s >= kFirst_s;
     double level = last;
     while (std::abs(level - last) < 0.3) {
-      level = std::clamp(middle + random.uniform(-0.3, 0.3) * highest, 1.5, highest);
+      level = wide ? random.uniform(1.5, highest)
+                   : std::clamp(middle + random.uniform(-0.3, 0.3) * highest, 1.5, highest);
     }
     profile.emplace_back(std::round(time_s / kPeriod_s) * kPeriod_s,
                          std::round(10.0 * level) / 10.0);

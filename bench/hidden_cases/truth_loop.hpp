@@ -45,6 +45,10 @@ struct TruthLoop {
   Chain path;
   // What adds to PV, as a function of the record's time.
   std::vector<std::function<double(double)>> added;
+  // Lag of the impulse line in s, as a function of the record's time, and the curve that the reading goes through; empty:
+  // none.
+  std::function<double(double)> line_lag_s;
+  std::function<double(double)> meter;
   // The transmitter knows no more than this.
   double transmitter_top = std::numeric_limits<double>::infinity();
   // Samples for which a reading stands; 1: each is new.
@@ -55,6 +59,8 @@ struct TruthLoop {
   double noise_rms = 0.0;
   // Unmeasured load on PV: Ornstein-Uhlenbeck, PV units per root second, forgotten in 300 s.
   double load_per_root_s = 0.0;
+  // From a time on, s, PV units per root second.
+  std::optional<std::pair<double, double>> load_later{};
 };
 
 // One sample a row; rows before `first` are the time before the record.

@@ -53,6 +53,25 @@ protocol::Recording recording_of(const RecordingStatus& recording) {
           .csv_error = recording.csv_error};
 }
 
+// In one line what planned_moves does, and why.
+std::string says(const control::MovesState& moves) {
+  using Phase = control::MovePhase;
+  std::string line = control::to_text(moves.phase);
+  switch (moves.phase) {
+    case Phase::watching: line += ": the loop without it"; break;
+    case Phase::probing: line += ": does the stem follow?"; break;
+    case Phase::resting:
+      line += fmt::format(": PV will settle {:.3g} off; a move pays from {:.3g}",
+                          std::abs(moves.settles_off), moves.pays_from);
+      break;
+    case Phase::backing_off:
+    case Phase::moving: line += fmt::format(": CO to {:.4g}", moves.output); break;
+    case Phase::given_back: line += fmt::format(": {}", control::to_text(moves.reason)); break;
+  }
+  if (moves.gain > 0.0) line += fmt::format("; RMS {:.2f} of that without", moves.gain);
+  return line;
+}
+
 // What the newest cycle says.
 protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtime,
                          const rt::LoopSettings& settings) {
@@ -83,7 +102,11 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
           .compensator = {.kind = control::to_text(settings.controller.compensator.kind),
                           .acting = flag(record::kCompensatorActs),
                           .added = static_cast<double>(row.compensator),
-                          .shadow_added = static_cast<double>(row.compensator_shadow)},
+                          .shadow_added = static_cast<double>(row.compensator_shadow),
+                          .says = settings.controller.compensator.kind ==
+                                          control::CompensatorKind::planned_moves
+                                      ? says(runtime.channels->moves.read())
+                                      : std::string{}},
           .ne107 = {}};
 }
 

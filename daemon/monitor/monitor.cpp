@@ -144,7 +144,7 @@ bool Monitor::take_turn(std::size_t index) {
     const model::MonitorStep step = track.monitor.add(cycle);
     if (track.history) {
       track.history->add(cycle);
-      if (track.monitor.twin()->quiet()) track.history->quiet();
+      if (track.monitor.twin_quiet()) track.history->quiet();
     }
     if ((step.twin || step.routine) && track.condition.verdict(step.conditions)) {
       board_.stick_not_known(index);

@@ -266,7 +266,9 @@ ControllerOutput ControlCycle::decide(const Decision& decision, const hal::Sampl
   }
 
   control::ControllerInputs in{.process_variable = pv.value,
-                               .process_variable_valid = pv.quality != hal::Quality::bad};
+                               .process_variable_valid = pv.quality != hal::Quality::bad,
+                               .read_back = inputs_.valve_position.value,
+                               .read_back_valid = read_back_good()};
   if (valve_source_ == ValvePositionSource::read_back) {
     in.valve_position = inputs_.valve_position.value;
     in.valve_position_valid = read_back_good();
@@ -339,6 +341,9 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
                                1e6)
           : -1.0F,
       std::memory_order_relaxed);
+  if (const control::PlannedMoves* moves = controller_.compensator().planned_moves()) {
+    channels_.moves.publish(moves->state());
+  }
   channels_.set_point_wanted.store(controller_.set_point_target(), std::memory_order_relaxed);
   publish_standing();
 }

@@ -20,6 +20,37 @@
 
 namespace loopwarden::daemon::rt {
 
+// What planned_moves does, for any number of readers; one value may be a cycle older than the next.
+class MovesBoard {
+ public:
+  void publish(const control::MovesState& state) noexcept {
+    phase_.store(state.phase, std::memory_order_relaxed);
+    reason_.store(state.reason, std::memory_order_relaxed);
+    settles_off_.store(state.settles_off, std::memory_order_relaxed);
+    pays_from_.store(state.pays_from, std::memory_order_relaxed);
+    output_.store(state.output, std::memory_order_relaxed);
+    gain_.store(state.gain, std::memory_order_relaxed);
+  }
+  control::MovesState read() const noexcept {
+    control::MovesState state;
+    state.phase = phase_.load(std::memory_order_relaxed);
+    state.reason = reason_.load(std::memory_order_relaxed);
+    state.settles_off = settles_off_.load(std::memory_order_relaxed);
+    state.pays_from = pays_from_.load(std::memory_order_relaxed);
+    state.output = output_.load(std::memory_order_relaxed);
+    state.gain = gain_.load(std::memory_order_relaxed);
+    return state;
+  }
+
+ private:
+  std::atomic<control::MovePhase> phase_{control::MovePhase::watching};
+  std::atomic<control::GivenBack> reason_{control::GivenBack::no};
+  std::atomic<double> settles_off_{0.0};
+  std::atomic<double> pays_from_{0.0};
+  std::atomic<double> output_{0.0};
+  std::atomic<double> gain_{0.0};
+};
+
 // Everything that crosses the border of the real-time thread, for one loop. daemon/README.md names
 // the threads at the other ends.
 struct LoopChannels {
@@ -51,6 +82,7 @@ struct LoopChannels {
   std::atomic<std::uint32_t> settings_waiting{0};
   std::atomic<double> set_point_wanted{0.0};  // cycle -> operator, Modbus server; PV units
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; below 0: none
+  MovesBoard moves;                           // cycle -> status
   std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends
 };
 

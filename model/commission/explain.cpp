@@ -2,12 +2,16 @@
 #include "model/commission/explain.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "model/commission/commission.hpp"
+#include "model/commission/since_change.hpp"
 #include "model/effects/catalogue.hpp"
 #include "model/gap/prove.hpp"
+#include "model/monitor/controller_watch.hpp"
 #include "model/monitor/twin_watch.hpp"
 
 namespace loopwarden::commission {
@@ -15,36 +19,80 @@ namespace {
 
 using monitor::AlarmKind;
 
-// Blocks of the twin's residual, newest last.
-struct ResidualBlock {
-  std::size_t end = 0;  // sample behind it
-  double size = 1.0;    // mean of the watch's two statistics
+constexpr double kHardlyLess = 8.0;
+
+// What the twin's watches held at each sample of a stretch.
+struct Held {
+  std::array<std::vector<monitor::TwinWatch::Sample>, monitor::kTwinChanges> changes;
+  std::vector<double> controller;  // n^2, CO units squared
 };
 
-// The block from which on the residual is larger; 0: from the start, or nowhere.
-std::size_t where_it_grows(const std::vector<ResidualBlock>& blocks) {
-  constexpr std::size_t kFewest = 4;
-  constexpr double kLarger = 2.0;
-  if (blocks.size() < 2 * kFewest) return 0;
-  std::vector<double> sum(blocks.size() + 1, 0.0);
-  for (std::size_t i = 0; i < blocks.size(); ++i) sum[i + 1] = sum[i] + blocks[i].size;
-  const auto mean = [&](std::size_t from, std::size_t to) {
-    // A residual below the noise is the noise.
-    return std::max(1.0, (sum[to] - sum[from]) / static_cast<double>(to - from));
+// Of the sums from a sample to the end the sample with the most likely change, and those from which it is hardly less
+// likely: begin is the earliest of them. `ratio(k)`: twice the logarithm of the likelihood of a change at k.
+std::size_t most_likely(std::size_t samples, const std::function<double(std::size_t)>& ratio) {
+  std::vector<double> ratios(samples);
+  for (std::size_t k = samples; k-- > 0;) ratios[k] = ratio(k);
+  const auto most = std::max_element(ratios.begin(), ratios.end());
+  if (most == ratios.end() || *most <= 0.0) return samples;
+  const auto first =
+      std::find_if(ratios.begin(), ratios.end(), [&](double r) { return r > *most - kHardlyLess; });
+  return static_cast<std::size_t>(first - ratios.begin());
+}
+
+// Where a change of the kind that leads began, of samples [0, size); size: nowhere.
+std::size_t where_changed(const std::vector<monitor::TwinWatch::Sample>& samples) {
+  double up = 0.0;
+  double down = 0.0;
+  return most_likely(samples.size(), [&](std::size_t k) {
+    up += samples[k].up;
+    down += samples[k].down;
+    return down > 0.0 ? up * up / down : 0.0;
+  });
+}
+
+// Where the controller's error became another one: two variances.
+std::size_t where_retuned(const std::vector<double>& squares) {
+  std::vector<double> before(squares.size() + 1, 0.0);
+  for (std::size_t k = 0; k < squares.size(); ++k) before[k + 1] = before[k] + squares[k];
+  const auto mean = [](double sum, std::size_t count) {
+    return std::max(1e-12, sum / static_cast<double>(std::max<std::size_t>(count, 1)));
   };
-  std::size_t best = 0;
-  double least = static_cast<double>(blocks.size()) * std::log(mean(0, blocks.size()));
-  for (std::size_t i = kFewest; i + kFewest <= blocks.size(); ++i) {
-    const double before = mean(0, i);
-    const double after = mean(i, blocks.size());
-    if (after < kLarger * before) continue;
-    const double cost = static_cast<double>(i) * std::log(before) +
-                        static_cast<double>(blocks.size() - i) * std::log(after);
-    if (cost >= least) continue;
-    least = cost;
-    best = i;
-  }
-  return best;
+  const std::size_t size = squares.size();
+  const double all = static_cast<double>(size) * std::log(mean(before[size], size));
+  return most_likely(size, [&](std::size_t k) {
+    const double early = mean(before[k], k);
+    const double late = mean(before[size] - before[k], size - k);
+    if (late < early) return 0.0;
+    return all - static_cast<double>(k) * std::log(early) -
+           static_cast<double>(size - k) * std::log(late);
+  });
+}
+
+gap::Record part_of(const gap::Record& record, gap::SampleRange range) {
+  const auto part = [&](const std::vector<double>& column) {
+    return column.empty()
+               ? column
+               : std::vector<double>(column.begin() + static_cast<std::ptrdiff_t>(range.begin),
+                                     column.begin() + static_cast<std::ptrdiff_t>(range.end));
+  };
+  return {record.period_s, part(record.pv), part(record.sp), part(record.co)};
+}
+
+// A change of the twin goes before what the workflow finds in the stretch alone, where it closes most of the gap, or
+// more than that. What the controller does stands beside it.
+void take_over(Explanation& out, SinceChange&& since) {
+  gap::Result& result = out.result;
+  if (!result.check.usable || since.effects.empty()) return;
+  const bool found = result.outcome == gap::Outcome::missing_effect;
+  if (since.closed < kClosed && found && !(out.closed < since.closed)) return;
+  std::erase_if(result.effects,
+                [](const auto& effect) { return effect.block != plant::Block::controller; });
+  result.effects.insert(result.effects.begin(), since.effects.begin(), since.effects.end());
+  result.outcome = gap::Outcome::missing_effect;
+  result.sentence = since.effects.front().evidence;
+  result.corrected = std::move(since.corrected);
+  result.remainder.reset();
+  out.closed = since.closed;
 }
 
 const gap::FoundEffect* sure_effect(const Explanation& e) {
@@ -67,20 +115,26 @@ gap::SampleRange telling_stretch(const gap::Record& record, const plant::LoopMod
                            std::min(record.size(), alarm + 1)};
   if (!record.has_co()) return stretch;
   monitor::TwinWatch watch(twin);
-  std::vector<ResidualBlock> blocks;
-  std::size_t quiet_until = stretch.begin;
-  std::size_t began = 0;  // where the sums began to rise that reached the alarm; 0: they did not
+  monitor::ControllerWatch controller(twin);
+  Held seen;
+  monitor::TwinChange leading = monitor::TwinChange::gain;
+  double largest = 0.0;
   for (std::size_t k = stretch.begin; k < stretch.end; ++k) {
-    if (!watch.add(record.pv[k], record.co[k])) continue;
-    blocks.push_back({k + 1, 0.5 * (watch.size() + watch.colour())});
-    if (watch.quiet()) quiet_until = k + 1;
-    if (began == 0 && watch.on()) began = quiet_until;
+    watch.add(record.pv[k], record.co[k]);
+    for (std::size_t i = 0; i < monitor::kTwinChanges; ++i) {
+      seen.changes[i].push_back(watch.newest(static_cast<monitor::TwinChange>(i)));
+    }
+    if (record.has_sp()) controller.add(record.sp[k], record.pv[k], record.co[k]);
+    seen.controller.push_back(controller.apart() * controller.apart());
+    if (watch.largest() <= largest) continue;
+    largest = watch.largest();
+    leading = watch.leading();
   }
-  if (began > 0) {
-    stretch.begin = began;
-  } else if (const std::size_t at = where_it_grows(blocks); at > 0) {
-    stretch.begin = blocks[at - 1].end;
-  }
+  const std::size_t length = stretch.end - stretch.begin;
+  std::size_t at = length;
+  if (watch.on()) at = where_changed(seen.changes[static_cast<std::size_t>(leading)]);
+  if (!watch.on() && controller.on()) at = where_retuned(seen.controller);
+  if (at < length) stretch.begin += at;
   // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
   stretch.end = std::min(record.size(), std::max(stretch.end, stretch.begin + samples(kEnough_s)));
   return stretch;
@@ -90,16 +144,14 @@ Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std
                     const gap::ParallelFor& parallel) {
   Explanation out;
   out.stretch = telling_stretch(record, twin, alarm);
-  const auto part = [&](const std::vector<double>& column) {
-    return column.empty() ? column
-                          : std::vector<double>(
-                                column.begin() + static_cast<std::ptrdiff_t>(out.stretch.begin),
-                                column.begin() + static_cast<std::ptrdiff_t>(out.stretch.end));
-  };
-  const gap::Record newest{record.period_s, part(record.pv), part(record.sp), part(record.co)};
+  const gap::Record newest = part_of(record, out.stretch);
   out.result = gap::find_gap(newest, twin, {}, parallel, [](double) {});
   out.closed = gap::gap_closed(out.result.before.holdout_rmse, out.result.after.holdout_rmse,
                                out.result.floor.rmse());
+  const auto before = static_cast<std::size_t>(kBefore_s / record.period_s);
+  const std::size_t from = out.stretch.begin - std::min(out.stretch.begin, before);
+  take_over(out, since_change(part_of(record, {from, out.stretch.end}), out.stretch.begin - from,
+                              twin, parallel));
   return out;
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Why an alarm came: the newest record against the twin, by the gap workflow.
 //
-//   stretch     at most kLongest_s before the alarm; of it, what lies behind the moment from which the watch's sums
-//               rose to the alarm, else from which the twin's residual is larger, where there is such a moment; and
-//               what comes after the alarm, as far as the record goes, until there are kEnough_s
+//   stretch     at most kLongest_s before the alarm; of it, what lies behind the moment at which a change of the kind
+//               that leads in the watch is most likely, else one of the controller; and what comes after the alarm, as
+//               far as the record goes, until there are kEnough_s
+//   name        a change of the twin from that moment on (since_change.hpp), where it closes kClosed of the gap or more than the
+//               gap workflow does over the stretch alone; else what that finds
 //   agreement   an effect agrees with an alarm of its own name, and with others as its descriptor says; every effect
 //               agrees with model_gap
 //   final name  where no effect agrees, one has the confidence kSure and kClosed of the gap is closed on data that
@@ -13,7 +15,7 @@
 // Errors: none: a stretch that can't be used is not explained.
 // What it can't do: two changes at different times within the stretch.
 //
-// Sources of the moment: Page, Biometrika 41 (1954) 100-115 (the sum's last 0); Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2 (two variances).
+// Source of the moment: Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2 (likelihood of a change, two variances).
 #pragma once
 
 #include <optional>
@@ -26,6 +28,7 @@ namespace loopwarden::commission {
 
 inline constexpr double kLongest_s = 1800.0;
 inline constexpr double kEnough_s = 600.0;
+inline constexpr double kBefore_s = 900.0;  // of the twin as it was, before the stretch
 inline constexpr double kSure = 0.9;
 inline constexpr double kClosed = 0.8;
 

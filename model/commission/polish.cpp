@@ -14,6 +14,7 @@
 #include "model/effects/catalogue.hpp"
 #include "model/gap/check.hpp"
 #include "model/gap/free_run.hpp"
+#include "model/numeric/statistics.hpp"
 #include "model/numeric/subplex.hpp"
 #include "model/plant/valve_characteristic.hpp"
 
@@ -32,6 +33,8 @@ constexpr double kFirstStep = 0.1;      // of x
 constexpr double kLeastFriction = 0.1;  // of the most
 constexpr double kLeastRise = 1e-6;     // CO units, of a table that must rise
 constexpr int kMostEvaluations = 500;
+constexpr std::size_t kParts = 20;     // of the record
+constexpr double kSureFriction = 2.0;  // standard deviations
 
 bool is_friction(const EffectSpec& spec) {
   constexpr std::array<const char*, 6> kNames{"stiction",        "backlash",   "hysteresis",
@@ -185,6 +188,8 @@ struct Left {
   double held = std::numeric_limits<double>::infinity();    // over the last third
   std::size_t samples_held = 0;
   double gain = 0.0;  // K
+  std::vector<double> blocks =
+      std::vector<double>(kParts, 0.0);  // sum e^2 over parts of the record
 };
 
 class Errors {
@@ -235,6 +240,7 @@ class Errors {
       seen += 1.0;
       if (gain > 0.0) d += std::max(gain, 1.0 / seen) * e;
       (k < fitted_ ? out.fitted : out.held) += e * e;
+      out.blocks[k * kParts / r.size()] += e * e;
       if (k >= fitted_) ++out.samples_held;
     }
     return out;
@@ -266,6 +272,14 @@ bool better(const Left& a, const Left& b) {
   return a.fitted < (1.0 - kLeastGain) * b.fitted && a.held < b.held;
 }
 
+// Whether the interval of a friction leaves 0 out: all over the record, not in some of its parts, it explains more than none.
+bool is_sure(const Left& with, const Left& without) {
+  std::vector<double> less(kParts);
+  for (std::size_t i = 0; i < kParts; ++i) less[i] = without.blocks[i] - with.blocks[i];
+  const double parts = static_cast<double>(kParts);
+  return numeric::mean(less) > kSureFriction * numeric::deviation(less) / std::sqrt(parts);
+}
+
 }  // namespace
 
 Polished polish(const LoopModel& model, const gap::Record& record, double most_friction) {
@@ -290,11 +304,12 @@ Polished polish(const LoopModel& model, const gap::Record& record, double most_f
       std::any_of(model.valve_effects.begin(), model.valve_effects.end(), is_friction);
   if (!has_friction && most_friction > 0.0) {
     const LoopModel without = best.model;
+    const Left left_without = best.left;
     for (const char* name : {"backlash", "stiction"}) {
       Numbers numbers(without);
       numbers.add_friction(name, most_friction);
       const Attempt with = search(numbers, errors, most_friction);
-      if (!offer(with)) continue;
+      if (!is_sure(with.left, left_without) || !offer(with)) continue;
       const auto& parameters = with.model.valve_effects.front().parameters;
       const control::PidSettings& pid = model.controller.pid;
       out.friction_percent =

@@ -8,7 +8,9 @@
 //
 //   moved    gain, time constants, dead time, within a factor of 2; rangeability of a characteristic, or exp of a
 //            polynomial of fourth order in the travel times its table; K among kGains: 0 is a loop without a load
-//   friction a play, or a stick with j = kSlip s, up to `most_friction`; a model that has one already gets no second one
+//   friction a play, or a stick with j = kSlip s, up to `most_friction`; a model that has one already gets no second one.
+//            None where its interval holds 0: where the mean over parts of the record of what sum e^2 falls by is less than
+//            kSureFriction of its standard deviations
 //   taken    where sum e^2 falls by kLeastGain or more over what it was fitted to, and falls over the last third too
 //
 // Errors: none; a record or model that can't be used comes back as it was.

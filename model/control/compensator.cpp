@@ -28,9 +28,10 @@ Compensator::Law Compensator::law_of(const CompensatorSettings& settings,
     case CompensatorKind::two_move: return TwoMove(settings, period_s);
     case CompensatorKind::reinforcement: return Reinforcement(settings, period_s);
     case CompensatorKind::backlash: return BacklashCompensator(settings, period_s);
-    case CompensatorKind::hysteresis: break;
+    case CompensatorKind::hysteresis: return HysteresisInverse(settings, period_s);
+    case CompensatorKind::planned_moves: break;
   }
-  return HysteresisInverse(settings, period_s);
+  return PlannedMoves(settings.planned, settings.shadow, period_s);
 }
 
 Compensator::Compensator(const CompensatorSettings& settings, double period_s) noexcept

@@ -13,6 +13,7 @@
 #include "model/control/compensator_contract.hpp"
 #include "model/control/hysteresis_inverse.hpp"
 #include "model/control/knocker.hpp"
+#include "model/control/planned_moves.hpp"
 #include "model/control/reinforcement.hpp"
 #include "model/control/two_move.hpp"
 #include "model/numeric/enum_name.hpp"
@@ -20,8 +21,9 @@
 namespace loopwarden::control {
 
 constexpr const char* to_text(CompensatorKind kind) noexcept {
-  return numeric::enum_name<CompensatorKind::hysteresis>(
-      kind, {"none", "knocker", "two_move", "reinforcement", "backlash", "hysteresis"});
+  return numeric::enum_name<CompensatorKind::planned_moves>(
+      kind,
+      {"none", "knocker", "two_move", "reinforcement", "backlash", "hysteresis", "planned_moves"});
 }
 
 class Compensator {
@@ -37,14 +39,16 @@ class Compensator {
   Correction step(const CompensatorInputs& in) noexcept;
 
   const CompensatorSettings& settings() const noexcept { return settings_; }
+  // None where it is of another kind.
+  const PlannedMoves* planned_moves() const noexcept { return std::get_if<PlannedMoves>(&law_); }
 
  private:
   struct None {
     void reset(double) noexcept {}
     Correction step(const CompensatorInputs&) noexcept { return {}; }
   };
-  using Law =
-      std::variant<None, Knocker, TwoMove, Reinforcement, BacklashCompensator, HysteresisInverse>;
+  using Law = std::variant<None, Knocker, TwoMove, Reinforcement, BacklashCompensator,
+                           HysteresisInverse, PlannedMoves>;
   static Law law_of(const CompensatorSettings& settings, double period_s) noexcept;
 
   CompensatorSettings settings_;

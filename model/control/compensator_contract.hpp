@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "model/control/planned_moves.hpp"
+
 namespace loopwarden::control {
 
 enum class CompensatorKind : std::uint8_t {
@@ -19,7 +21,8 @@ enum class CompensatorKind : std::uint8_t {
   two_move,
   reinforcement,
   backlash,
-  hysteresis
+  hysteresis,
+  planned_moves
 };
 
 struct CompensatorSettings {
@@ -40,6 +43,7 @@ struct CompensatorSettings {
   double knee = 0.0;                                                // hysteresis
   double offset = 0.0;                                              // CO units: hysteresis
   double noise_band = 0.0;  // CO units: what is no reversal; reinforcement, backlash, hysteresis
+  PlannedMovesSettings planned{};
 
   friend bool operator==(const CompensatorSettings&, const CompensatorSettings&) = default;
 };
@@ -48,6 +52,13 @@ struct CompensatorInputs {
   double set_point = 0.0;  // PV units
   double error = 0.0;      // PV units
   double output = 0.0;     // CO units, the control law's result without correction
+  // For planned_moves.
+  double process_variable = 0.0;  // PV units
+  double applied = 0.0;           // CO units, what went out one period ago
+  double valve_position = 0.0;    // CO units, read back
+  bool valve_position_valid = false;
+  double output_low = 0.0;  // CO units
+  double output_high = 100.0;
 };
 
 struct Correction {

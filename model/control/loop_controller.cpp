@@ -135,8 +135,15 @@ LoopController::Law::Result LoopController::Law::step(const ControllerInputs& in
   const double held_rate = hold_integral ? -pid.integral_rate(error) : result.jacket_rate;
   const double law = pid.step(result.set_point, in.process_variable, applied - added, held_rate);
 
-  result.correction =
-      compensator.step({.set_point = result.set_point, .error = error, .output = law});
+  result.correction = compensator.step({.set_point = result.set_point,
+                                        .error = error,
+                                        .output = law,
+                                        .process_variable = in.process_variable,
+                                        .applied = applied,
+                                        .valve_position = in.read_back,
+                                        .valve_position_valid = in.read_back_valid,
+                                        .output_low = settings.output.low,
+                                        .output_high = settings.output.high});
   result.wanted = law;
   if (!settings.compensator.shadow) {
     if (result.correction.release) {

@@ -67,6 +67,8 @@ struct ControllerInputs {
   bool process_variable_valid = true;  // false only in manual: the output needs no PV there
   double valve_position = 0.0;         // CO units: read-back or stated valve model
   bool valve_position_valid = false;
+  double read_back = 0.0;  // CO units, as measured: for planned_moves
+  bool read_back_valid = false;
 };
 
 struct ControllerOutput {
@@ -122,6 +124,7 @@ class LoopController {
   double set_point_target() const noexcept { return law_.set_point.target(); }
   Mode requested_mode() const noexcept { return requested_; }
   Mode mode() const noexcept { return mode_; }
+  const Compensator& compensator() const noexcept { return law_.compensator; }
   const StickbandJacket& jacket() const noexcept { return law_.jacket; }
   const ControllerSettings& settings() const noexcept { return law_.settings; }
 

@@ -23,7 +23,7 @@
 // valve rests there up to twenty times longer: RMS e falls towards the smaller of the two, and the
 // stem moves less. From 0.7 |e_s| up, and on the way to a new set point, it is plain PI.
 //
-// What they achieve over random loops is printed by `loopwarden-study jacket`, see docs/jacket.md:
+// What they achieve over random loops is printed by `loopwarden-study calm`, see docs/compensators.md:
 // `paper` parks nearly every sticky loop off the set point at Ks = 1 and multiplies RMS e;
 // `bounded` makes it fall in half of them, by little, and slows set-point changes; `dwell` in more
 // than four of five, by about a fifth in the median, with less than half of the stem travel. The

@@ -66,6 +66,9 @@ struct SearchContext {
 inline constexpr double kFastActuator = 0.07;
 inline constexpr double kFastActuator_s = 0.3;
 
+// Of a second order with more damping than that the overshoot is below 2 %: nobody sees it ring.
+inline constexpr double kLeastRinging = 0.78;
+
 struct Candidate {
   using Values = std::span<const double>;
   using Columns = std::vector<std::vector<double>>;
@@ -107,6 +110,8 @@ struct Candidate {
   bool shifts_pv = false;      // moves PV as a whole: what sticks is searched for again beside it
   bool at_one_moment = false;  // shows at one place of the record: need not gain in all of it
   bool hides = false;          // of the transmitter: shows less than PV, not linear in it
+  bool bends = false;          // of the transmitter: PV shows through a curve without memory
+  bool wanders_on = false;     // where it is at the end of the fit says nothing of what follows
   bool is_level = false;       // a constant: without a measured CO nothing tells it from CO's level
 
   double output_low = 0.0;       // CO units
@@ -118,7 +123,8 @@ struct Candidate {
   std::size_t linear_columns() const noexcept { return columns; }
   bool starts_offset() const noexcept { return resting_half_band != nullptr; }
   // Stepped in the signal's path, not solved for.
-  bool in_path() const noexcept { return columns == 0 && !solves_gain && !hides; }
+  bool in_path() const noexcept { return columns == 0 && !solves_gain && !shown(); }
+  bool shown() const noexcept { return hides || bends; }
 };
 
 }  // namespace loopwarden::effects

@@ -116,6 +116,28 @@ void check_effect(const EffectSpec& spec, Block block, const EffectContext& cont
   }
 }
 
+void check_curve(const SpecReader& read, std::size_t most) {
+  const auto& table = read.spec().table;
+  if (read.option("curve") != "table") {
+    if (!table.empty()) throw EffectError("table", "a table needs no named curve beside it");
+    return;
+  }
+  if (table.size() < 2 || table.size() > most) {
+    throw EffectError("table", "table must have 2 to " + std::to_string(most) + " points (got " +
+                                   std::to_string(table.size()) + ")");
+  }
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const auto& [x, y] = table[i];
+    if (!std::isfinite(x) || !std::isfinite(y)) {
+      throw EffectError("table", "table holds a number that is not finite");
+    }
+    if (i > 0 && (x <= table[i - 1].first || y <= table[i - 1].second)) {
+      throw EffectError(
+          "table", "table must rise in both columns (see point " + std::to_string(i + 1) + ")");
+    }
+  }
+}
+
 bool takes_dead_time(const std::vector<EffectSpec>& specs) noexcept {
   return std::any_of(specs.begin(), specs.end(), [](const EffectSpec& spec) {
     const Descriptor* info = find_effect(spec.name);

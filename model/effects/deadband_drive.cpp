@@ -23,7 +23,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back({.smooth = false,
                  .parameters = 2,
                  .prior_nats = 2.0,  // electric drives are rarer than pneumatic ones
-                 .search = {{"band", 0.002 * c.span(), 0.2 * c.span(), true, 8},
+                 .search = {{"band", 0.005 * c.span(), 0.2 * c.span(), true, 8},
                             {"rate", 0.002 * c.span(), 0.5 * c.span(), true, 8},
                             kStart},
                  .starts = 4,
@@ -49,6 +49,7 @@ Descriptor describe() {
           .candidates = candidates,
           .valve_rank = 2,
           .made_of = {"low_air_supply", "stiction"},
+          .more_by = "band",
           .resting_band = [](const SpecReader& read) { return read.value("band"); },
           .alarms = {"unknown"},
           .examples = {{"deadband_drive",

@@ -79,6 +79,8 @@ struct EffectContext {
   double sample_time_s = 0.1;  // s
   double output_low = 0.0;     // CO units
   double output_high = 100.0;  // CO units
+  double pv_low = 0.0;         // PV units, the transmitter's range
+  double pv_high = 100.0;      // PV units
   std::uint64_t seed = 1;      // for effects with random numbers
   // s, of the process; 0: not known here
   double time_constant_s = 0.0;
@@ -107,7 +109,7 @@ struct Descriptor {
   std::vector<OptionInfo> options{};
   bool takes_table =
       false;  // in files `curve` or `table` stands for its options, `table` where it has none
-  TableInfo table{};        // where it has no options
+  TableInfo table{};
   bool is_learned = false;  // its table has the keys of its form, and a description goes with it
   const char* header = "";  // in model/plant: equation, source and limits
 
@@ -124,6 +126,8 @@ struct Descriptor {
   bool is_noise = false;  // wanders by chance: no part of a free run
   // Two effects that belong together and are this one: `gap` names them as its alternative.
   std::vector<const char*> made_of{};
+  // Where this parameter is 0 the effect is another one, in the catalogue or not; null: there is none.
+  const char* more_by = nullptr;
   // How far from CO the stem can rest, CO units; null: nowhere but where CO puts it.
   double (*resting_band)(const SpecReader& read) = nullptr;
   // The law of a healthy valve's little friction and fast actuator; one effect has it, and where a
@@ -168,6 +172,10 @@ class SpecReader {
 
 // Throws EffectError: `key` must be as `rule` says, which stands before what was given.
 [[noreturn]] void refuse(const SpecReader& read, const char* key, const std::string& rule);
+
+// Of an effect whose option `curve` names a curve or says `table`: a table of 2 to `most` points that rise in both
+// columns, and none beside a name. Throws EffectError.
+void check_curve(const SpecReader& read, std::size_t most);
 
 // As error messages give numbers.
 std::string number_text(double value);

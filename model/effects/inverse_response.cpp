@@ -8,17 +8,25 @@
 namespace loopwarden::effects::inverse_response {
 namespace {
 
+// Not seen to go the wrong way, it is a lag.
+double turns(Candidate::Values v, Candidate::Values, double period_s) {
+  constexpr double kLeast = 0.1;  // of the lag
+  return v[0] > std::max(2.0 * period_s, v.size() > 1 ? kLeast * v[1] : 0.0) ? 1.0 : 0.0;
+}
+
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back({.block = Block::process,
                  .parameters = 1,
                  .prior_nats = 1.0,  // more dead time is the commoner cause
-                 .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 6)}});
+                 .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 6)},
+                 .telling = turns});
   all.push_back({.block = Block::process,
                  .parameters = 2,
                  .prior_nats = 1.0,
                  .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 5),
                             between("lag", std::max(0.03 * c.slow_s(), 0.5 * c.period_s),
-                                    0.7 * c.time_constant_s, true, 3)}});
+                                    0.7 * c.time_constant_s, true, 3)},
+                 .telling = turns});
 }
 
 }  // namespace
@@ -37,6 +45,7 @@ Descriptor describe() {
                                       context.sample_time_s);
       },
       .candidates = candidates,
+      .more_by = "zero_time",
       // To a tuning rule such a zero is dead time (Skogestad, J. Process Control 13 (2003) 291-309).
       .linear =
           [](const SpecReader& read) {

@@ -39,7 +39,9 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
                            {{"damping", v[0]},
                             {"natural_frequency", v[1]},
                             {"time_constant", candidate.time_constant_s}}};
-                 }});
+                 },
+                 .telling = [](Candidate::Values v, Candidate::Values,
+                               double) { return v[0] < kLeastRinging ? 1.0 : 0.0; }});
 }
 
 }  // namespace

@@ -16,7 +16,10 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back(
       {.parameters = 2,
        .search = {{"damping", 0.05, 0.95, false, 3},
-                  between("natural_frequency", 0.1 / c.slow_s(), slowest_healthy, true, 7)}});
+                  between("natural_frequency", 0.1 / c.slow_s(), slowest_healthy, true, 7)},
+       .telling = [](Candidate::Values v, Candidate::Values, double) {
+         return v[0] < kLeastRinging ? 1.0 : 0.0;
+       }});
 }
 
 }  // namespace

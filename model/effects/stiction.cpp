@@ -77,6 +77,12 @@ EffectSpec with_momentum(EffectSpec effect, double natural_frequency_rad_s, doub
   return effect;
 }
 
+// Without a slip jump it is play.
+double jumps(Candidate::Values v, Candidate::Values, double) {
+  constexpr double kLeastJump = 0.02;  // of s
+  return v[1] >= kLeastJump ? 1.0 : 0.0;
+}
+
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back(
       {.smooth = false,
@@ -90,6 +96,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
        },
        .resting_half_band = [](Candidate::Values v) { return v[0] * (1.0 + v[1]) / 2.0; },
        .with_momentum = with_momentum,
+       .telling = jumps,
        .deviations =
            [](Candidate::Values v, Candidate::Values spread, const EffectSpec&,
               Candidate::Deviations& named) {
@@ -127,6 +134,7 @@ Descriptor describe() {
           .make = make,
           .candidates = candidates,
           .valve_rank = 3,
+          .more_by = "j",
           .resting_band =
               [](const SpecReader& r) {
                 const plant::StictionParameters opening{r.value("s"), r.value("j")};

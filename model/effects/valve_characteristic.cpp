@@ -24,26 +24,7 @@ constexpr std::array kCurves{
     Named{"table", ValveCharacteristic::Curve::table}};
 
 void check(const SpecReader& read, const EffectContext&) {
-  const auto& table = read.spec().table;
-  if (read.option("curve") != "table") {
-    if (!table.empty()) throw EffectError("table", "a table needs no named curve beside it");
-    return;
-  }
-  if (table.size() < 2 || table.size() > ValveCharacteristic::kMostPoints) {
-    throw EffectError("table", "table must have 2 to " +
-                                   std::to_string(ValveCharacteristic::kMostPoints) +
-                                   " points (got " + std::to_string(table.size()) + ")");
-  }
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    const auto& [x, q] = table[i];
-    if (!std::isfinite(x) || !std::isfinite(q)) {
-      throw EffectError("table", "table holds a number that is not finite");
-    }
-    if (i > 0 && (x <= table[i - 1].first || q <= table[i - 1].second)) {
-      throw EffectError(
-          "table", "table must rise in both columns (see point " + std::to_string(i + 1) + ")");
-    }
-  }
+  check_curve(read, ValveCharacteristic::kMostPoints);
 }
 
 plant::Effect make(const SpecReader& read, const EffectContext& context) {
@@ -113,6 +94,7 @@ Descriptor describe() {
           {"rangeability", "-", 1.0, true, 1e6, false, true, 0.0, "of equal_percentage"}, 30.0)},
       .options = {curve},
       .takes_table = true,
+      .table = {"[[x, q], ...]", "travel and flow, CO units, both rising"},
       .header = "valve_characteristic.hpp",
       .check = check,
       .make = make,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/plant/varying_gain.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -48,12 +49,21 @@ EffectSpec spec(const Candidate&, Candidate::Values v, Candidate::Values) {
   return effect;
 }
 
+// One factor all the time is another gain.
+double varies(Candidate::Values v, Candidate::Values, double) {
+  constexpr double kLeast = 1.03;
+  const auto [low, high] = std::minmax_element(v.begin(), v.begin() + kKnots);
+  return *high > kLeast * *low ? 1.0 : 0.0;
+}
+
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   Candidate candidate{.block = Block::process,
                       .parameters = kKnots,
                       .prior_nats = 6.0,  // with so many factors it follows any slow load as well
                       .starts = 1,
-                      .spec = spec};
+                      .spec = spec,
+                      .telling = varies,
+                      .wanders_on = true};
   for (const char* name : {"factor_1", "factor_2", "factor_3", "factor_4", "factor_5"}) {
     candidate.search.push_back({name, 0.5, 2.0, true, 1, 0.02});
   }

@@ -106,6 +106,8 @@ inline constexpr double kFollowingPart = 0.05;
 // Most confidence of a name where what is left follows SP or CO, and where that could not be tested. By definition.
 inline constexpr double kMostFollowing = 0.7;
 inline constexpr double kMostUntested = 0.8;
+// ... and of one that is more than a simpler effect by a parameter whose interval holds 0. By definition.
+inline constexpr double kMostLikeSimpler = 0.7;
 
 // prove ------------------------------------------------------------------------------------------------
 // Gap closed on the holdout = (before^2 - after^2)/(before^2 - floor^2). By definition (gap.json): where the
@@ -127,7 +129,8 @@ inline constexpr double kAsGood = 1.2;
 // By so much more of the gap on blocks left out a law ousts names: on all together, or on so many of those with a gap.
 // By definition.
 inline constexpr double kOusts = 0.2;
-inline constexpr double kOustsOn = 2.0 / 3.0;
+inline constexpr double kOustsOn =
+    2.0 / 3.0;  // also of the blocks on which a gain that wanders on must be ahead
 // Most confidence of what was learned: it has no name that could be right. By hand.
 inline constexpr double kMostLearned = 0.89;
 

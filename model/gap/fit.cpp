@@ -20,7 +20,7 @@ constexpr std::size_t kNuisances = 5;  // time constant, dead time, three of the
 constexpr std::array kLoads{0.0, 0.04, 0.125, 0.25, 0.5, 0.75, 1.0};
 constexpr std::array kValves{0.0, 0.35, 1.0};
 constexpr std::uint64_t kEvolutionSeed = 1;
-constexpr int kHiddenRounds = 3;
+constexpr int kShownRounds = 3;
 constexpr double kLeastVariance = 1e-18;  // of PV's mean square; what rounding of numbers leaves
 
 // Up to what sampling can show; where the process is as fast as that, from half of it on.
@@ -39,18 +39,6 @@ double actuator_delay_s(const Point& point) {
 
 // By so much an overdamped actuator must be stiffer to be as fast.
 double slowing(double damping) { return std::max(1.0, 2.0 * damping); }
-
-// Whether PV jumps with a parameter: a valve that sticks.
-bool jumps(const Terms& terms) {
-  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
-    return t->block == plant::Block::valve && !t->smooth;
-  });
-}
-
-// Whether the transmitter does not show all of PV.
-bool hides(const Terms& terms) {
-  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->hides; });
-}
 
 bool is_smooth(const Terms& terms) {
   return std::all_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->smooth; });
@@ -93,7 +81,25 @@ Eigen::VectorXd damped_move(const Eigen::MatrixXd& normal, const Eigen::VectorXd
   return damped.ldlt().solve(right);
 }
 
+// At the lower end of its range what makes an effect more than a simpler one is nothing.
+bool at_simpler(const Candidate& term, const std::vector<double>& searched) {
+  constexpr double kAtEnd = 1e-3;  // of the range
+  const effects::Descriptor* info = effects::find_effect(term.name);
+  if (info == nullptr || info->more_by == nullptr) return false;
+  for (std::size_t j = 0; j < term.search.size(); ++j) {
+    if (std::string_view(term.search[j].name) != info->more_by) continue;
+    if (term.search[j].position(searched[j]) < kAtEnd) return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+bool jumps(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
+    return t->block == plant::Block::valve && !t->smooth;
+  });
+}
 
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
                const std::vector<bool>& used, AllowedWander allowed, bool allowances)
@@ -135,7 +141,7 @@ bool Fitter::load_at_limit(const Fit& fit) const noexcept {
   return fit.load % kLoads.size() + 1 == kLoads.size();
 }
 
-// Newton's step for what the transmitter hides: a sample that it hides does not depend on what is solved for.
+// Newton's step for what the transmitter hides or bends.
 void Fitter::linearise_shown(Work& work, const Terms& terms, const Point& point,
                              std::size_t load) const {
   const std::vector<double>& offset = free_run_.offset();
@@ -147,11 +153,11 @@ void Fitter::linearise_shown(Work& work, const Terms& terms, const Point& point,
   work.shown = work.whole;
   free_run_.show(terms, point, work.shown);
   work.seen = work.columns;
+  const std::vector<double> slope = free_run_.slopes(terms, point, work.whole);
   for (std::size_t k = 0; k < training_end_; ++k) {
-    const bool hidden = work.shown[k] != work.whole[k];
     work.shown[k] = used_[k] ? pv_[k] + offset[k] - work.shown[k] : 0.0;
     for (std::size_t i = 0; i < work.seen.size(); ++i) {
-      if (hidden) work.seen[i][k] = 0.0;
+      work.seen[i][k] *= slope[k];
       work.shown[k] += work.solved(static_cast<Eigen::Index>(i)) * work.seen[i][k];
     }
   }
@@ -200,8 +206,8 @@ double Fitter::solve(Work& work, const Terms& terms, const Point& point, std::si
     work.solved(0) = gain;
   };
   solve_once();
-  if (hides(terms)) {
-    for (int round = 0; round < kHiddenRounds; ++round) {
+  if (!free_run_.shows_all(terms)) {
+    for (int round = 0; round < kShownRounds; ++round) {
       linearise_shown(work, terms, point, load);
       solve_once();
     }
@@ -489,11 +495,6 @@ Fit Fitter::fit_model() const {
   return best;
 }
 
-Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
-                      const std::vector<double>* hint) const {
-  return settle(approach(base, candidate, hint));
-}
-
 Fit Fitter::settle(const std::vector<Fit>& starts) const {
   Fit best;
   best.deviance = kInfinity;
@@ -516,6 +517,7 @@ Fit Fitter::fit_without(const Fit& fit, std::size_t index, int evaluations) cons
 bool Fitter::tells(const Fit& fit) const {
   const std::span<const double> co(free_run_.output().data(), training_end_);
   for (std::size_t i = 0; i < fit.terms.size(); ++i) {
+    if (at_simpler(*fit.terms[i], fit.point.searched[i])) return false;
     if (fit.terms[i]->telling == nullptr) continue;
     const double share =
         fit.terms[i]->telling(fit.point.searched[i], co, free_run_.model().sample_time_s);
@@ -534,13 +536,18 @@ bool Fitter::shows_places(const Fit& fit) const {
 }
 
 std::vector<double> Fitter::simulate(const Fit& fit) const {
+  std::vector<double> pv = whole(fit);
+  free_run_.show(fit.terms, fit.point, pv);
+  return pv;
+}
+
+std::vector<double> Fitter::whole(const Fit& fit) const {
   std::vector<std::vector<double>> columns;
   free_run_.columns(fit.terms, fit.point, columns);
   std::vector<double> pv = free_run_.offset();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     for (std::size_t k = 0; k < pv.size(); ++k) pv[k] += fit.solved[i] * columns[i][k];
   }
-  free_run_.show(fit.terms, fit.point, pv);
   return pv;
 }
 
@@ -575,6 +582,12 @@ Eigen::MatrixXd Fitter::jacobian(const Fit& fit) const {
   Eigen::MatrixXd jacobian(n, static_cast<Eigen::Index>(searched + solved));
   free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
   std::vector<double> white(filter.count());
+  if (!free_run_.shows_all(fit.terms)) {
+    const std::vector<double> slope = free_run_.slopes(fit.terms, fit.point, whole(fit));
+    for (std::vector<double>& column : work.columns) {
+      for (std::size_t k = 0; k < training_end_; ++k) column[k] *= slope[k];
+    }
+  }
   for (std::size_t i = 0; i < solved; ++i) {
     filter.whiten(work.columns[i], white);
     jacobian.col(static_cast<Eigen::Index>(searched + i)) =

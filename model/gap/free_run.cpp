@@ -2,6 +2,7 @@
 #include "model/gap/free_run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -71,6 +72,33 @@ void allow_for_healthy_valve(std::vector<EffectSpec>& valve, const Point& point)
   }
 }
 
+constexpr int kPastRounds = 4;
+
+// Least squares of what is left of PV on the state that the process brought along.
+class PastAndRest {
+ public:
+  void add(double level, double ramp, double left) noexcept {
+    ll_ += level * level;
+    lr_ += level * ramp;
+    rr_ += ramp * ramp;
+    ly_ += level * left;
+    ry_ += ramp * left;
+    yy_ += left * left;
+  }
+  // Of what even the best such state leaves.
+  double square() const noexcept {
+    const double slope = lr_ / ll_;
+    const double rest = rr_ - slope * lr_;
+    const double along = ry_ - slope * ly_;
+    return yy_ - ly_ * ly_ / ll_ - along * along / rest;
+  }
+
+ private:
+  static constexpr double kTrace = 1e-12;  // where nothing shows it, the state is 0
+  double ll_ = kTrace, lr_ = 0.0, rr_ = kTrace;
+  double ly_ = 0.0, ry_ = 0.0, yy_ = 0.0;
+};
+
 // How far from CO the stem can rest at the start, CO units.
 double start_offset(const Candidate& candidate, const std::vector<double>& searched) {
   if (!candidate.starts_offset()) return 0.0;
@@ -84,7 +112,9 @@ FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, Level level)
     : model_(std::move(model)),
       context_{.sample_time_s = model_.sample_time_s,
                .output_low = model_.controller.pid.output_low,
-               .output_high = model_.controller.pid.output_high},
+               .output_high = model_.controller.pid.output_high,
+               .pv_low = model_.transmitter.low,
+               .pv_high = model_.transmitter.high},
       co_(std::move(co)),
       level_(level),
       disturbances_(chain_of(model_.disturbances, Block::disturbance, context_)),
@@ -116,17 +146,33 @@ plant::EffectChain FreeRun::transmitter_chain(bool of_reading) const {
   return chain;
 }
 
-void FreeRun::show(std::vector<double>& pv) const { show({}, {}, pv); }
+bool FreeRun::shows_all(const Terms& terms) const noexcept {
+  return reading_effects_.empty() &&
+         std::none_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->shown(); });
+}
 
 void FreeRun::show(const Terms& terms, const Point& point, std::vector<double>& pv) const {
   plant::EffectChain reading = reading_effects_;
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    if (!terms[i]->hides) continue;
+    if (!terms[i]->shown()) continue;
     reading.add(effects::make_effect(terms[i]->effect(point.searched[i], {}), context_));
   }
   if (reading.empty() || pv.empty()) return;
   pv[0] = reading.reset(pv[0], 0.0);
   reading.run(std::span<double>(pv).subspan(1), model_.sample_time_s, model_.sample_time_s);
+}
+
+std::vector<double> FreeRun::slopes(const Terms& terms, const Point& point,
+                                    std::vector<double> pv) const {
+  if (shows_all(terms)) return std::vector<double>(pv.size(), 1.0);
+  constexpr double kStep = 1e-6;  // of the transmitter's span
+  const double step = kStep * model_.transmitter.span();
+  std::vector<double> higher = pv;
+  for (double& v : higher) v += step;
+  show(terms, point, pv);
+  show(terms, point, higher);
+  for (std::size_t k = 0; k < pv.size(); ++k) pv[k] = (higher[k] - pv[k]) / step;
+  return pv;
 }
 
 std::size_t FreeRun::column_count(const Terms& terms) const noexcept {
@@ -161,13 +207,14 @@ void FreeRun::linear_columns(const Candidate& candidate, const std::vector<doubl
 FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
   std::vector<EffectSpec> valve = model_.valve_effects;
   std::vector<EffectSpec> process_effects = model_.process_effects;
+  std::vector<EffectSpec> transmitter;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (!terms[i]->in_path()) continue;
     EffectSpec spec = with_actuator(*terms[i], terms[i]->effect(point.searched[i], {}), point);
-    if (terms[i]->block == Block::valve) {
-      place_in_valve(valve, std::move(spec));
-    } else {
-      process_effects.push_back(std::move(spec));
+    switch (terms[i]->block) {
+      case Block::valve: place_in_valve(valve, std::move(spec)); break;
+      case Block::transmitter: transmitter.push_back(std::move(spec)); break;
+      default: process_effects.push_back(std::move(spec));
     }
   }
   allow_for_healthy_valve(valve, point);
@@ -175,6 +222,7 @@ FreeRun::Chains FreeRun::chains(const Terms& terms, const Point& point) const {
   context.dead_time_s = point.dead_time_s;
   return {chain_of(valve, Block::valve, context),
           chain_of(process_effects, Block::process, context),
+          chain_of(transmitter, Block::transmitter, context),
           effects::takes_dead_time(process_effects)};
 }
 
@@ -186,7 +234,12 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   for (std::size_t i = 0; i < base_columns(); ++i) columns[i].resize(n);
   if (level_ != Level::of_model) std::fill(columns[3].begin(), columns[3].end(), 1.0);
 
-  auto [valve_chain, process_chain, with_dead_time] = chains(terms, point);
+  auto [valve_chain, process_chain, transmitter_chain, with_dead_time] = chains(terms, point);
+  const auto pass_terms = [&](std::vector<double>& signal) {
+    if (transmitter_chain.empty()) return;
+    signal[0] = transmitter_chain.reset(signal[0], 0.0);
+    transmitter_chain.run(std::span<double>(signal).subspan(1), h, h);
+  };
   const double offset = start_offset(terms, point);
   plant::Process process(process_at(point, 1.0, !with_dead_time), h);
 
@@ -212,14 +265,20 @@ void FreeRun::columns(const Terms& terms, const Point& point,
     // An integrating process goes on by what CO was off balance from the start.
     before = model_.process.integrating() ? before + h : before * keep;
   }
-  for (std::size_t i = 0; i < base_columns(); ++i) pass_transmitter(columns[i]);
+  for (std::size_t i = 0; i < base_columns(); ++i) {
+    pass_transmitter(columns[i]);
+    pass_terms(columns[i]);
+  }
 
   std::size_t next = base_columns();
   std::vector<std::vector<double>> own;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (terms[i]->linear_columns() == 0) continue;
     linear_columns(*terms[i], point.searched[i], own);
-    for (auto& column : own) columns[next++] = std::move(column);
+    for (auto& column : own) {
+      if (terms[i]->block == Block::disturbance) pass_terms(column);
+      columns[next++] = std::move(column);
+    }
   }
 }
 
@@ -233,15 +292,25 @@ std::array<double, 2> FreeRun::past(const Point& point,
       model_.process.integrating()
           ? fitted
           : std::min(pv.size(), static_cast<std::size_t>(memory_s / model_.sample_time_s) + 2);
-  Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
-  Eigen::Vector2d right = Eigen::Vector2d::Zero();
-  for (std::size_t k = 0; k < head; ++k) {
-    if (!measured[k]) continue;
-    const Eigen::Vector2d row(columns[1][k], columns[2][k]);
-    normal += row * row.transpose();
-    right += row * (pv[k] - offset_[k] - columns[0][k]);
+  Eigen::Vector2d solved = Eigen::Vector2d::Zero();
+  std::vector<double> whole(head);
+  // Newton's steps, of which a PV that is shown as it is needs one.
+  for (int round = 0; round < (reading_effects_.empty() ? 1 : kPastRounds); ++round) {
+    for (std::size_t k = 0; k < head; ++k) {
+      whole[k] = offset_[k] + columns[0][k] + solved(0) * columns[1][k] + solved(1) * columns[2][k];
+    }
+    const std::vector<double> slope = slopes({}, point, whole);
+    show({}, point, whole);
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    for (std::size_t k = 0; k < head; ++k) {
+      if (!measured[k]) continue;
+      const Eigen::Vector2d row = slope[k] * Eigen::Vector2d(columns[1][k], columns[2][k]);
+      normal += row * row.transpose();
+      right += row * (pv[k] - whole[k]);
+    }
+    solved += normal.ldlt().solve(right);
   }
-  const Eigen::Vector2d solved = normal.ldlt().solve(right);
   return {solved(0), solved(1)};
 }
 
@@ -294,62 +363,62 @@ plant::ProcessParameters FreeRun::process_at(const Point& point, double gain,
 }
 
 double FreeRun::short_runs(const Terms& terms, const Point& point, const std::vector<double>& pv,
-                           const std::vector<bool>& used, double gain,
-                           std::size_t run_samples) const {
+                           const std::vector<bool>& used, double gain, std::size_t run_samples,
+                           double most) const {
   constexpr int kPlaces = 3;  // to each side of CO
+  constexpr std::size_t kStretch =
+      32;  // samples between two looks whether a place is still worth going on
   const double h = model_.sample_time_s;
   const double keep = kept(point);
   const bool integrating = model_.process.integrating();
   const auto dead = static_cast<std::size_t>(point.dead_time_s / h) + 1;
   const Chains fresh = chains(terms, point);
-  const plant::Process process(process_at(point, gain, !fresh.with_dead_time), h);
+  plant::Process process(process_at(point, gain, !fresh.with_dead_time), h);
   const Candidate& sticking = *terms.back();
   std::vector<double> at_end = point.searched.back();
   at_end.back() = 1.0;
   const double half_band = gap::start_offset(sticking, at_end);
   double sum = 0.0;
   Chains c = fresh;
-  plant::Process p = process;
-  std::vector<double> z;
-  for (std::size_t begin = 0; begin < co_.size() && used[begin]; begin += run_samples) {
+  std::array<double, kStretch> stretch{};
+  for (std::size_t begin = 0; begin < co_.size() && used[begin] && sum < most;
+       begin += run_samples) {
     const std::size_t end = std::min(begin + run_samples, co_.size());
-    const auto left_from = [&](double place) {
-      c = fresh;
-      const double begin_s = static_cast<double>(begin) * h;
-      double flow = c.valve.reset(co_[begin] - half_band * place, begin_s);
-      flow = c.valve.step(co_[begin], begin_s);
-      z.assign(co_.begin() + static_cast<std::ptrdiff_t>(begin),
-               co_.begin() + static_cast<std::ptrdiff_t>(end) - 1);
-      double at = p.reset(c.process.reset(flow, begin_s));
-      c.valve.run(z, begin_s, h);
-      c.process.run(z, begin_s, h);
-      // What the process brought along: dying away, or a level and a ramp.
-      Eigen::Vector2d past(1.0, 0.0);
-      Eigen::Matrix2d pp = Eigen::Matrix2d::Identity() * 1e-12;
-      Eigen::Vector2d pr = Eigen::Vector2d::Zero();
-      double rr = 0.0;
-      for (std::size_t k = begin; k < end; ++k) {
-        if (k > begin) {
-          at = p.step(z[k - 1 - begin]);
-          past(0) *= keep;
-          if (integrating) past(1) += h;
-        }
-        if (!used[k] || k < begin + dead) continue;  // still answers to the run before
-        const double r = pv[k] - at;
-        pp += past * past.transpose();
-        pr += past * r;
-        rr += r * r;
-      }
-      return rr - pr.dot(pp.ldlt().solve(pr));
-    };
     double best = std::numeric_limits<double>::infinity();
     double best_place = 0.0;
     const auto offer = [&](double place) {
-      const double left = left_from(std::clamp(place, -1.0, 1.0));
-      if (left < best) {
-        best = left;
-        best_place = place;
+      c = fresh;
+      const double begin_s = static_cast<double>(begin) * h;
+      double flow = c.valve.reset(co_[begin] - half_band * std::clamp(place, -1.0, 1.0), begin_s);
+      flow = c.valve.step(co_[begin], begin_s);
+      double at = process.reset(c.process.reset(flow, begin_s));
+      PastAndRest rest;
+      // What the process brought along: dying away, or a level and a ramp.
+      double level = 1.0;
+      double ramp = 0.0;
+      const auto take = [&](std::size_t k) {
+        // Until then PV still answers to the run before.
+        if (used[k] && k >= begin + dead) rest.add(level, ramp, pv[k] - at);
+      };
+      take(begin);
+      for (std::size_t k = begin + 1; k < end;) {
+        const std::size_t count = std::min(kStretch, end - k);
+        const std::span<double> moves(stretch.data(), count);
+        std::copy_n(co_.begin() + static_cast<std::ptrdiff_t>(k) - 1, count, moves.begin());
+        const double first_s = static_cast<double>(k - 1) * h;
+        c.valve.run(moves, first_s, h);
+        c.process.run(moves, first_s, h);
+        for (const double move : moves) {
+          at = process.step(move);
+          level *= keep;
+          if (integrating) ramp += h;
+          take(k++);
+        }
+        // It never falls as samples are added.
+        if (!(rest.square() < best)) return;
       }
+      best = rest.square();
+      best_place = place;
     };
     for (int place = -kPlaces; place <= kPlaces; ++place) {
       offer(static_cast<double>(place) / kPlaces);

@@ -6,7 +6,7 @@
 //   z       valve, process and transmitter at the model's own gain; K' = 1 there
 //   m1, m2  what is left of the unknown past: the process away from rest at the first sample, and
 //           another CO before it, still inside the dead time
-//   offset  what the model's own disturbances and transmitter effects add
+//   offset  what the model's own disturbances and transmitter effects add; a term's lag in the transmitter leaves it as it is
 //
 // PV at sample k+1 follows from CO held since sample k, through the same effects, process and
 // transmitter that the simulator and the daemon step; noise and rounding are left out.
@@ -71,17 +71,21 @@ class FreeRun {
                              std::size_t fitted) const;
   // Sum of squares of what is left of `pv` (offset taken off) when the record is cut into runs of
   // `run_samples`, each with the stem and the process free to start where they fit best. It changes
-  // smoothly where one long run of a sticking stem falls from one sequence of slips into another.
+  // smoothly where one long run of a sticking stem falls from one sequence of slips into another. From `most` on any
+  // number that is no less.
   double short_runs(const Terms& terms, const Point& point, const std::vector<double>& pv,
-                    const std::vector<bool>& used, double gain, std::size_t run_samples) const;
+                    const std::vector<bool>& used, double gain, std::size_t run_samples,
+                    double most = std::numeric_limits<double>::infinity()) const;
   // The columns of one linear term alone.
   void linear_columns(const Candidate& candidate, const std::vector<double>& searched,
                       std::vector<std::vector<double>>& columns) const;
 
-  // PV as the transmitter's hold and limits of the model show it. Not linear, hence no part of the columns.
-  void show(std::vector<double>& pv) const;
-  // ... and as terms that hide some of it do.
+  // PV as the transmitter's hold, limits and curve show it, those of the model and of the terms. Not linear, hence no
+  // part of the columns.
+  bool shows_all(const Terms& terms) const noexcept;  // nothing of these is there
   void show(const Terms& terms, const Point& point, std::vector<double>& pv) const;
+  // ... and by how much it changes with the PV of the same moment: 0 where it is hidden.
+  std::vector<double> slopes(const Terms& terms, const Point& point, std::vector<double> pv) const;
 
   // The flow of the model under CO, as it leaves the valve or (block process) the effects behind it; and PV's answer,
   // at the model's own gain, to what `law` makes of it there.
@@ -100,7 +104,8 @@ class FreeRun {
   struct Chains {
     plant::EffectChain valve;
     plant::EffectChain process;
-    bool with_dead_time;  // the process's own is among them
+    plant::EffectChain transmitter;  // of the terms alone
+    bool with_dead_time;             // the process's own is among them
   };
   Chains chains(const Terms& terms, const Point& point) const;
   plant::ProcessParameters process_at(const Point& point, double gain, bool with_dead_time) const;

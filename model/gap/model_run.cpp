@@ -45,7 +45,7 @@ double resting_band(const plant::LoopModel& model) {
 // As the transmitter shows it; its range ends nothing where the record goes beyond.
 std::vector<double> shown(const FreeRun& run, const std::vector<double>& measured,
                           std::vector<double> pv) {
-  run.show(pv);
+  run.show({}, {}, pv);
   const plant::TransmitterParameters& range = run.model().transmitter;
   const auto [low, high] = std::minmax_element(measured.begin(), measured.end());
   for (double& v : pv) {

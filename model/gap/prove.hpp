@@ -12,7 +12,8 @@
 // the data of the fit make believable are held against the model alone: by innovations, a load allowed to both, where
 // noise and a quiet load account for what the choice leaves; elsewhere by the free runs.
 //
-// What it can't do: an effect that ends before the holdout looks refuted.
+// What it can't do: an effect that ends before the holdout looks refuted; one that wanders on is tried on blocks left out
+// instead (workflow.cpp).
 #pragma once
 
 #include "model/gap/confidence.hpp"

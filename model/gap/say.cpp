@@ -107,7 +107,15 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
     effect.confidence = confidence_after(named.confidence, proof);
     effect.lead_nats = named.lead_nats;
     effect.alternatives = named.alternatives;
+    std::string doubt;
     if (const effects::Descriptor* info = effects::find_effect(named.name)) {
+      const auto interval =
+          info->more_by != nullptr ? effect.interval.find(info->more_by) : effect.interval.end();
+      if (interval != effect.interval.end() && !(interval->second[0] > 0.0)) {
+        effect.confidence = std::min(effect.confidence, kMostLikeSimpler);
+        doubt = text("; %s can't be told from 0 here: something simpler may be as right",
+                     info->more_by);
+      }
       for (const char* part : info->made_of) {
         if (std::find(effect.alternatives.begin(), effect.alternatives.end(), part) ==
             effect.alternatives.end()) {
@@ -116,10 +124,12 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
       }
     }
     effect.evidence = text(
-        "with it (%s) the free run's rmse falls from %.3g to %.3g on the data of the fit; the best "
-        "explanation without it is %s",
-        parameters_text(effect.spec).c_str(), search.base_rmse, search.chosen.training_rmse,
-        how_far(named.lead_nats));
+                          "with it (%s) the free run's rmse falls from %.3g to %.3g on the data of "
+                          "the fit; the best "
+                          "explanation without it is %s",
+                          parameters_text(effect.spec).c_str(), search.base_rmse,
+                          search.chosen.training_rmse, how_far(named.lead_nats)) +
+                      doubt;
     out.push_back(std::move(effect));
   }
   return out;
@@ -220,6 +230,23 @@ std::vector<TriedCandidate> describe_tried(const SearchResult& search, const Mod
   return out;
 }
 
+std::string hidden_by_load(const SearchResult& search, const ModelFit& model_fit) {
+  std::string out;
+  for (const Hypothesis& h : search.singles) {
+    const effects::Candidate& term = *h.fit.terms[0];
+    const bool slow =
+        std::string_view(term.name) == "output_bias" || std::string_view(term.name) == "drift";
+    if (!slow || !(model_fit.fitter.load_ratio(h.fit) > 0.0)) continue;
+    const plant::EffectSpec spec = spec_of(model_fit.run, h.fit, 0);
+    for (const auto& [name, interval] : intervals(h.fit, 0, model_fit.fitter, spec)) {
+      out +=
+          text("%s %s between %.2g and %.2g %s", out.empty() ? "" : ", or", term.name, interval[0],
+               interval[1], effects::find_parameter(*effects::find_effect(term.name), name)->unit);
+    }
+  }
+  return out.empty() ? out : "can't be told from the load that wanders here:" + out;
+}
+
 std::string sentence_of(const Summary& r) {
   if (r.outcome == Outcome::no_gap) {
     return text("The model explains the record: what is left, %.3g rms, is %s.", r.before.rmse,
@@ -258,6 +285,12 @@ std::string sentence_of(const Summary& r) {
         "The model lacks %s. Without CO the closed loop runs free and does not keep the phase of a "
         "cycle: its misfit can't show that, the evidence from the replayed controller does.",
         names.c_str());
+  }
+  if (std::isfinite(r.until_s)) {
+    return text(
+        "The model lacks %s until %.4g s, proved on stretches left out of the fit: how it goes on, "
+        "nothing foretells.",
+        names.c_str(), r.until_s);
   }
   if (!(r.after.holdout_rmse < r.before.holdout_rmse)) {
     return text(r.with_load

@@ -32,6 +32,9 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
 std::vector<TriedCandidate> describe_tried(const SearchResult& search, const ModelFit& model_fit,
                                            Outcome outcome);
 
+// What of bias and drift the load that wanders in the record would hide; empty: nothing worth a word.
+std::string hidden_by_load(const SearchResult& search, const ModelFit& model_fit);
+
 // What the sentence is about.
 struct Summary {
   Outcome outcome = Outcome::no_gap;
@@ -43,6 +46,8 @@ struct Summary {
   double best_closed = kNone;            // gap closed by them there
   bool closed_loop = false;
   bool with_load = false;  // an unmeasured load was seen
+  double until_s =
+      kNone;  // s: the names are proved up to here, and nothing foretells how they go on
 };
 std::string sentence_of(const Summary& summary);
 

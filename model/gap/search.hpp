@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which effects are missing: a competition of hypotheses, each the model plus some effects.
 //
-// Every candidate is fitted alone; the best few are each joined by every other, and the winner is
+// Candidates race: all from a grid under one little load, the best of them refined, the best of those whose PV jumps with
+// a parameter polished by evolution. The best few are each joined by every other, which race again, and the winner is
 // tried again without each of its effects, so that a first name that was wrong is stepped back from.
 // A hypothesis is scored by
 //   score = (deviance of the model alone - deviance of the hypothesis)/2 - k/2 ln N - r
@@ -48,6 +49,14 @@ struct Hypothesis {
   double training_rmse = 0.0;  // PV units, free run
   bool placed = true;          // else bound to a place that CO doesn't show: an alternative at most
 };
+
+// Gain in log likelihood over blocks of the record, each left out of both fits.
+struct Lead {
+  double nats = 0.0;
+  double t = 0.0;      // Student's, over the blocks
+  double ahead = 0.0;  // share of the blocks with a gain
+};
+Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& less);
 
 // Its fits point into the candidates that were searched, and must not outlive them.
 struct SearchResult {

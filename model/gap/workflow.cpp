@@ -246,6 +246,10 @@ class Workflow {
       trial_ = try_on_holdout(model_fit_, search_, record_, left_, result_.floor, result_.before,
                               result_.after);
       proof_ = judge(trial_);
+      if (proof_ == Proof::refuted && holds_until_holdout()) {
+        proof_ = Proof::partly;
+        until_s_ = record_.record.time_s(record_.training_end);
+      }
     }
     kept_ = decision_;
     const bool refuted = proof_ == Proof::refuted;
@@ -257,6 +261,19 @@ class Workflow {
     series_.pv_after =
         kept_.by_reading ? pv_of(result_.corrected, search_.base) : series_.pv_before;
     take_misfits();
+  }
+
+  // What wanders on can't be carried into the holdout: it must not make that worse, and is proved on blocks left out.
+  bool holds_until_holdout() const {
+    const Terms& terms = fit().terms;
+    const bool wanders = std::any_of(terms.begin(), terms.end(),
+                                     [](const effects::Candidate* t) { return t->wanders_on; });
+    if (!wanders || !left_.adequate || left_.closed < kClosed ||
+        trial_.choice_rmse > trial_.model_rmse) {
+      return false;
+    }
+    const Lead lead = lead_on_blocks_left_out(model_fit_.fitter, fit(), search_.base);
+    return lead.nats > kFurtherGain && lead.ahead >= kOustsOn;
   }
 
   // Then the model alone must account for the record, and where it does, nothing is missing; unless the names were far
@@ -390,6 +407,10 @@ class Workflow {
           {"anti-windup",
            "near its limits CO behaves as with anti_windup: " + controller_.anti_windup});
     }
+    if (result_.outcome == Outcome::no_gap && left_.load_intensity > 0.0) {
+      const std::string hidden = hidden_by_load(search_, model_fit_);
+      if (!hidden.empty()) result_.check.notes.push_back({"load", hidden});
+    }
     if (ousted_ && !learned_) {
       result_.check.notes.push_back(
           {"learned",
@@ -482,7 +503,8 @@ class Workflow {
                                     .best = taken_back_names(decision_, proof_),
                                     .best_closed = trial_.closed,
                                     .closed_loop = result_.closed_loop,
-                                    .with_load = result_.load_intensity > 0.0});
+                                    .with_load = result_.load_intensity > 0.0,
+                                    .until_s = until_s_});
     if (taken_.late == 0) return;
     result_.sentence +=
         " CO was logged " + samples_off(taken_.late) + "; that is no effect of the loop.";
@@ -502,6 +524,7 @@ class Workflow {
   Decision kept_;  // what of it the holdout left
   Trial trial_;
   Proof proof_ = Proof::holds;
+  double until_s_ = kNone;     // s, from where on the names are not proved
   Independence independence_;  // of what is left
   bool law_tried_ = false;
   std::optional<Learned> law_;

@@ -11,6 +11,7 @@ void LoopMonitor::restore(AlarmKind kind, bool on, double severity_percent) noex
     if (twin_) twin_->restore(on);
     return;
   }
+  told_[index_of(kind)].on = on;
   // Without specialists nothing but routine evidence will ever speak against it.
   if (judge_ == nullptr && routine_) {
     routine_->restore(kind, on, severity_percent);
@@ -19,11 +20,20 @@ void LoopMonitor::restore(AlarmKind kind, bool on, double severity_percent) noex
   }
 }
 
-AlarmConditions LoopMonitor::conditions() const noexcept {
+std::optional<LoadOutside> LoopMonitor::load_outside() const noexcept {
+  return load_ ? load_->outside() : std::nullopt;
+}
+
+AlarmConditions LoopMonitor::conditions() noexcept {
   AlarmConditions all = rule_.conditions();
   const bool named = std::any_of(all.begin(), all.end(), [](const auto& c) { return c.on; });
   if (routine_ && !named) all = routine_->conditions();
-  if (twin_) all[index_of(AlarmKind::model_gap)].on = twin_->on();
+  // A load that the specialists never saw looks like a valve to them.
+  if (twin_quiet() && twin_->judged_here() && load_outside()) {
+    for (std::size_t i = 0; i < all.size(); ++i) all[i].on = all[i].on && told_[i].on;
+  }
+  if (twin_) all[index_of(AlarmKind::model_gap)].on = twin_on();
+  told_ = all;
   return all;
 }
 
@@ -42,10 +52,11 @@ MonitorStep LoopMonitor::add(const Cycle& cycle) {
 
 // In manual the plant may be worked on, and after a longer gap nobody knows what CO did.
 bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
-  const bool was = twin_->on();
+  const bool was = twin_on();
   const bool near =
       cycle.period_index >= next_period_ && cycle.period_index - next_period_ <= kMostBridged;
   if (!cycle.automatic || !near) twin_->restart();
+  if (!cycle.automatic || next_period_ != cycle.period_index) controller_->restart();
   // CO of a missing cycle is the last one: nothing else was written.
   for (; cycle.automatic && near && next_period_ < cycle.period_index; ++next_period_) {
     twin_->add(std::numeric_limits<double>::quiet_NaN(), last_co_);
@@ -53,9 +64,12 @@ bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
   next_period_ = cycle.period_index + 1;
   last_co_ = cycle.co;
   if (cycle.automatic) {
-    twin_->add(cycle.pv_good ? cycle.pv : std::numeric_limits<double>::quiet_NaN(), cycle.co);
+    const double pv = cycle.pv_good ? cycle.pv : std::numeric_limits<double>::quiet_NaN();
+    twin_->add(pv, cycle.co);
+    controller_->add(cycle.sp, pv, cycle.co);
+    load_->add(twin_->load_known() ? twin_->load() : std::numeric_limits<double>::quiet_NaN());
   }
-  return twin_->on() != was;
+  return twin_on() != was;
 }
 
 MonitorStep LoopMonitor::judge_windows(const Cycle& cycle) {

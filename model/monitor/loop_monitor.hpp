@@ -4,7 +4,9 @@
 //
 //   cycle -> WindowBuilder -> measures -> fit to be judged? -> WindowJudge -> VerdictRule -> conditions
 //         -> RoutineWatch -----------------------------------------------------------------^
-//         -> TwinWatch (where there is a twin): model_gap -----------------------------------^
+//         -> TwinWatch, ControllerWatch (where there is a twin): model_gap ------------------^
+//         -> LoadWatch: while the load is outside of the healthy record's and nothing speaks against the twin, no valve
+//            alarm comes
 //
 // Where the specialists' windows name a fault, it is that one: they tell valve effects apart better. Where they name none,
 // routine evidence may; their opinion has its weight in it (routine_watch.hpp), and without specialists it stands alone.
@@ -21,6 +23,8 @@
 #include <limits>
 #include <optional>
 
+#include "model/monitor/controller_watch.hpp"
+#include "model/monitor/load_watch.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/routine_watch.hpp"
 #include "model/monitor/twin_watch.hpp"
@@ -61,6 +65,8 @@ class LoopMonitor {
       : builder_(window), rule_(rule), judge_(judge) {
     if (window.routine) routine_.emplace(window);
     if (twin != nullptr) twin_.emplace(*twin);
+    if (twin != nullptr) controller_.emplace(*twin);
+    if (twin != nullptr) load_.emplace(*twin);
   }
 
   // No allocation but what the measures and the routine evidence need for a full window.
@@ -78,16 +84,32 @@ class LoopMonitor {
   const WindowSettings& settings() const noexcept { return builder_.settings(); }
   // Null: there is no twin.
   const TwinWatch* twin() const noexcept { return twin_ ? &*twin_ : nullptr; }
+  const ControllerWatch* controller() const noexcept {
+    return controller_ ? &*controller_ : nullptr;
+  }
+  // Of the load, where it is outside of the healthy record's.
+  std::optional<LoadOutside> load_outside() const noexcept;
+  // There is a twin, and nothing speaks against it.
+  bool twin_quiet() const noexcept { return twin_ && twin_->quiet() && controller_->quiet(); }
+  // The controller has other settings from now on, and that is wanted: no change of the loop.
+  void take_over(const control::PidSettings& settings) noexcept {
+    if (controller_) controller_->take_over(settings);
+  }
 
  private:
   MonitorStep judge_windows(const Cycle& cycle);
-  AlarmConditions conditions() const noexcept;
+  AlarmConditions conditions() noexcept;
+  bool twin_on() const noexcept { return twin_->on() || controller_->on(); }
   bool watch_twin(const Cycle& cycle) noexcept;
 
   WindowBuilder builder_;
   VerdictRule rule_;
   std::optional<RoutineWatch> routine_;
+  // All three or none.
   std::optional<TwinWatch> twin_;
+  std::optional<ControllerWatch> controller_;
+  std::optional<LoadWatch> load_;
+  AlarmConditions told_{};
   static constexpr std::uint64_t kMostBridged = 100;  // cycles
   std::uint64_t next_period_ = 0;
   double last_co_ = std::numeric_limits<double>::quiet_NaN();  // CO units

@@ -4,105 +4,152 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <tuple>
+#include <utility>
 
 #include "model/effects/catalogue.hpp"
+#include "model/monitor/load_watch.hpp"
+#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
 namespace {
 
 constexpr double kForgets_s = 900.0;  // an offset that nobody modelled
-constexpr std::size_t kFewestInBlock = 10;
+constexpr double kMoreLoad = 4.0;     // times the healthy record's
+constexpr double kFastest = 10.0;     // of the answer
+constexpr double kVarianceAnswers = 60.0;
+constexpr double kMostOfNoise = 36.0;  // n^2 over that of noise that counts for v
+constexpr double kMostSigmas = 8.0;    // n that counts for z: an outlier is no change
+constexpr double kMoreThanNoise = 1.1;
+constexpr double kFriction = 0.001;  // of the CO span: what a healthy valve may keep back
+constexpr double kWarmUp = 5.0;      // answers
+constexpr double kJumpSigmas = 6.0;
+constexpr double kMostChange = 10.0;     // times a change of TwinChange
+constexpr std::size_t kJumpSamples = 3;  // in a row: one or two are outliers
+constexpr double kNever = 1e300;
+constexpr double kLeastVariance = 1e-6;
 
-double load_intensity(const plant::LoopModel& model) {
-  for (const plant::EffectSpec& spec : model.disturbances) {
-    if (spec.name != "random_load") continue;
-    const auto found = spec.parameters.find("intensity");
-    if (found != spec.parameters.end()) return found->second;
+// Relative standard deviation of a parameter.
+double deviation(const plant::LoopModel& twin, const std::string& name) {
+  if (!twin.twin) return 0.0;
+  for (std::size_t i = 0; i < twin.twin->parameters.size(); ++i) {
+    if (twin.twin->parameters[i] == name) return std::sqrt(twin.twin->covariance[i][i]);
   }
   return 0.0;
 }
 
-// What a parameter may be off by, relative: the larger of what is allowed and two standard deviations of the fit.
-double allowance(const plant::LoopModel& twin, const std::string& name, double allowed) {
-  if (!twin.twin) return allowed;
-  for (std::size_t i = 0; i < twin.twin->parameters.size(); ++i) {
-    if (twin.twin->parameters[i] != name) continue;
-    allowed = std::max(allowed, 2.0 * std::sqrt(twin.twin->covariance[i][i]));
-  }
-  return allowed;
+struct Changed {
+  plant::LoopModel model;
+  double spread = 0.0;  // c
+};
+
+// In the order of TwinChange.
+std::vector<Changed> changes(const plant::LoopModel& twin, const plant::LoopModel& model) {
+  constexpr double kGain = 0.1, kTimes = 0.2, kValve = 0.02;
+  constexpr double kGainSpread = 0.02, kTimeSpread = 0.04, kDeadTimeSpread = 0.03;
+  const plant::ProcessParameters& p = model.process;
+  std::vector<Changed> out;
+  const auto with = [&](double spread, const auto& change) {
+    out.push_back({model, spread});
+    change(out.back().model);
+  };
+  with(std::max(kGainSpread, deviation(twin, "gain")) / kGain,
+       [&](auto& m) { m.process.gain *= 1.0 + kGain; });
+  with(std::max(kTimeSpread, deviation(twin, "time_constant")) / kTimes, [&](auto& m) {
+    m.process.time_constant_s *= 1.0 + kTimes;
+    m.process.second_time_constant_s *= 1.0 + kTimes;
+  });
+  const double later_s = std::max({kTimes * p.dead_time_s, 0.3, 3.0 * twin.sample_time_s});
+  // Sampling alone hides a part of a period.
+  const double dead_time_spread_s =
+      std::max(std::max(kDeadTimeSpread, deviation(twin, "dead_time")) * p.dead_time_s,
+               std::max(0.1, twin.sample_time_s));
+  with(dead_time_spread_s / later_s, [&](auto& m) { m.process.dead_time_s += later_s; });
+  with(0.1, [&](auto& m) { m.process.second_time_constant_s += kTimes * plant::answer_s(model); });
+  const double size = kValve * twin.controller.pid.output_span();
+  const double friction = kFriction * twin.controller.pid.output_span();
+  with(1.5 * friction / size, [&](auto& m) {
+    m.valve_effects.push_back({"backlash", {{"deadband", size}}});
+  });
+  with(1.5 * friction / size, [&](auto& m) {
+    m.valve_effects.push_back({"stiction", {{"s", size}, {"j", 0.5 * size}}});
+  });
+  return out;
 }
 
-double answer_of(const plant::ProcessParameters& p) {
-  return p.dead_time_s + p.time_constant_s + p.second_time_constant_s;
-}
+double gain_within(double time_s, double period_s) { return 1.0 - std::exp(-period_s / time_s); }
 
 }  // namespace
 
-TwinWatch::TwinWatch(const plant::LoopModel& twin) {
+const char* to_text(TwinChange change) noexcept {
+  return numeric::enum_name<TwinChange::stick>(
+      change, {"gain", "time_constant", "dead_time", "lag", "play", "stick"});
+}
+
+TwinWatch::TwinWatch(const plant::LoopModel& twin)
+    : sample_time_s_(twin.sample_time_s), integrating_(twin.process.integrating()) {
   plant::LoopModel model = effects::without_noise(twin);
   model.scenario.faults.clear();
   plants_.emplace_back(model, 1);
-  const plant::ProcessUncertainty& u = twin.uncertainty;
-  plant::LoopModel other = model;
-  other.process.gain *= 1.0 + allowance(twin, "gain", u.gain);
-  plants_.emplace_back(other, 1);
-  other = model;
-  const double longer = 1.0 + allowance(twin, "time_constant", u.time_constant);
-  other.process.time_constant_s *= longer;
-  other.process.second_time_constant_s *= longer;
-  plants_.emplace_back(other, 1);
-  other = model;
-  // Sampling alone hides a part of a period.
-  other.process.dead_time_s =
-      std::max(other.process.dead_time_s * (1.0 + allowance(twin, "dead_time", u.dead_time)),
-               other.process.dead_time_s + twin.sample_time_s);
-  plants_.emplace_back(other, 1);
+  const std::vector<Changed> changed = changes(twin, model);
+  for (std::size_t i = 0; i < kTwinChanges; ++i) {
+    plants_.emplace_back(changed[i].model, 1);
+    spread_[i] = changed[i].spread;
+  }
 
   const double h = twin.sample_time_s;
   const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
-  const double span = twin.transmitter.span();
   // A converter of 16 bits where the twin has neither noise nor rounding.
-  const double least = span / 65536.0;
-  const double noise2 = std::max(
-      twin.transmitter.noise * twin.transmitter.noise + rounding * rounding, least * least);
-  const double drive2 = load_intensity(twin) * load_intensity(twin) * h;
+  const double least = twin.transmitter.span() / 65536.0;
+  noise2_ = std::max(twin.transmitter.noise * twin.transmitter.noise + rounding * rounding,
+                     least * least);
   // Steady state of the Kalman filter of a random walk under white noise.
-  const double ahead2 = 0.5 * (drive2 + std::sqrt(drive2 * drive2 + 4.0 * drive2 * noise2));
-  gain_ = std::max(ahead2 / (ahead2 + noise2), 1.0 - std::exp(-h / kForgets_s));
-  const control::PidSettings& pid = twin.controller.pid;
-  const double moved = twin.process.integrating() ? twin.process.gain * h : twin.process.gain;
-  friction_ = 0.5 * kFriction * pid.output_span() * moved;
-  noise2_ = noise2 + ahead2;
-  const double answer_s = answer_of(twin.process);
-  block_ = std::max(kFewestInBlock, static_cast<std::size_t>(std::lround(0.5 * answer_s / h)));
-  most_quiet_ = static_cast<std::size_t>(kQuiet_s / (h * static_cast<double>(block_))) + 1;
-  warm_up_ = static_cast<std::size_t>(std::lround(5.0 * answer_s / h)) + 10 * block_;
-  const auto limit = [](double healthy, double least_limit) {
-    return std::max(least_limit, kSlack * healthy);
+  const auto kalman = [&](double intensity) {
+    const double drive2 = intensity * intensity * h;
+    const double ahead2 = 0.5 * (drive2 + std::sqrt(drive2 * drive2 + 4.0 * drive2 * noise2_));
+    return ahead2 / (ahead2 + noise2_);
   };
-  size_limit_ = limit(twin.twin ? twin.twin->largest_size : 0.0, kLeastLimitSize);
-  colour_limit_ = limit(twin.twin ? twin.twin->largest_colour : 0.0, kLeastLimitColour);
-  const plant::TwinFit seen = twin.twin.value_or(plant::TwinFit{});
-  const double margin = kOutside * (seen.seen_high - seen.seen_low);
-  seen_low_ = seen.seen_low - margin;
-  seen_high_ = seen.seen_high + margin;
+  const double answer_s = std::max(plant::answer_s(twin), h);
+  const double intensity = load_intensity(twin);
+  const double slowest = std::max(kalman(intensity), gain_within(kForgets_s, h));
+  const double fastest =
+      std::max({slowest, kalman(kMoreLoad * intensity), gain_within(answer_s / kFastest, h)});
+  const double moved = integrating_ ? twin.process.gain * answer_s : twin.process.gain;
+  const double friction =
+      0.5 * kFriction * twin.controller.pid.output_span() * moved / std::sqrt(3.0);
+  for (std::size_t f = 0; f < kFilters; ++f) {
+    Filter& filter = filters_[f];
+    filter.gain = slowest * std::pow(fastest / slowest, static_cast<double>(f) / (kFilters - 1.0));
+    const double memory_s = std::min(answer_s, h / filter.gain);
+    filter.friction2 = friction * friction * (memory_s / answer_s) * (memory_s / h);
+    filter.variance = kMoreThanNoise * noise2_;
+  }
+  keep_ = {std::exp(-h / (kShort * answer_s)), std::exp(-h / kLong_s)};
+  variance_gain_ = h / (kVarianceAnswers * answer_s);
+  answer_ = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(answer_s / h)));
+  warm_up_ = static_cast<std::size_t>(std::lround(kWarmUp * answer_s / h)) + 50;
+  block_ = std::max<std::size_t>(1, answer_ / 10);
+  most_quiet_ = static_cast<std::size_t>(kQuiet_s / h);
+  const plant::TwinFit fit = twin.twin.value_or(plant::TwinFit{});
+  limit_ = std::max(kAlarm, kSlack * fit.largest);
+  const auto wider = [](double low, double high) {
+    const double margin = kOutside * (high - low);
+    return std::pair{low - margin, high + margin};
+  };
+  std::tie(pv_low_, pv_high_) = wider(fit.seen_low, fit.seen_high);
+  std::tie(co_low_, co_high_) = wider(fit.co_low, fit.co_high);
 }
 
-void TwinWatch::start(double pv, double co) noexcept {
+void TwinWatch::start(double co) noexcept {
   for (std::size_t i = 0; i < plants_.size(); ++i) {
     plants_[i].reset(co);
     predicted_[i] = plants_[i].process_variable();
-    load_[i] = i == 0 ? pv - predicted_[0] : predicted_[i] - predicted_[0];
   }
-  started_ = true;
-  since_start_ = 0;
-  begin_block();
-}
-
-void TwinWatch::begin_block() noexcept {
+  sums_ = {};
+  largest_ = 0.0;
   in_block_ = 0;
-  sum_size_ = sum_innovation_ = sum_pv_ = 0.0;
-  sum_off_.fill(0.0);
+  since_start_ = since_reset_ = jumped_ = 0;
+  started_ = true;
 }
 
 bool TwinWatch::add(double pv, double co) noexcept {
@@ -112,60 +159,133 @@ bool TwinWatch::add(double pv, double co) noexcept {
   }
   if (!started_) {
     if (!std::isfinite(pv)) return false;
-    start(pv, co);
+    start(co);
   }
-  bool ended = false;
+  for (std::size_t& samples : untested_) ++samples;
+  counts_ = false;
   if (std::isfinite(pv)) {
-    innovation_ = pv - predicted_[0] - load_[0];
-    const bool counts = ++since_start_ > warm_up_;
-    // What began in the middle of a move takes the move's end for a load: until blocks count, d follows the newest answer.
-    const double gain =
-        counts ? gain_
-               : std::max(gain_, 1.0 / static_cast<double>(std::min(since_start_, 2 * block_)));
-    load_[0] += gain * innovation_;
-    double allowed = noise2_ + friction_ * friction_;
-    for (std::size_t i = 1; i < plants_.size(); ++i) {
-      const double off = predicted_[i] - predicted_[0] - load_[i];
-      load_[i] += gain * off;
-      allowed += off * off;
-      if (counts) sum_off_[i] += off;
+    std::array<double, kSeries> series{};
+    residual_ = series[0] = pv - predicted_[0];
+    for (std::size_t i = 1; i < kSeries; ++i) series[i] = predicted_[i] - predicted_[0];
+    inside_ = pv >= pv_low_ && pv <= pv_high_ && co >= co_low_ && co <= co_high_;
+    if (!inside_) since_start_ = 0;
+    if (since_start_ == 0) {
+      for (Filter& filter : filters_) {
+        filter.level = series;
+        filter.slope = {};
+      }
     }
-    if (counts) {
-      sum_size_ += innovation_ * innovation_ / allowed;
-      sum_innovation_ += innovation_;
-      sum_pv_ += pv;
-      if (++in_block_ == block_) {
-        const double mean_pv = sum_pv_ / static_cast<double>(block_);
-        ended = mean_pv >= seen_low_ && mean_pv <= seen_high_;
-        if (ended) {
-          end_block();
-        } else {
-          since_start_ = 0;
-          begin_block();
-        }
+    ++since_start_;
+    ++since_reset_;
+    counts_ = inside_ && since_start_ > warm_up_;
+    // What began in the middle of a move takes the move's end for a load: until samples count, d follows the newest answer.
+    const double least = counts_ ? 0.0 : 1.0 / static_cast<double>(std::min(since_start_, answer_));
+    for (std::size_t f = 0; f < kFilters; ++f) {
+      follow(filters_[f], series, least);
+      if (counts_) count(filters_[f], sums_[f]);
+    }
+    if (counts_ && load_jumps()) since_start_ = 0;
+  }
+  for (std::size_t i = 0; i < plants_.size(); ++i) predicted_[i] = plants_[i].step(co);
+  if (!counts_ || ++in_block_ < block_) return false;
+  judge();
+  return true;
+}
+
+void TwinWatch::follow(Filter& filter, const std::array<double, kSeries>& series,
+                       double least) noexcept {
+  const double gain = std::max(filter.gain, least);
+  for (std::size_t i = 0; i < kSeries; ++i) {
+    const double left = series[i] - filter.level[i];
+    filter.left[i] = left;
+    filter.level[i] += gain * left + filter.slope[i];
+    if (integrating_) filter.slope[i] += 0.25 * gain * gain * left;
+  }
+}
+
+void TwinWatch::count(Filter& filter, std::array<Sums, kScales>& sums) noexcept {
+  const double n2 = filter.left[0] * filter.left[0];
+  filter.variance += variance_gain_ * (std::min(n2, kMostOfNoise * noise2_) - filter.variance);
+  filter.variance = std::max(filter.variance, kMoreThanNoise * noise2_);
+  const double most = kMostSigmas * std::sqrt(filter.variance);
+  const double n = std::clamp(filter.left[0], -most, most);
+  const double v = filter.variance + filter.friction2;
+  for (std::size_t scale = 0; scale < kScales; ++scale) {
+    Sums& sum = sums[scale];
+    const double keep = keep_[scale];
+    for (std::size_t i = 0; i < kTwinChanges; ++i) {
+      const double weighed = filter.left[i + 1] / v;
+      sum.up[i] = keep * sum.up[i] + n * weighed;
+      sum.squares[i] = keep * keep * sum.squares[i] + filter.left[i + 1] * weighed;
+      for (std::size_t j = 0; j <= i; ++j) {
+        sum.gram[i][j] = keep * sum.gram[i][j] + filter.left[j + 1] * weighed;
       }
     }
   }
-  for (std::size_t i = 0; i < plants_.size(); ++i) predicted_[i] = plants_[i].step(co);
-  return ended;
 }
 
-void TwinWatch::end_block() noexcept {
-  size_ = sum_size_ / static_cast<double>(block_);
-  const auto samples = static_cast<double>(block_);
-  double sum2 = samples * noise2_ + samples * samples * friction_ * friction_;
-  for (const double off : sum_off_) sum2 += off * off;
-  colour_ = sum_innovation_ * sum_innovation_ / sum2;
-  const auto sum = [](double before, double statistic, double limit) {
-    return std::clamp(before + std::min(statistic - limit, kMostInBlock), 0.0, 2.0 * kAlarm);
-  };
-  size_sum_ = sum(size_sum_, size_, size_limit_);
-  colour_sum_ = sum(colour_sum_, colour_, colour_limit_);
-  if (size_sum_ >= kAlarm || colour_sum_ >= kAlarm) on_ = true;
-  const bool low = std::max(size_sum_, colour_sum_) < 0.25 * kAlarm;
-  quiet_blocks_ = low ? quiet_blocks_ + 1 : 0;
-  if (quiet_blocks_ >= most_quiet_) on_ = false;
-  begin_block();
+// PV goes where nothing that CO does would take it.
+bool TwinWatch::load_jumps() noexcept {
+  const Filter& fast = filters_.back();
+  double most = kJumpSigmas * std::sqrt(fast.variance);
+  double change = 0.0;
+  for (std::size_t i = 1; i < kSeries; ++i) change = std::max(change, std::abs(fast.left[i]));
+  most += kMostChange * change;
+  jumped_ = std::abs(fast.left[0]) > most ? jumped_ + 1 : 0;
+  return jumped_ >= kJumpSamples;
+}
+
+// Of a sum of n s/v while the plant is within the twin's spread.
+double TwinWatch::variance_of(const Sums& sums, std::size_t change) const noexcept {
+  double variance = sums.squares[change];
+  for (std::size_t j = 0; j < kTwinChanges; ++j) {
+    const double gram = sums.of(change, j);
+    variance += spread_[j] * spread_[j] * gram * gram;
+  }
+  return variance;
+}
+
+void TwinWatch::judge() noexcept {
+  largest_ = 0.0;
+  for (std::size_t i = 0; i < kTwinChanges; ++i) {
+    for (std::size_t scale = 0; scale < kScales; ++scale) {
+      double z = kNever;
+      std::array<double, kTwinChanges> would{};  // z with kTested times each change
+      would.fill(kNever);
+      for (std::size_t f = 0; f < kFilters; ++f) {
+        const Sums& sums = sums_[f][scale];
+        const double variance = variance_of(sums, i) + kLeastVariance;
+        z = std::min(z, sums.up[i] * sums.up[i] / variance);
+        for (std::size_t j = 0; j < kTwinChanges; ++j) {
+          const double size = kTested * sums.of(i, j);
+          would[j] = std::min(would[j], size * size / variance);
+        }
+      }
+      for (std::size_t j = 0; j < kTwinChanges; ++j) {
+        if (would[j] >= limit_) untested_[j] = 0;
+      }
+      if (z <= largest_) continue;
+      largest_ = z;
+      leading_ = static_cast<TwinChange>(i);
+    }
+  }
+  if (largest_ >= limit_) on_ = true;
+  quiet_samples_ = quiet() ? quiet_samples_ + in_block_ : 0;
+  if (quiet_samples_ >= most_quiet_) on_ = false;
+  in_block_ = 0;
+}
+
+double TwinWatch::untested_s(TwinChange change) const noexcept {
+  return static_cast<double>(untested_[static_cast<std::size_t>(change)]) * sample_time_s_;
+}
+
+TwinWatch::Sample TwinWatch::newest(TwinChange change) const noexcept {
+  if (!counts_) return {};
+  const Filter& filter = filters_[1];
+  const double v = filter.variance + filter.friction2;
+  const double s = filter.left[static_cast<std::size_t>(change) + 1];
+  const double most = kMostSigmas * std::sqrt(filter.variance);
+  return {std::clamp(filter.left[0], -most, most) * s / v, s * s / v};
 }
 
 }  // namespace loopwarden::monitor

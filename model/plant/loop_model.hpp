@@ -46,16 +46,36 @@ struct ProcessUncertainty {  // relative, what a fit may move without calling it
   friend bool operator==(const ProcessUncertainty&, const ProcessUncertainty&) = default;
 };
 
+// The load in a healthy record, PV units (monitor/load_watch.hpp).
+struct SeenLoad {
+  double mean = 0.0;       // of PV less the twin's
+  double deviation = 0.0;  // of its means over minutes
+  double step = 0.0;       // the largest
+
+  friend bool operator==(const SeenLoad&, const SeenLoad&) = default;
+};
+
+// How far a healthy record's CO is from what the twin's controller makes of SP and PV (monitor/controller_watch.hpp).
+struct SeenController {
+  double rms = 0.0;         // CO units
+  double resolution = 0.0;  // of CO, CO units
+
+  friend bool operator==(const SeenController&, const SeenController&) = default;
+};
+
 // How sure a record is of the model's parameters: for training, and for what watches the loop.
 struct TwinFit {
   std::vector<std::string> parameters;          // gain, time_constant, dead_time
   std::vector<std::vector<double>> covariance;  // of their natural logarithms
-  // Largest statistics of the twin's residual in the healthy record (monitor/twin_watch.hpp); 0: not known.
-  double largest_size = 0.0;
-  double largest_colour = 0.0;
-  // Where the healthy record's PV was, PV units: elsewhere the twin is extrapolated.
+  // What the healthy record itself reaches of z (monitor/twin_watch.hpp); 0: not known.
+  double largest = 0.0;
+  // Where its PV and CO were, in their units: elsewhere the twin is extrapolated.
   double seen_low = -std::numeric_limits<double>::infinity();
   double seen_high = std::numeric_limits<double>::infinity();
+  double co_low = -std::numeric_limits<double>::infinity();
+  double co_high = std::numeric_limits<double>::infinity();
+  std::optional<SeenLoad> load{};
+  std::optional<SeenController> controller{};
 
   friend bool operator==(const TwinFit&, const TwinFit&) = default;
 };

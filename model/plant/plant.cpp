@@ -32,6 +32,8 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
   effects::EffectContext context{.sample_time_s = model.sample_time_s,
                                  .output_low = output_low_,
                                  .output_high = output_high_,
+                                 .pv_low = model.transmitter.low,
+                                 .pv_high = model.transmitter.high,
                                  .seed = seed,
                                  .time_constant_s = model.process.time_constant_s,
                                  .dead_time_s = model.process.dead_time_s};

@@ -44,7 +44,9 @@ LoopSample SimulatedLoop::step() noexcept {
   sample.stem = plant_.stem();
   const control::ControllerOutput out = controller_.step({.process_variable = sample.pv,
                                                           .valve_position = plant_.stem(),
-                                                          .valve_position_valid = true});
+                                                          .valve_position_valid = true,
+                                                          .read_back = plant_.stem(),
+                                                          .read_back_valid = true});
   sample.sp = out.set_point;
   sample.co = out.output;
   if (output_resolution_ > 0.0) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/plant/point_table.hpp"
+
 namespace loopwarden::plant {
 
 ValveCharacteristic::ValveCharacteristic(const Parameters& parameters, double low,
@@ -14,16 +16,10 @@ ValveCharacteristic::ValveCharacteristic(const Parameters& parameters, double lo
       high_(high),
       log_range_(std::log(parameters.rangeability)) {}
 
-double ValveCharacteristic::from_table(double x) const noexcept {
-  std::size_t right = 1;
-  while (right + 1 < parameters_.point_count && x > parameters_.points[right].first) ++right;
-  const auto& [x0, q0] = parameters_.points[right - 1];
-  const auto& [x1, q1] = parameters_.points[right];
-  return q0 + (q1 - q0) * (x - x0) / (x1 - x0);
-}
-
 double ValveCharacteristic::flow(double x) const noexcept {
-  if (parameters_.curve == Curve::table) return from_table(x);
+  if (parameters_.curve == Curve::table) {
+    return on_lines(parameters_.points, parameters_.point_count, x);
+  }
   const double span = high_ - low_;
   const double h = std::clamp((x - low_) / span, 0.0, 1.0);
   double share = h;

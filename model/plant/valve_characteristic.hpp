@@ -48,7 +48,6 @@ class ValveCharacteristic {
 
  private:
   double flow(double x) const noexcept;
-  double from_table(double x) const noexcept;
 
   Parameters parameters_;
   double low_;        // CO units

@@ -16,10 +16,10 @@
 
 namespace loopwarden::evidence {
 
-// What the watch over a twin's residual held in the end (monitor/twin_watch.hpp).
+// What the watches of a twin held in the end, each over its limit.
 struct TwinFinding {
-  double size = 0.0;
-  double colour = 0.0;
+  double change = 0.0;      // z of monitor/twin_watch.hpp
+  double controller = 0.0;  // S of monitor/controller_watch.hpp
 };
 
 struct Evidence {

@@ -101,8 +101,9 @@ json to_json(const monitor::RoutineWatch::Judgement& j) {
 }
 
 json to_json(const TwinFinding& t) {
-  return {
-      {"result", monitor::to_text(AlarmKind::model_gap)}, {"size", t.size}, {"colour", t.colour}};
+  return {{"result", monitor::to_text(AlarmKind::model_gap)},
+          {"change", t.change},
+          {"controller", t.controller}};
 }
 
 const char* kind_of(const Evidence& e) {
@@ -232,7 +233,8 @@ Evidence evidence_of(const json& j) {
     e.routine = routine_of(j.at("verdict"));
   } else if (kind == kKinds[2]) {
     const json& found = j.at("verdict");
-    e.by_twin = {found.at("size").get<double>(), found.at("colour").get<double>()};
+    // Evidence of another version has other measures.
+    e.by_twin = {found.value("change", 0.0), found.value("controller", 0.0)};
   } else {
     e.judgement = judgement_of(j.at("verdict"));
     e.measures = measures_of(j.at("measures"));

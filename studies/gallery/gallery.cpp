@@ -35,35 +35,37 @@ struct Exhibit {
   std::vector<plant::EffectSpec> effects;
 };
 
-plant::EffectSpec effect(const char* name, std::map<std::string, double> parameters) {
+plant::EffectSpec effect_of(const char* name, std::map<std::string, double> parameters) {
   return {.name = name, .parameters = std::move(parameters)};
 }
 
 std::vector<Exhibit> exhibits() {
   return {
       {"no-fault", "no fault", {}},
-      {"backlash-0.5", "backlash 0.5 V", {effect("backlash", {{"deadband", 0.5}})}},
-      {"backlash-1.5", "backlash 1.5 V", {effect("backlash", {{"deadband", 1.5}})}},
+      {"backlash-0.5", "backlash 0.5 V", {effect_of("backlash", {{"deadband", 0.5}})}},
+      {"backlash-1.5", "backlash 1.5 V", {effect_of("backlash", {{"deadband", 1.5}})}},
       {"stiction-weak",
        "stiction, S 0.5 V, J 0.2 V",
-       {effect("stiction", {{"s", 0.5}, {"j", 0.2}})}},
+       {effect_of("stiction", {{"s", 0.5}, {"j", 0.2}})}},
       {"stiction-strong",
        "stiction, S 1.5 V, J 0.6 V",
-       {effect("stiction", {{"s", 1.5}, {"j", 0.6}})}},
+       {effect_of("stiction", {{"s", 1.5}, {"j", 0.6}})}},
       {"cam-small",
        "cam obstruction, band 0.3 V, jump 0.2 V",
-       {effect("cam_obstruction", {{"position", 3.98}, {"band", 0.3}, {"jump", 0.2}})}},
+       {effect_of("cam_obstruction", {{"position", 3.98}, {"band", 0.3}, {"jump", 0.2}})}},
       {"cam-large",
        "cam obstruction, band 0.9 V, jump 0.6 V",
-       {effect("cam_obstruction", {{"position", 3.78}, {"band", 0.9}, {"jump", 0.6}})}},
+       {effect_of("cam_obstruction", {{"position", 3.78}, {"band", 0.9}, {"jump", 0.6}})}},
       {"low-air",
        "low air supply, 0.3 V/s, to 5 V",
-       {effect("low_air_supply", {{"rate", 0.3}, {"travel_limit", 5.0}})}},
+       {effect_of("low_air_supply", {{"rate", 0.3}, {"travel_limit", 5.0}})}},
       {"lower-air",
        "lower air supply, 0.06 V/s, to 3.8 V",
-       {effect("low_air_supply", {{"rate", 0.06}, {"travel_limit", 3.8}})}},
-      {"hysteresis-offset", "hysteresis, offset 0.7 V", {effect("hysteresis", {{"offset", 0.7}})}},
-      {"hysteresis-width", "hysteresis, width 1 V", {effect("hysteresis", {{"width", 1.0}})}},
+       {effect_of("low_air_supply", {{"rate", 0.06}, {"travel_limit", 3.8}})}},
+      {"hysteresis-offset",
+       "hysteresis, offset 0.7 V",
+       {effect_of("hysteresis", {{"offset", 0.7}})}},
+      {"hysteresis-width", "hysteresis, width 1 V", {effect_of("hysteresis", {{"width", 1.0}})}},
   };
 }
 
@@ -150,7 +152,7 @@ std::string picture(const Exhibit& exhibit, const analysis::LoopRecord& r) {
 
 // Figure 7.17: CO from 2 to 4 V and back, with 0.7 V added while it falls. Steps of PV up and down.
 std::pair<double, double> open_loop_steps(const std::vector<plant::EffectSpec>& after) {
-  plant::LoopModel model = model_of({"", "", {effect("hysteresis", {{"offset", 0.7}})}});
+  plant::LoopModel model = model_of({"", "", {effect_of("hysteresis", {{"offset", 0.7}})}});
   model.transmitter.noise = 0.0;
   model.transmitter.resolution = 0.0;
   for (const plant::EffectSpec& spec : after) model.valve_effects.push_back(spec);
@@ -196,11 +198,11 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
       "of 900 s; swings\n(greatest less least) and period from the same time.\n\n"
       "Figure 7.17, open loop, CO 2 V to 4 V and back with 0.7 V added while it falls:\n\n"
       "| valve | PV up, L/min | PV down | down/up |\n|---|---|---|---|\n";
-  plant::EffectSpec quick = effect("valve_characteristic", {});
+  plant::EffectSpec quick = effect_of("valve_characteristic", {});
   quick.options = {{"curve", "quick_opening"}};
-  plant::EffectSpec butterfly = effect("valve_characteristic", {});
+  plant::EffectSpec butterfly = effect_of("valve_characteristic", {});
   butterfly.options = {{"curve", "butterfly"}};
-  plant::EffectSpec table = effect("valve_characteristic", {});
+  plant::EffectSpec table = effect_of("valve_characteristic", {});
   table.options = {{"curve", "table"}};
   // 0.55 and 0.30 L/min over gain 1.2264 between 2, 2.7 and 4 V.
   table.table = {

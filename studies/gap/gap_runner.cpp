@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/resource.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +17,7 @@
 #include <fstream>
 #include <iterator>
 #include <mutex>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -95,19 +98,30 @@ pid_t start_gap(const GapProgram& program, const fs::path& one_case, const fs::p
   return start(std::move(words), actions.get());
 }
 
-// The status of waitpid, or -1 after the time limit.
-int wait_for(pid_t child, double time_limit_s) {
+struct Ended {
+  int status = -1;       // of waitpid, or -1 after the time limit
+  double seconds = 0.0;  // of processor time
+};
+
+Ended wait_for(pid_t child, double time_limit_s) {
   const auto limit = Clock::now() + std::chrono::duration<double>(time_limit_s);
+  Ended ended;
+  rusage used{};
   int status = 0;
-  while (waitpid(child, &status, WNOHANG) == 0) {
+  bool killed = false;
+  while (wait4(child, &status, killed ? 0 : WNOHANG, &used) == 0) {
     if (Clock::now() >= limit) {
       kill(child, SIGKILL);
-      waitpid(child, &status, 0);
-      return -1;
+      killed = true;
+    } else {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-  return status;
+  if (!killed) ended.status = status;
+  for (const timeval& part : {used.ru_utime, used.ru_stime}) {
+    ended.seconds += static_cast<double>(part.tv_sec) + 1e-6 * static_cast<double>(part.tv_usec);
+  }
+  return ended;
 }
 
 std::string failure_of(int status, const fs::path& out) {
@@ -117,6 +131,17 @@ std::string failure_of(int status, const fs::path& out) {
     return fmt::format("exit code {}: {}", WEXITSTATUS(status), last_line(out / "stderr"));
   }
   return {};
+}
+
+// The names that would be right.
+void leave_out(const Truth& truth, std::vector<std::string>& options) {
+  std::set<std::string> names(truth.accept.begin(), truth.accept.end());
+  names.erase("unexplained");
+  names.erase("none");
+  for (const std::string& name : names) {
+    options.emplace_back("--without");
+    options.push_back(name);
+  }
 }
 
 }  // namespace
@@ -166,11 +191,9 @@ Answer run_gap(const GapProgram& program, const fs::path& one_case, const fs::pa
   fs::create_directories(out);
   if (program.resume && fs::exists(out / "gap.json"))
     return parse_answer(read_text(out / "gap.json"));
-  const auto begin = Clock::now();
-  const int status = wait_for(start_gap(program, one_case, out), program.time_limit_s);
-  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  const Ended ended = wait_for(start_gap(program, one_case, out), program.time_limit_s);
   Answer answer;
-  answer.failure = failure_of(status, out);
+  answer.failure = failure_of(ended.status, out);
   if (answer.failure.empty()) {
     try {
       answer = parse_answer(read_text(out / "gap.json"));
@@ -178,7 +201,7 @@ Answer run_gap(const GapProgram& program, const fs::path& one_case, const fs::pa
       answer.failure = e.what();
     }
   }
-  answer.seconds = seconds;
+  answer.seconds = ended.seconds;
   return answer;
 }
 
@@ -194,7 +217,9 @@ std::vector<ScoredCase> run_cases(const GapProgram& program, const std::vector<C
     for (std::size_t i = next++; i < cases.size(); i = next++) {
       try {
         const Truth& truth = cases[i].truth;
-        const Answer answer = run_gap(program, cases[i].folder, out / truth.id);
+        GapProgram own = program;
+        if (program.without_truth) leave_out(truth, own.options);
+        const Answer answer = run_gap(own, cases[i].folder, out / truth.id);
         scored[i] = {truth, answer, score_case(truth, answer)};
       } catch (...) {
         const std::scoped_lock lock(mutex);

@@ -39,10 +39,11 @@ struct GapProgram {
   std::filesystem::path path;
   double time_limit_s = 120.0;
   std::vector<std::string> options{};  // passed on behind the others
+  bool without_truth = false;          // the catalogue without the names that would be right
   bool resume = false;                 // a gap.json that is there already is taken, not made again
 };
 
-// PATH gap CASE/record.csv --model CASE/model.yaml --out OUT --json [options], timed, then
+// PATH gap CASE/record.csv --model CASE/model.yaml --out OUT --json [options], its processor time taken, then
 // OUT/gap.json.
 // Whatever the program does is an answer; throws std::system_error only where it can't be started.
 Answer run_gap(const GapProgram& program, const std::filesystem::path& one_case,

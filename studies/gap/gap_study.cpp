@@ -53,6 +53,7 @@ struct Options {
   std::string only;
   std::string keep;
   bool resume = false;
+  bool without_truth = false;
   std::string names;
   std::vector<std::string> given;
   std::string calibrate;
@@ -142,6 +143,7 @@ cases::StudyPart run_part(const Options& options, const std::vector<fs::path>& f
     const cases::GapProgram program{.path = options.gap,
                                     .time_limit_s = options.time_limit_s,
                                     .options = options.gap_options,
+                                    .without_truth = options.without_truth,
                                     .resume = options.resume};
     for (cases::ScoredCase& one :
          cases::run_cases(program, found, results, options.jobs, progress)) {
@@ -281,7 +283,7 @@ void add_options(CLI::App& app, Options& options) {
                  "passed on to the program, once for each word: --gap-option=--without "
                  "--gap-option=several")
       ->allow_extra_args(false);
-  app.add_option("--jobs", options.jobs, "records at a time; 1 for honest times")
+  app.add_option("--jobs", options.jobs, "records at a time")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   app.add_option("--time-limit", options.time_limit_s, "s for a record; longer is a failure")
@@ -309,6 +311,8 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--keep", options.keep, "folder that keeps what the program wrote");
   app.add_flag("--resume", options.resume,
                "take the answers that --keep's folder has, of the same cases and program");
+  app.add_flag("--without-truth", options.without_truth,
+               "take the names that would be right out of the catalogue, case by case");
   app.add_option("--names", options.names,
                  "write every name that was given, and what its confidence is read from, as CSV");
   app.add_option("--calibrate", options.calibrate,

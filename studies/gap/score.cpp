@@ -132,10 +132,10 @@ Answer parse_answer(std::string_view text) {
     const json root = json::parse(text);
     answer.verdict = root.at("verdict").get<std::string>();
     for (const json& entry : root.at("effects")) {
-      answer.effects.push_back({entry.at("name").get<std::string>(),
-                                entry.at("confidence").get<double>(),
-                                numbers_in(entry.at("parameters")),
-                                number_at(entry, "lead_nats").value_or(std::nan(""))});
+      answer.effects.push_back(
+          {entry.at("name").get<std::string>(), entry.at("confidence").get<double>(),
+           numbers_in(entry.at("parameters")), number_at(entry, "lead_nats").value_or(std::nan("")),
+           entry.value("alternatives", std::vector<std::string>{})});
     }
     const json& gap = root.at("gap");
     answer.before = number_at(gap.at("before"), "holdout_rmse");

@@ -33,6 +33,7 @@ struct NamedEffect {
   std::map<std::string, double> parameters;
   // By which the explanation leads over the best without this name; NaN for a controller's settings.
   double lead_nats = std::nan("");
+  std::vector<std::string> alternatives{};
 };
 
 // What the chosen explanation leaves, as gap.json has it under gap.rest.

@@ -67,9 +67,9 @@ const std::vector<Row>& rows() {
        [](const Summary& s) { return share_of(s.right_confident); }},
       {"outside_unexplained", "outside at first: unexplained, or the name of now", ">= 90", ">= 80",
        "%", [](const Summary& s) { return share_of(s.outside_unexplained); }},
-      {"seconds_median", "time per record, median", "", "", "s",
+      {"seconds_median", "processor time per record, median", "", "", "s",
        [](const Summary& s) { return quantile_of(s.seconds, 0.5, 1.0); }},
-      {"seconds_worst", "time per record, worst", "<= 10", "<= 20", "s",
+      {"seconds_worst", "processor time per record, worst", "<= 10", "<= 20", "s",
        [](const Summary& s) { return quantile_of(s.seconds, 1.0, 1.0); }},
   };
   return all;
@@ -120,6 +120,7 @@ json case_json(const ScoredCase& one) {
   for (const NamedEffect& effect : one.answer.effects) {
     names.push_back({{"name", effect.name},
                      {"confidence", effect.confidence},
+                     {"alternatives", effect.alternatives},
                      {"parameters", effect.parameters}});
   }
   const auto number = [](const std::optional<double>& value) {
@@ -127,6 +128,7 @@ json case_json(const ScoredCase& one) {
   };
   return {{"id", one.truth.id},
           {"truth", one.truth.effect},
+          {"accept", one.truth.accept},
           {"note", one.truth.note},
           {"verdict", one.answer.verdict},
           {"failure", one.answer.failure},

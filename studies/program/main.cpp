@@ -24,7 +24,7 @@ int run(int argc, char** argv) {
   add_gallery(app, exit_code);
   add_gap(app, exit_code);
   add_identify(app, exit_code);
-  add_jacket(app, exit_code);
+  add_calm(app, exit_code);
   add_plant(app, exit_code);
   add_plant1(app, exit_code);
   add_specialist(app, exit_code);

@@ -15,7 +15,7 @@ void add_diagnose(CLI::App& app, int& exit_code);
 void add_gallery(CLI::App& app, int& exit_code);
 void add_gap(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
-void add_jacket(CLI::App& app, int& exit_code);
+void add_calm(CLI::App& app, int& exit_code);
 void add_plant(CLI::App& app, int& exit_code);
 void add_plant1(CLI::App& app, int& exit_code);
 void add_specialist(CLI::App& app, int& exit_code);

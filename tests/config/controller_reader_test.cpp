@@ -132,6 +132,25 @@ TEST_CASE("Each compensator has its own keys and says which are missing", "[conf
   CHECK(read_c("kind: hysteresis, offset: 0.7").offset == 0.7);
   CHECK(read_c("kind: reinforcement, amplitude: 0.4").amplitude == 0.4);
 
+  const std::string moves =
+      "kind: planned_moves, process: {gain: 1.5, time_constant: 4, dead_time: 2}, load: 0.01, ";
+  CHECK(read_c(moves + "s: 0.6, s_interval: [0.5, 0.8], j: 0.3, max_move: 1, "
+                       "max_moves_per_hour: 30, read_back: false") ==
+        control::CompensatorSettings{.kind = Kind::planned_moves,
+                                     .planned = {.gain = 1.5,
+                                                 .time_constant_s = 4.0,
+                                                 .dead_time_s = 2.0,
+                                                 .load = 0.01,
+                                                 .s = 0.6,
+                                                 .j = 0.3,
+                                                 .s_low = 0.5,
+                                                 .s_high = 0.8,
+                                                 .j_low = 0.3,
+                                                 .j_high = 0.3,
+                                                 .max_move = 1.0,
+                                                 .max_moves_per_hour = 30.0,
+                                                 .read_back = false}});
+
   const auto said = [&](const std::string& keys) {
     return said_of(gains + "  compensator: {" + keys + "}\n");
   };
@@ -143,6 +162,11 @@ TEST_CASE("Each compensator has its own keys and says which are missing", "[conf
   CHECK_THAT(said("kind: hysteresis"), Catch::Contains("missing key 'width' (or 'offset')"));
   CHECK_THAT(said("kind: hysteresis, width: 1, offset: 1"), Catch::Contains("give one of them"));
   CHECK_THAT(said("kind: backlash, gap: -1"), Catch::Contains("gap"));
+  CHECK_THAT(said("kind: planned_moves"), Catch::Contains("missing key 'process'"));
+  CHECK_THAT(said(moves + "s: 0.6, j: 0.7"), Catch::Contains("must not exceed s = 0.6 (got 0.7)"));
+  CHECK_THAT(said(moves + "s: 0.6, j: 0.3, s_interval: [0.7, 0.8]"),
+             Catch::Contains("does not hold s = 0.6"));
+  CHECK_THAT(said(moves + "s: 0.6, j: 0.3, limit: 1"), Catch::Contains("use max_move"));
 }
 
 }  // namespace controller_reader_test

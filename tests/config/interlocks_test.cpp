@@ -2,6 +2,7 @@
 #include "config/interlocks.hpp"
 
 #include <catch2/catch.hpp>
+#include <string>
 
 namespace interlocks_test {
 
@@ -36,14 +37,38 @@ TEST_CASE("On hardware a jacket acts with max_mean_error only, a compensator wit
   CHECK(interlocks_of(jacket, {.hardware = true}).none());
 
   control::CompensatorSettings c{.kind = control::CompensatorKind::backlash};
-  CHECK(lacks_limit(c, {.hardware = true}));
-  CHECK_FALSE(lacks_limit(c, {.simulated = true}));
-  CHECK_FALSE(lacks_limit(c, {}));
+  CHECK(lacks(c, {.hardware = true}) == std::string("limit"));
+  CHECK_FALSE(lacks(c, {.simulated = true}));
+  CHECK_FALSE(lacks(c, {}));
   c.shadow = true;
-  CHECK_FALSE(lacks_limit(c, {.hardware = true}));
+  CHECK_FALSE(lacks(c, {.hardware = true}));
   c = {.kind = control::CompensatorKind::backlash, .limit = 0.5};
-  CHECK_FALSE(lacks_limit(c, {.hardware = true}));
-  CHECK_FALSE(lacks_limit({}, {.hardware = true}));
+  CHECK_FALSE(lacks(c, {.hardware = true}));
+  CHECK_FALSE(lacks({}, {.hardware = true}));
+}
+
+TEST_CASE("On hardware planned_moves acts with its limits and a narrow interval of s only",
+          "[config][interlocks]") {
+  control::CompensatorSettings c{.kind = control::CompensatorKind::planned_moves};
+  c.planned.s_low = c.planned.s_high = 1.0;
+  const auto missing = [&](Backing backing) {
+    const char* key = lacks(c, backing);
+    return std::string(key == nullptr ? "" : key);
+  };
+  CHECK(missing({.simulated = true}) == "");
+  CHECK(missing({.hardware = true}) == "max_move");
+  c.planned.max_move = 2.0;
+  CHECK(missing({.hardware = true}) == "max_moves_per_hour");
+  c.planned.max_moves_per_hour = 60.0;
+  CHECK(missing({.hardware = true}) == "s_interval");
+  c.planned.s_high = 1.9;
+  CHECK(missing({.hardware = true}) == "");
+  CHECK_FALSE(too_wide(c, {.hardware = true}));
+  c.planned.s_high = 2.1;
+  CHECK(too_wide(c, {.hardware = true}));
+  CHECK_FALSE(too_wide(c, {.simulated = true}));
+  c.shadow = true;
+  CHECK_FALSE(too_wide(c, {.hardware = true}));
 }
 
 }  // namespace interlocks_test

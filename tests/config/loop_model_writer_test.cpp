@@ -61,7 +61,13 @@ TEST_CASE("A twin's covariance is written and read back, and one that is none is
           "[config][model]") {
   auto model = read_model_text("m.yaml", test::kModel);
   REQUIRE(model);
-  model->twin = plant::TwinFit{{"gain", "dead_time"}, {{1e-4, -3e-5}, {-3e-5, 2e-3}}, 1.25, 3.5};
+  model->twin = plant::TwinFit{.parameters = {"gain", "dead_time"},
+                               .covariance = {{1e-4, -3e-5}, {-3e-5, 2e-3}},
+                               .largest = 1.25,
+                               .seen_low = 3.5,
+                               .co_high = 7.5,
+                               .load = plant::SeenLoad{-0.25, 0.125, 0.5},
+                               .controller = plant::SeenController{0.0625, 0.03125}};
   const std::string text = write_model(*model);
   const auto again = read_model_text("again.yaml", text);
   INFO(text << to_text(again.diagnostics));

@@ -26,6 +26,7 @@
 #include "workbench/files/model_file.hpp"
 #include "workbench/text/explanation_json.hpp"
 #include "workbench/text/incident_json.hpp"
+#include "workbench/text/twin_log.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -66,6 +67,7 @@ struct Replay {
   std::size_t windows = 0;
   std::size_t suppressed = 0;
   std::size_t routine_windows = 0;  // minutes or hours that were judged
+  nlohmann::json twin{};            // what it said beside its alarm; null: there is none
 };
 
 // As in the journal: whether an alarm that is off could have come is no news.
@@ -143,6 +145,7 @@ class Replayer {
       // A cycle that left nothing behind is missing, as in the daemon.
       if (std::isfinite(record_.pv[k]) || std::isfinite(record_.co[k])) cycle(k);
     }
+    if (loop_.twin() != nullptr) result_.twin = twin_log_.json(loop_);
     return std::move(result_);
   }
 
@@ -155,6 +158,7 @@ class Replayer {
                                         .stem = record_.has_stem ? record_.stem[k] : std::nan(""),
                                         .automatic = true,
                                         .pv_good = std::isfinite(record_.pv[k])});
+    if (loop_.twin() != nullptr) twin_log_.add(loop_, record_.time_s[k]);
     const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record_.time_s[k]));
     switch (step.kind) {
       case MonitorStep::Kind::nothing: break;
@@ -242,6 +246,7 @@ class Replayer {
   monitor::LoopAlarms alarms_{monitor::AlarmSettings{}};
   monitor::LoopIncident incident_;
   std::optional<Explainer> explainer_;
+  TwinLog twin_log_;
   Replay result_;
 };
 
@@ -254,7 +259,8 @@ nlohmann::json incidents_json(const Replay& result, const std::string& tag) {
   return incidents;
 }
 
-void print_json(const Replay& result, bool with_twin, const std::string& tag) {
+void print_json(const Replay& result, const std::string& tag) {
+  const bool with_twin = !result.twin.is_null();
   nlohmann::json transitions = nlohmann::json::array();
   for (const TimedTransition& line : result.transitions) {
     const monitor::AlarmTransition& t = line.transition;
@@ -274,7 +280,8 @@ void print_json(const Replay& result, bool with_twin, const std::string& tag) {
                            {"incidents", incidents_json(result, tag)},
                            {"windows", result.windows},
                            {"suppressed_windows", result.suppressed},
-                           {"routine_windows", result.routine_windows}});
+                           {"routine_windows", result.routine_windows},
+                           {"twin", result.twin}});
 }
 
 void print_text(const Replay& result, const std::string& tag) {
@@ -347,7 +354,7 @@ int run_replay(const ReplayOptions& options) {
     const Replay result =
         Replayer(record, folder ? &*folder->team : nullptr, twin ? &*twin : nullptr, options).run();
     const std::string tag = std::filesystem::path(options.record).stem().string();
-    options.json ? print_json(result, twin.has_value(), tag) : print_text(result, tag);
+    options.json ? print_json(result, tag) : print_text(result, tag);
   } catch (const effects::EffectError& e) {
     fail(kExitConfiguration, "{}: {}", options.twin, e.what());
   }

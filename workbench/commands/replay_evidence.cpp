@@ -13,6 +13,7 @@
 
 #include "config/specialists/specialist_folder.hpp"
 #include "model/monitor/specialist_judge.hpp"
+#include "model/monitor/controller_watch.hpp"
 #include "model/monitor/twin_watch.hpp"
 #include "record/evidence/evidence_file.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -179,10 +180,15 @@ int replay_routine(const Evidence& e, bool as_json) {
 int replay_twin(const Evidence& e, const std::filesystem::path& folder, bool as_json) {
   const plant::LoopModel twin = load_model((folder / "twin.yaml").string());
   monitor::TwinWatch watch(twin);
-  for (std::size_t k = 0; k < e.pv.size(); ++k) watch.add(e.pv[k], e.co[k]);
-  const char* now = watch.on() ? to_text(e.alarm) : "no gap";
+  monitor::ControllerWatch controller(twin);
+  for (std::size_t k = 0; k < e.pv.size(); ++k) {
+    watch.add(e.pv[k], e.co[k]);
+    controller.add(e.sp[k], e.pv[k], e.co[k]);
+  }
+  const bool on = watch.on() || controller.on();
+  const char* now = on ? to_text(e.alarm) : "no gap";
   if (as_json) {
-    print_json(e, to_text(e.alarm), now, std::nan(""), watch.on());
+    print_json(e, to_text(e.alarm), now, std::nan(""), on);
   } else {
     print_alarm(e);
     fmt::print("the twin beside the {:.0f} min before it; configuration {:08x} ({})\n\n",
@@ -191,10 +197,11 @@ int replay_twin(const Evidence& e, const std::filesystem::path& folder, bool as_
     const Table table;
     table.row("", "then", "now");
     table.row("verdict", to_text(e.alarm), now);
-    table.row("residual, over what is healthy", e.by_twin->size, watch.size());
-    table.row("colour, over what is healthy", e.by_twin->colour, watch.colour());
+    table.row("change of the loop, over its limit", e.by_twin->change,
+              watch.largest() / watch.limit());
+    table.row("controller, over its limit", e.by_twin->controller, controller.score());
   }
-  return conclude(watch.on(), as_json);
+  return conclude(on, as_json);
 }
 
 }  // namespace

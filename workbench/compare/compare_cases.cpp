@@ -30,6 +30,9 @@ std::vector<std::pair<std::string, std::vector<plant::EffectSpec>>> faults_of(do
           {"hysteresis", {effect("hysteresis", {{"width", size}})}}};
 }
 
+// J over S as it would be told; where nothing sticks, a guess.
+double jump_share(const std::string& fault) { return fault == "stiction, J = S" ? 1.0 : 0.3; }
+
 struct PlantVariant {
   std::string name;
   double lag = 1.0;  // factors
@@ -121,6 +124,12 @@ std::vector<Contender> contenders(const CompareCase& one, double estimate) {
        adding(
            {.kind = CompensatorKind::reinforcement, .amplitude = size / 2.0, .noise_band = band})},
       {"backlash", adding({.kind = CompensatorKind::backlash, .gap = size, .noise_band = band})},
+      {"planned moves", adding({.kind = CompensatorKind::planned_moves,
+                                .planned = {.gain = p.gain,
+                                            .time_constant_s = p.time_constant_s,
+                                            .dead_time_s = p.dead_time_s,
+                                            .s = size,
+                                            .j = jump_share(one.fault) * size}})},
       {"hysteresis",
        adding({.kind = CompensatorKind::hysteresis, .width = size, .noise_band = band})},
   };

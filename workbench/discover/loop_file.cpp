@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <array>
+
 #include <nlohmann/json.hpp>
 #include <string_view>
-#include <utility>
 
 #include "config/config_reader.hpp"
 
@@ -18,7 +18,7 @@ using record::Role;
 constexpr double kUsualSampleTime_s = 1.0;
 
 // JSON's double quotes are YAML's, too.
-std::string quoted(const std::string& text) {
+std::string yaml_text(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -51,7 +51,7 @@ class Writer {
   }
   void unit(const std::string& section, const char* signal, const Found<std::string>& unit) {
     if (unit.value.empty()) return missing(section + ".unit", std::string("unit of ") + signal);
-    key(section + ".unit", "  unit: " + quoted(unit.value), unit.guess);
+    key(section + ".unit", "  unit: " + yaml_text(unit.value), unit.guess);
   }
   void range(const std::string& section, const char* signal,
              const Found<std::optional<record::SignalRange>>& range) {
@@ -77,7 +77,7 @@ void write_signals(Writer& out, const FoundLoop& loop, const std::string& feeder
     const std::optional<LoopSignal>& signal = loop.signal(role);
     if (!signal) continue;
     const std::string name = record::to_text(role);
-    std::string text = "feed: " + quoted(feeder + ":" + signal->name);
+    std::string text = "feed: " + yaml_text(feeder + ":" + signal->name);
     if (role != Role::mode) {
       out.key(name, fmt::format("  {}: {{{}}}", name, text), signal->guess);
       continue;
@@ -112,10 +112,9 @@ std::string metric_rule(const LoopSignal& signal) {
     place = rest.substr(0, end);
     rest.erase(0, end + 1);
   }
-  const auto& [group, edge, device] = std::as_const(places);
   return fmt::format("  - {{name: {}, group: {}, edge: {}, device: {}, metric: {}}}\n",
-                     quoted(signal.name), quoted(group), quoted(edge), quoted(device),
-                     quoted(std::as_const(rest)));
+                     yaml_text(signal.name), yaml_text(places[0]), yaml_text(places[1]),
+                     yaml_text(places[2]), yaml_text(rest));
 }
 
 }  // namespace
@@ -123,8 +122,8 @@ std::string metric_rule(const LoopSignal& signal) {
 LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings) {
   LoopFile file;
   Writer out(file);
-  out.key("loop", "loop: " + quoted(loop.tag.value), loop.tag.guess);
-  if (!loop.description.empty()) out.line("description: " + quoted(loop.description));
+  out.key("loop", "loop: " + yaml_text(loop.tag.value), loop.tag.guess);
+  if (!loop.description.empty()) out.line("description: " + yaml_text(loop.description));
   out.line("control: elsewhere  # nothing of this loop is ever written");
   out.key("sample_time",
           fmt::format("sample_time: {}", settings.sample_time_s.value_or(kUsualSampleTime_s)),
@@ -153,7 +152,7 @@ std::string node_list(const std::vector<FoundLoop>& loops, NodeForm form) {
     for (const std::optional<LoopSignal>& signal : loop.signals) {
       if (!signal || signal->node.empty()) continue;
       text += form == NodeForm::opcua
-                  ? fmt::format("  {}: {}\n", quoted(signal->name), quoted(signal->node))
+                  ? fmt::format("  {}: {}\n", yaml_text(signal->name), yaml_text(signal->node))
                   : metric_rule(*signal);
     }
   }

@@ -113,7 +113,9 @@ std::string state_of(const protocol::Cycle& cycle, const std::string& co_unit) {
         fmt::format(", jacket {}{}", cycle.jacket.form, cycle.jacket.acting ? " acting" : " idle");
   }
   const protocol::Compensator& compensator = cycle.compensator;
-  if (compensator.kind != "none") {
+  if (!compensator.says.empty()) {
+    state += fmt::format(", {} {}", compensator.kind, compensator.says);
+  } else if (compensator.kind != "none") {
     state += compensator.acting
                  ? fmt::format(", {} adds {:.3g} {}", compensator.kind, compensator.added, co_unit)
                  : fmt::format(", {} idle", compensator.kind);

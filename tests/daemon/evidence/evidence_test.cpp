@@ -341,8 +341,8 @@ TEST_CASE("evidence of a twin comes back bit for bit, whatever its length", "[ev
   const Evidence back = read_evidence(folder / "one");
   REQUIRE(back.by_twin);
   CHECK_FALSE(back.by_specialists());
-  CHECK(back.by_twin->size == e.by_twin->size);
-  CHECK(back.by_twin->colour == e.by_twin->colour);
+  CHECK(back.by_twin->change == e.by_twin->change);
+  CHECK(back.by_twin->controller == e.by_twin->controller);
   CHECK(back.alarm == AlarmKind::model_gap);
   CHECK(back.co == e.co);
   CHECK(std::isnan(back.pv[5]));

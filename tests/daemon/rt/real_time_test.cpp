@@ -190,6 +190,32 @@ TEST_CASE("cycles on the simulated backend, through faults and orders, neither a
   check_no_offence();
 }
 
+TEST_CASE("planned moves neither allocate nor lock, whatever they do", "[real_time][sim]") {
+  plant::LoopModel model;
+  model.sample_time_s = kPeriod;
+  model.process = {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0};
+  model.transmitter = {.high = 10.0, .noise = 0.01};
+  model.valve_effects = {{.name = "stiction", .parameters = {{"s", 0.6}, {"j", 0.3}}}};
+  model.disturbances = {
+      {.name = "oscillating_disturbance", .parameters = {{"amplitude", 0.3}, {"period", 20.0}}}};
+  auto settings = busy_settings();
+  settings.controller = {};
+  settings.controller.pid = {.gains = {.kp = 0.2, .ki = 0.1}, .output_high = 10.0};
+  settings.controller.output.high = 10.0;
+  settings.controller.compensator = {
+      .kind = CompensatorKind::planned_moves,
+      .planned = {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3}};
+  hal::sim::SimLoopIo io({.model = model, .output_resolution = 10.0 / 4096.0, .io_faults = {}});
+  GuardedLoop loop(settings, 5.0, io);
+  bool acted = false;
+  for (std::int64_t k = 1; k <= 8000; ++k) {
+    acted = acted || (loop.step(k * kPeriodNs).flags & record::kCompensatorActs) != 0;
+  }
+  CHECK(acted);
+  CHECK(loop.channels.moves.read().phase != control::MovePhase::watching);
+  check_no_offence();
+}
+
 TEST_CASE("cycles on a Modbus device, there and silent, neither allocate nor lock",
           "[real_time][modbus]") {
   using test::mb::RegisterType;

@@ -10,6 +10,7 @@
 #include "model/commission/polish.hpp"
 #include "model/commission/sight.hpp"
 #include "model/monitor/loop_monitor.hpp"
+#include "model/monitor/controller_watch.hpp"
 #include "model/monitor/twin_watch.hpp"
 #include "model/training/simulated_windows.hpp"
 #include "tests/model/gap/gap_support.hpp"
@@ -58,7 +59,10 @@ TEST_CASE("a rough model becomes a twin that the record can't tell from the plan
   REQUIRE(made.twin.twin);
   REQUIRE(made.twin.twin->parameters.size() == 3);
   CHECK(made.twin.twin->covariance[0][0] < 1e-4);
-  CHECK(made.twin.twin->largest_size > 0.2);
+  CHECK(made.twin.twin->largest > 0.0);
+  REQUIRE(made.twin.twin->controller);
+  CHECK(monitor::ControllerWatch::can_watch(*made.twin.twin->controller, 10.0));
+  CHECK(made.twin.twin->load);
   CHECK(made.stages.front().holdout_rmse > 10.0 * made.stages.back().holdout_rmse);
 }
 

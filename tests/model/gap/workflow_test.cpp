@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "model/gap/model_run.hpp"
+#include "tests/model/gap/few_names.hpp"
 #include "tests/model/gap/gap_support.hpp"
 
 namespace workflow_test {
@@ -328,6 +329,56 @@ TEST_CASE("where SP stands a load is not tested, and no name is sure", "[gap][lo
   const gap::Result known = find_one(under_load(truth, 150.0, 90.0), stated);
   CHECK_FALSE(known.floor.load_tested);
   CHECK(known.floor.load_rmse > 0.0);
+}
+
+TEST_CASE("a richer effect is not named for the simpler one that is not in the catalogue",
+          "[gap][workflow]") {
+  plant::LoopModel truth = test::believed_model();
+  const plant::LoopModel model = truth;
+  SECTION("play without a slip jump is no stiction") {
+    truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
+    const gap::Record record = test::record_of(truth, 130.0);
+    CHECK(test::find_among({"stiction", "extra_lag"}, record, model).effects.empty());
+    const gap::Result known = test::find_among({"stiction", "backlash"}, record, model);
+    REQUIRE(known.effects.size() == 1);
+    CHECK(known.effects[0].spec.name == "backlash");
+  }
+  SECTION("another gain does not vary") {
+    truth.process.gain *= 0.8;
+    CHECK(test::find_among({"varying_gain", "drift"}, test::record_of(truth, 130.0), model)
+              .effects.empty());
+  }
+  SECTION("one more lag does not turn the wrong way, and does not ring") {
+    truth.process_effects = {{"extra_lag", {{"time_constant", 1.5}}}};
+    for (const char* richer : {"inverse_response", "oscillatory_process", "positioner_overshoot"}) {
+      INFO(richer);
+      CHECK(test::find_among({richer}, test::record_of(truth, 130.0), model).effects.empty());
+    }
+  }
+  SECTION("a rate limit has no band") {
+    truth.valve_effects = {{"low_air_supply", {{"rate", 0.25}}}};
+    CHECK(
+        test::find_among({"deadband_drive"}, test::record_of(truth, 130.0), model).effects.empty());
+  }
+}
+
+TEST_CASE("a gain that wanders on is said until the last third, where that gets no worse",
+          "[gap][workflow]") {
+  plant::LoopModel truth = test::believed_model();
+  const plant::LoopModel model = truth;
+  plant::EffectSpec gain{"varying_gain"};
+  gain.table = {{0.0, 1.0}, {21.7, 1.3}, {43.3, 0.85}, {65.0, 1.1}, {86.7, 1.3}, {91.0, 1.16}};
+  truth.process_effects = {gain};
+  const gap::Result until =
+      test::find_among({"varying_gain", "gain_change"}, test::record_of(truth, 130.0), model);
+  REQUIRE(until.effects.size() == 1);
+  CHECK(until.effects[0].spec.name == "varying_gain");
+  CHECK(until.effects[0].confidence < 0.9);
+  CHECK_THAT(until.sentence, Catch::Contains("until 86"));
+  truth.process_effects[0].table.back().second = 1.05;  // nearly back
+  const gap::Result worse =
+      test::find_among({"varying_gain", "gain_change"}, test::record_of(truth, 130.0), model);
+  CHECK(worse.outcome == gap::Outcome::unexplained);
 }
 
 }  // namespace workflow_test

@@ -100,7 +100,7 @@ TEST_CASE("what is missing stands at the top, and what check would refuse counts
 }
 
 TEST_CASE("nodes that are known are listed for loopwarden-opcua", "[discover]") {
-  CHECK(node_list({whole_loop()}) ==
+  CHECK(node_list({whole_loop()}, NodeForm::opcua) ==
         "nodes:\n"
         "  \"A \\\"b\\\": {x}\": \"nsu=urn:p;s=\\\"b\\\"\"\n"
         "  \"M\": \"nsu=urn:p;i=7\"\n");
@@ -108,7 +108,7 @@ TEST_CASE("nodes that are known are listed for loopwarden-opcua", "[discover]") 
   for (auto& signal : without.signals) {
     if (signal) signal->node.clear();
   }
-  CHECK(node_list({without}).empty());
+  CHECK(node_list({without}, NodeForm::opcua).empty());
 }
 
 }  // namespace loopwarden::workbench::discover::loop_file_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "studies/jacket/jacket_trial.hpp"
+#include "studies/calm/calm_trial.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +44,7 @@ struct Segment {
 
 class Trial {
  public:
-  explicit Trial(const JacketTrial& trial)
+  explicit Trial(const CalmTrial& trial)
       : trial_(trial),
         plant_(trial.model, trial.model.scenario.seed),
         controller_(trial.model.controller, trial.model.sample_time_s,
@@ -59,8 +59,10 @@ class Trial {
   }
 
   TrialResult run() {
-    for (const auto& [time_s, set_point] : trial_.model.scenario.set_point) hold(set_point);
-    const auto holds = static_cast<double>(trial_.model.scenario.set_point.size());
+    std::size_t set_points = 0;
+    for (const auto& [time_s, set_point] : trial_.model.scenario.set_point)
+      hold(set_point, set_points++ >= trial_.unmeasured);
+    const auto holds = static_cast<double>(set_points - trial_.unmeasured);
     analysis::LoopMetrics& m = result_.settled;
     m.rms_error = std::sqrt(m.rms_error / holds);
     for (double* mean : {&m.mean_error, &m.mean_abs_error, &m.travel_per_hour,
@@ -74,13 +76,14 @@ class Trial {
   }
 
  private:
-  void hold(double set_point) {
+  void hold(double set_point, bool measured) {
     const double period_s = trial_.model.sample_time_s;
     const auto samples = static_cast<std::size_t>(trial_.hold_s / period_s);
     const auto settling = static_cast<std::size_t>(trial_.settling_s / period_s);
     segment_.clear();
     controller_.request_set_point(set_point);
-    for (std::size_t k = 0; k < samples; ++k) step(k >= settling);
+    for (std::size_t k = 0; k < samples; ++k) step(measured, k >= settling);
+    if (!measured) return;
 
     const analysis::LoopMetrics now = analysis::loop_metrics(
         segment_.sp, segment_.true_pv, segment_.stem, period_s, stem_resolution_);
@@ -98,22 +101,27 @@ class Trial {
     result_.co_swing += swing_of(segment_.co);
   }
 
-  void step(bool measured) {
+  void step(bool measured, bool settled) {
     const ReadBackErrors& errors = trial_.read_back;
     const double true_pv = plant_.true_process_variable();
     const double stem = plant_.stem();
-    const control::ControllerOutput out = controller_.step(
-        {.process_variable = plant_.process_variable(),
-         .valve_position = rounded(stem + errors.bias + errors.noise * read_back_noise_.normal(),
-                                   errors.resolution),
-         .valve_position_valid = true});
+    const double read_back =
+        rounded(stem + errors.bias + errors.noise * read_back_noise_.normal(), errors.resolution);
+    const control::ControllerOutput out =
+        controller_.step({.process_variable = plant_.process_variable(),
+                          .valve_position = read_back,
+                          .valve_position_valid = true,
+                          .read_back = read_back,
+                          .read_back_valid = true});
     const double co = rounded(out.output, trial_.output_resolution);
     controller_.applied(co);
 
     const double error = out.set_point - true_pv;
-    whole_squares_ += error * error;
-    ++whole_samples_;
     if (measured) {
+      whole_squares_ += error * error;
+      ++whole_samples_;
+    }
+    if (measured && settled) {
       const double integral_rate =
           trial_.model.controller.pid.gains.ki * (out.set_point - plant_.process_variable());
       segment_.sp.push_back(out.set_point);
@@ -126,7 +134,7 @@ class Trial {
     plant_.step(co);
   }
 
-  const JacketTrial& trial_;
+  const CalmTrial& trial_;
   plant::Plant plant_;
   control::LoopController controller_;
   numeric::Random read_back_noise_;
@@ -140,6 +148,6 @@ class Trial {
 
 }  // namespace
 
-TrialResult run_trial(const JacketTrial& trial) { return Trial(trial).run(); }
+TrialResult run_trial(const CalmTrial& trial) { return Trial(trial).run(); }
 
 }  // namespace loopwarden::studies

@@ -18,11 +18,12 @@ struct ReadBackErrors {
   double resolution = 0.0;  // CO units
 };
 
-struct JacketTrial {
+struct CalmTrial {
   plant::LoopModel model;  // controller.jacket: the form to try; scenario.duration_s is not used
   ReadBackErrors read_back;
   double output_resolution = 0.0;  // CO units, of the converter that CO goes through
   double hold_s = 2700.0;          // s, time at each set point
+  std::size_t unmeasured = 0;      // set points in the beginning that are not measured
   double settling_s = 900.0;       // s, left out of it
 };
 
@@ -39,6 +40,6 @@ struct TrialResult {
 };
 
 // Throws effects::EffectError for a model that can't be simulated.
-TrialResult run_trial(const JacketTrial& trial);
+TrialResult run_trial(const CalmTrial& trial);
 
 }  // namespace loopwarden::studies

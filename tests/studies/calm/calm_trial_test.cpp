@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "studies/jacket/jacket_trial.hpp"
+#include "studies/calm/calm_trial.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 
-namespace jacket_trial_test {
+namespace calm_trial_test {
 
 using namespace loopwarden;
 using namespace loopwarden::studies;
@@ -13,8 +13,8 @@ using namespace loopwarden::studies;
 namespace {
 
 // Gain 1, so that 1 V is 1 PV unit; no noise.
-JacketTrial quiet_trial() {
-  JacketTrial trial;
+CalmTrial quiet_trial() {
+  CalmTrial trial;
   plant::LoopModel& model = trial.model;
   model.controller.pid.gains = {.kp = 0.3, .ki = 0.1};
   model.controller.pid.output_high = 10.0;
@@ -27,8 +27,8 @@ JacketTrial quiet_trial() {
   return trial;
 }
 
-JacketTrial sticky_trial() {
-  JacketTrial trial = quiet_trial();
+CalmTrial sticky_trial() {
+  CalmTrial trial = quiet_trial();
   trial.model.valve_effects = {{.name = "stiction",
                                 .parameters = {{"s", 1.0}, {"j", 0.5}},
                                 .options = {{"law", "he"}},
@@ -46,7 +46,7 @@ JacketTrial sticky_trial() {
 
 }  // namespace
 
-TEST_CASE("a healthy loop without noise settles on each set point", "[jacket][studies]") {
+TEST_CASE("a healthy loop without noise settles on each set point", "[calm][studies]") {
   const TrialResult result = run_trial(quiet_trial());
   CHECK(result.settled.rms_error < 1e-4);
   CHECK(result.pv_swing < 1e-3);
@@ -58,8 +58,8 @@ TEST_CASE("a healthy loop without noise settles on each set point", "[jacket][st
 }
 
 TEST_CASE("paper settles a healthy valve with read-back bias b at Ks b / Ki, the others at zero",
-          "[jacket][studies]") {
-  JacketTrial trial = quiet_trial();
+          "[calm][studies]") {
+  CalmTrial trial = quiet_trial();
   trial.read_back.bias = -0.05;  // u - u_valve = 0.05 V
   const double gain_per_s = 0.4;
   trial.model.controller.jacket = {.gain_per_s = gain_per_s, .dead_zone = 0.02};
@@ -81,7 +81,7 @@ TEST_CASE("paper settles a healthy valve with read-back bias b at Ks b / Ki, the
   CHECK_FALSE(dwell.parked);
 }
 
-TEST_CASE("a limit cycle is measured as what it is", "[jacket][studies]") {
+TEST_CASE("a limit cycle is measured as what it is", "[calm][studies]") {
   const TrialResult result = run_trial(sticky_trial());
   CHECK_FALSE(result.parked);
   // PV swings by gain times slip jump, the stem moves by the jump at each turn.
@@ -96,8 +96,8 @@ TEST_CASE("a limit cycle is measured as what it is", "[jacket][studies]") {
   CHECK(result.co_swing < 1.15);
 }
 
-TEST_CASE("paper parks a sticky valve off the set point", "[jacket][studies]") {
-  JacketTrial trial = sticky_trial();
+TEST_CASE("paper parks a sticky valve off the set point", "[calm][studies]") {
+  CalmTrial trial = sticky_trial();
   trial.model.controller.jacket = {.form = control::JacketForm::paper, .gain_per_s = 1.0};
   const TrialResult result = run_trial(trial);
   CHECK(result.parked);
@@ -105,8 +105,8 @@ TEST_CASE("paper parks a sticky valve off the set point", "[jacket][studies]") {
   CHECK(result.settled.rms_error > 0.2);
 }
 
-TEST_CASE("the converter and the read-back have their resolution", "[jacket][studies]") {
-  JacketTrial trial = quiet_trial();
+TEST_CASE("the converter and the read-back have their resolution", "[calm][studies]") {
+  CalmTrial trial = quiet_trial();
   trial.model.scenario.set_point = {{0.0, 4.2}, {0.0, 6.3}};
   trial.output_resolution = 0.5;  // coarser than a loop can settle with
   CHECK(run_trial(trial).settled.rms_error > 0.05);
@@ -118,8 +118,8 @@ TEST_CASE("the converter and the read-back have their resolution", "[jacket][stu
   CHECK(std::abs(coarse.settled.mean_error) > 0.01);
 }
 
-TEST_CASE("the same trial gives the same bits, another seed does not", "[jacket][studies]") {
-  JacketTrial trial = sticky_trial();
+TEST_CASE("the same trial gives the same bits, another seed does not", "[calm][studies]") {
+  CalmTrial trial = sticky_trial();
   trial.model.transmitter.noise = 0.01;
   trial.read_back.noise = 0.01;
   trial.model.controller.jacket = {.form = control::JacketForm::dwell, .dead_zone = 0.05};
@@ -129,4 +129,4 @@ TEST_CASE("the same trial gives the same bits, another seed does not", "[jacket]
   CHECK(run_trial(trial).settled.rms_error != first);
 }
 
-}  // namespace jacket_trial_test
+}  // namespace calm_trial_test

@@ -6,13 +6,13 @@
 #include <string>
 
 #include "model/plant/simulated_loop.hpp"
-#include "studies/jacket/jacket_trial.hpp"
+#include "studies/calm/calm_trial.hpp"
 
 namespace jacket_closed_loop_test {
 
 using namespace loopwarden;
 using control::JacketForm;
-using studies::JacketTrial;
+using studies::CalmTrial;
 using studies::run_trial;
 using studies::TrialResult;
 
@@ -43,8 +43,8 @@ plant::LoopModel sticky_plant_1(const std::string& law) {
 
 // Two hours at each of eight set points, so that what luck there is in where the valve sticks
 // averages out.
-JacketTrial trial_with(const plant::LoopModel& model, JacketForm form) {
-  JacketTrial trial;
+CalmTrial trial_with(const plant::LoopModel& model, JacketForm form) {
+  CalmTrial trial;
   trial.model = model;
   trial.model.controller.jacket = {.form = form, .gain_per_s = 1.0, .dead_zone = 0.03};
   trial.model.scenario.set_point.clear();
@@ -91,7 +91,7 @@ TEST_CASE("bounded keeps the loop moving, and cycles slower instead of faster",
 
 TEST_CASE("on a healthy valve dwell changes nothing", "[closed_loop][jacket]") {
   const TrialResult off = run_trial(trial_with(plant_1(), JacketForm::off));
-  JacketTrial trial = trial_with(plant_1(), JacketForm::dwell);
+  CalmTrial trial = trial_with(plant_1(), JacketForm::dwell);
   trial.read_back = {.bias = 0.3, .noise = 0.005, .resolution = kResolution};
   const TrialResult dwell = run_trial(trial);
   CHECK(dwell.settled.rms_error == Approx(off.settled.rms_error).epsilon(0.01));

@@ -1,0 +1,475 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/commission/since_change.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "model/effects/catalogue.hpp"
+#include "model/monitor/load_watch.hpp"
+#include "model/numeric/statistics.hpp"
+#include "model/numeric/subplex.hpp"
+#include "model/numeric/text.hpp"
+#include "model/plant/plant.hpp"
+
+namespace loopwarden::commission {
+namespace {
+
+using plant::Block;
+using plant::EffectSpec;
+using plant::LoopModel;
+
+constexpr double kAlike = 2.0;
+constexpr double kMostSure = 0.97;
+constexpr double kLeastClosed = 0.5;
+constexpr double kAllClosed = 0.8;
+constexpr double kLeastSlip = 0.05;  // j over s
+constexpr double kSureAt =
+    1.5;  // t over the standard deviation of a normal distribution: confidence
+constexpr double kMostSureOfTwo = 0.85;
+constexpr double kForgets_s = 300.0;  // a load
+constexpr std::size_t kCompared = 24;
+constexpr int kMostRuns = 160;
+constexpr int kFewestRuns = 40;
+
+// A kind of change: what it is at a point of the search.
+struct Kind {
+  const char* name;
+  Block block;
+  std::vector<double> start;
+  std::vector<double> steps;
+  std::function<EffectSpec(const std::vector<double>&)> spec;
+  double ramp_s = 0.0;  // until it is there in full
+};
+
+// Scales of the loop and of what is left without a change.
+struct Scales {
+  double span;  // CO units
+  double answer_s;
+  double left;      // PV units, rms
+  double after_s;   // from the change to the end
+  double period_s;  // of what swings most in what is left
+  double phase;
+};
+
+double positive(double x) { return std::exp(std::clamp(x, -12.0, 12.0)); }
+
+std::vector<Kind> kinds(const Scales& s) {
+  using X = std::vector<double>;
+  const auto percent = [&](double p) { return std::log(0.01 * p * s.span); };
+  const double w = 2.0 * std::numbers::pi / s.period_s;
+  return {
+      {"gain_change",
+       Block::process,
+       {0.0},
+       {0.1},
+       [](const X& x) {
+         return EffectSpec{"gain_change", {{"factor", positive(x[0])}}};
+       }},
+      {"extra_dead_time",
+       Block::process,
+       {std::log(0.2 * s.answer_s)},
+       {0.4},
+       [](const X& x) {
+         return EffectSpec{"extra_dead_time", {{"seconds", positive(x[0])}}};
+       }},
+      {"extra_lag",
+       Block::process,
+       {std::log(0.3 * s.answer_s)},
+       {0.4},
+       [](const X& x) {
+         return EffectSpec{"extra_lag", {{"time_constant", positive(x[0])}}};
+       }},
+      {"step_disturbance",
+       Block::transmitter,
+       {0.0},
+       {0.5 * s.left},
+       [](const X& x) {
+         return EffectSpec{"output_bias", {{"bias", x[0]}}};
+       }},
+      {"drift",
+       Block::transmitter,
+       {0.0},
+       {0.5 * s.left},
+       [](const X& x) {
+         return EffectSpec{"output_bias", {{"bias", x[0]}}};
+       },
+       s.after_s},
+      {"oscillating_disturbance",
+       Block::disturbance,
+       {std::log(s.left), 0.0, s.phase},
+       {0.2, 0.02, 0.3},
+       [w](const X& x) {
+         return EffectSpec{"oscillating_disturbance",
+                           {{"amplitude", positive(x[0])},
+                            {"period", 2.0 * std::numbers::pi / w * positive(x[1])},
+                            {"phase", x[2]}}};
+       }},
+      {"stiction",
+       Block::valve,
+       {percent(6.0), 0.0},
+       {0.4, 0.7},
+       [](const X& x) {
+         const double size = positive(x[0]);
+         // Without a slip it is a play.
+         const double share = kLeastSlip + (1.0 - kLeastSlip) / (1.0 + positive(x[1]));
+         return EffectSpec{"stiction", {{"s", size}, {"j", size * share}}};
+       }},
+      {"backlash",
+       Block::valve,
+       {percent(5.0)},
+       {0.4},
+       [](const X& x) {
+         return EffectSpec{"backlash", {{"deadband", positive(x[0])}}};
+       }},
+      {"hysteresis",
+       Block::valve,
+       {percent(6.0)},
+       {0.4},
+       [](const X& x) {
+         return EffectSpec{"hysteresis", {{"width", positive(x[0])}}};
+       }},
+      {"low_air_supply",
+       Block::valve,
+       {std::log(0.025 * s.span), std::log(0.65 * s.span), 0.0},
+       {0.4, 0.1, 0.5},
+       [](const X& x) {
+         return EffectSpec{
+             "low_air_supply",
+             {{"rate", positive(x[0])}, {"travel_limit", positive(x[1])}, {"lag", positive(x[2])}}};
+       }},
+      {"positioner_overshoot",
+       Block::valve,
+       {0.0, -0.3},
+       {0.4, 0.3},
+       [](const X& x) {
+         return EffectSpec{
+             "positioner_overshoot",
+             {{"damping", 0.6 / (1.0 + positive(-x[0]))}, {"natural_frequency", positive(x[1])}}};
+       }},
+  };
+}
+
+// How a hypothesis does: sums of e^2 from the change on.
+struct Squares {
+  double fitted = std::numeric_limits<double>::infinity();
+  double held = std::numeric_limits<double>::infinity();
+  std::vector<double> blocks{};
+  double all() const noexcept { return fitted + held; }
+};
+
+struct Hypothesis {
+  std::vector<std::size_t> kinds;  // by number
+  std::vector<double> x;
+  Squares errors;
+};
+
+class Competition {
+ public:
+  Competition(const gap::Record& record, std::size_t change, const LoopModel& twin,
+              const numeric::ParallelFor& parallel)
+      : record_(record), change_(change), parallel_(parallel) {
+    twin_ = effects::without_noise(twin);
+    twin_.scenario.faults.clear();
+    const double h = record.period_s;
+    const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
+    const double noise2 =
+        std::max(twin.transmitter.noise * twin.transmitter.noise + rounding * rounding, 1e-12);
+    const double drive = 2.0 * monitor::load_intensity(twin);
+    const double drive2 = drive * drive * h;
+    const double ahead2 = 0.5 * (drive2 + std::sqrt(drive2 * drive2 + 4.0 * drive2 * noise2));
+    gain_ = std::max(ahead2 / (ahead2 + noise2), 1.0 - std::exp(-h / kForgets_s));
+    warm_ = std::min(change_ / 2, static_cast<std::size_t>(5.0 * plant::answer_s(twin) / h));
+    training_end_ = change_ + (record.size() - change_) * 2 / 3;
+  }
+
+  SinceChange run() {
+    const Squares alone = errors_of(twin_, true);
+    noise_ = before_ * static_cast<double>(count_);
+    const double excess = alone.all() - noise_;
+    if (!(excess > noise_ * kLeastExcess)) return {};
+    kinds_ = kinds(scales());
+    std::vector<Hypothesis> singles(kinds_.size());
+    parallel_(kinds_.size(), [&](std::size_t i) { singles[i] = fitted({i}, kinds_[i].start); });
+    Hypothesis best = plainest(singles);
+    const double to_close = std::max(best.errors.held - noise_ * held_share(), 0.0);
+    if (to_close < kLeastForSecond * noise_ * held_share()) return describe(best, singles, alone);
+    const std::vector<Hypothesis> seconds = pairs_with(best.kinds.front(), best.x);
+    // The first was chosen without the second: it is chosen again beside it.
+    const Hypothesis joined = plainest(seconds);
+    const std::vector<double> of_second(
+        joined.x.begin() + static_cast<std::ptrdiff_t>(best.x.size()), joined.x.end());
+    const std::vector<Hypothesis> pairs = pairs_with(joined.kinds.back(), of_second);
+    const Hypothesis second = plainest(pairs);
+    const double left_by_both = std::max(second.errors.held - noise_ * held_share(), 0.0);
+    const bool both = left_by_both < 0.5 * to_close && ahead(second, best) > kAlike;
+    return describe(both ? second : best, both ? pairs : singles, alone);
+  }
+
+ private:
+  static constexpr double kLeastExcess = 0.05;
+  static constexpr double kLeastForSecond = 0.3;
+
+  std::vector<Hypothesis> pairs_with(std::size_t first, const std::vector<double>& x) const {
+    std::vector<Hypothesis> pairs(kinds_.size());
+    parallel_(kinds_.size(), [&](std::size_t i) {
+      if (i == first) return;
+      std::vector<double> start = x;
+      start.insert(start.end(), kinds_[i].start.begin(), kinds_[i].start.end());
+      pairs[i] = fitted({first, i}, start);
+    });
+    return pairs;
+  }
+
+  double held_share() const {
+    return static_cast<double>(count_held_) / static_cast<double>(std::max<std::size_t>(count_, 1));
+  }
+
+  LoopModel model_of(const std::vector<std::size_t>& which, const std::vector<double>& x) const {
+    LoopModel model = twin_;
+    std::size_t at = 0;
+    for (const std::size_t i : which) {
+      const Kind& kind = kinds_[i];
+      const std::vector<double> own(
+          x.begin() + static_cast<std::ptrdiff_t>(at),
+          x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
+      at += kind.start.size();
+      model.scenario.faults.push_back(
+          {kind.spec(own),
+           kind.block,
+           {.from_s = record_.period_s * static_cast<double>(change_), .ramp_s = kind.ramp_s}});
+    }
+    return model;
+  }
+
+  // `alone` leaves what is left beside the twin, for the scales.
+  Squares errors_of(const LoopModel& model, bool alone = false) {
+    std::vector<double>* left = alone ? &left_ : nullptr;
+    return run_model(model, left, alone ? &before_ : nullptr, alone ? &count_ : nullptr,
+                     alone ? &count_held_ : nullptr);
+  }
+
+  Squares run_model(const LoopModel& model, std::vector<double>* left, double* before,
+                    std::size_t* count, std::size_t* count_held) const {
+    Squares out{.fitted = 0.0, .held = 0.0, .blocks = std::vector<double>(kCompared, 0.0)};
+    plant::Plant plant(model, 1);
+    std::size_t k0 = 0;
+    while (k0 < record_.size() && !std::isfinite(record_.co[k0])) ++k0;
+    if (k0 == record_.size()) return out;
+    plant.reset(record_.co[k0]);
+    double co = record_.co[k0];
+    double d = 0.0;
+    double seen = 0.0;
+    double squares_before = 0.0;
+    std::size_t samples_before = 0;
+    const std::size_t after = std::max<std::size_t>(record_.size() - change_, 1);
+    for (std::size_t k = k0; k < record_.size(); ++k) {
+      if (std::isfinite(record_.pv[k])) {
+        const double e = record_.pv[k] - plant.process_variable() - d;
+        seen += 1.0;
+        d += std::max(gain_, 1.0 / std::min(seen, static_cast<double>(warm_) + 1.0)) * e;
+        if (k < change_ && k > 2 * warm_) {
+          squares_before += e * e;
+          ++samples_before;
+        }
+        if (k >= change_) {
+          (k < training_end_ ? out.fitted : out.held) += e * e;
+          out.blocks[std::min(kCompared - 1, (k - change_) * kCompared / after)] += e * e;
+          if (count != nullptr) ++*count;
+          if (count_held != nullptr && k >= training_end_) ++*count_held;
+          if (left != nullptr) left->push_back(record_.pv[k] - plant.process_variable());
+        }
+      }
+      if (std::isfinite(record_.co[k])) co = record_.co[k];
+      plant.step(co);
+    }
+    if (before != nullptr) {
+      *before = samples_before > 0 ? squares_before / static_cast<double>(samples_before) : 0.0;
+    }
+    return out;
+  }
+
+  Scales scales() const {
+    Scales s{.span = twin_.controller.pid.output_span(),
+             .answer_s = plant::answer_s(twin_),
+             .left = 0.0,
+             .after_s = record_.period_s * static_cast<double>(record_.size() - change_),
+             .period_s = 30.0,
+             .phase = 0.0};
+    std::vector<double> swing = left_;
+    const double mean = numeric::mean(swing);
+    for (double& r : swing) r -= mean;
+    s.left = std::max(numeric::rms(swing), 1e-6);
+    // The period whose sine takes most of it.
+    double most = 0.0;
+    for (double period = 8.0; period < std::min(200.0, 0.5 * s.after_s); period *= 1.02) {
+      const double w = 2.0 * std::numbers::pi / period * record_.period_s;
+      double in = 0.0;
+      double quadrature = 0.0;
+      for (std::size_t k = 0; k < swing.size(); ++k) {
+        in += swing[k] * std::sin(w * static_cast<double>(k));
+        quadrature += swing[k] * std::cos(w * static_cast<double>(k));
+      }
+      const double power = in * in + quadrature * quadrature;
+      if (power <= most) continue;
+      most = power;
+      s.period_s = period;
+      s.phase = std::remainder(std::atan2(quadrature, in) - w * static_cast<double>(change_),
+                               2.0 * std::numbers::pi);
+    }
+    return s;
+  }
+
+  Hypothesis fitted(std::vector<std::size_t> which, const std::vector<double>& start) const {
+    Hypothesis out{.kinds = std::move(which), .x = start, .errors = {}};
+    std::vector<double> steps;
+    for (const std::size_t i : out.kinds) {
+      steps.insert(steps.end(), kinds_[i].steps.begin(), kinds_[i].steps.end());
+    }
+    const auto errors = [&](const std::vector<double>& x) {
+      return run_model(model_of(out.kinds, x), nullptr, nullptr, nullptr, nullptr);
+    };
+    const auto objective = [&](const std::vector<double>& x) {
+      try {
+        return std::log(errors(x).fitted);
+      } catch (const effects::EffectError&) {
+        return std::numeric_limits<double>::infinity();
+      }
+    };
+    if (!std::isfinite(objective(out.x))) return out;
+    numeric::subplex(out.x, steps, -50.0, 50.0, objective,
+                     {.most_evaluations = out.x.size() > 1 ? kMostRuns : kFewestRuns,
+                      .value_change = 1e-5,
+                      .parameter_change = 1e-3});
+    try {
+      out.errors = errors(out.x);
+    } catch (const effects::EffectError&) {
+      out.errors = {};
+    }
+    return out;
+  }
+
+  // t of a over b.
+  static double ahead(const Hypothesis& a, const Hypothesis& b) {
+    if (b.errors.blocks.empty()) return std::numeric_limits<double>::infinity();
+    std::vector<double> less(kCompared);
+    for (std::size_t i = 0; i < kCompared; ++i) less[i] = b.errors.blocks[i] - a.errors.blocks[i];
+    const double deviation = numeric::deviation(less);
+    const double mean = numeric::mean(less);
+    return deviation > 0.0 ? mean / deviation * std::sqrt(static_cast<double>(kCompared)) : 0.0;
+  }
+
+  // Whether the blocks can't tell `other` from the best: it must leave next to nothing more, too.
+  bool alike(const Hypothesis& best, const Hypothesis& other) const {
+    const double more = other.errors.all() - best.errors.all();
+    return std::isfinite(other.errors.all()) && ahead(best, other) < kAlike &&
+           more < 0.1 * std::max(best.errors.all() - noise_, 0.0) + 0.02 * noise_;
+  }
+
+  const Hypothesis& plainest(const std::vector<Hypothesis>& all) const {
+    const auto best = std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+      return a.errors.all() < b.errors.all();
+    });
+    const auto plain =
+        std::find_if(all.begin(), all.end(), [&](const auto& one) { return alike(*best, one); });
+    return plain == all.end() ? *best : *plain;
+  }
+
+  SinceChange describe(const Hypothesis& won, const std::vector<Hypothesis>& all,
+                       const Squares& alone) const {
+    SinceChange out;
+    const double noise_held = noise_ * held_share();
+    const double gap = alone.held - noise_held;
+    // By then the load's filter may have taken over what no longer changes.
+    const double left = gap > kLeastExcess * noise_held
+                            ? (won.errors.held - noise_held) / gap
+                            : (won.errors.all() - noise_) / (alone.all() - noise_);
+    out.closed = std::clamp(1.0 - left, -1.0, 1.0);
+    if (!(out.closed >= kLeastClosed)) return out;
+    std::vector<std::string> alternatives;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Hypothesis& rival : all) {
+      if (rival.kinds.empty() || rival.kinds == won.kinds) continue;
+      if (alike(won, rival)) {
+        alternatives.emplace_back(kinds_[rival.kinds.back()].name);
+      } else {
+        nearest = std::min(nearest, ahead(won, rival));
+      }
+    }
+    const double sure =
+        0.5 + 0.5 * std::erf(std::max(nearest, 0.0) / (kSureAt * std::numbers::sqrt2));
+    double confidence = std::min(won.kinds.size() > 1 ? kMostSureOfTwo : kMostSure, sure);
+    if (!alternatives.empty()) {
+      confidence =
+          std::min(confidence, 1.0 / (1.0 + static_cast<double>(alternatives.size())) + 0.2);
+    }
+    if (out.closed < kAllClosed) confidence *= out.closed;
+    out.corrected = model_of(won.kinds, won.x);
+    out.corrected.scenario.faults.clear();
+    std::size_t at = 0;
+    for (const std::size_t i : won.kinds) {
+      const Kind& kind = kinds_[i];
+      const std::vector<double> own(
+          won.x.begin() + static_cast<std::ptrdiff_t>(at),
+          won.x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
+      at += kind.start.size();
+      out.effects.push_back(found(kind, own, confidence, out.closed));
+      if (i == won.kinds.back()) out.effects.back().alternatives = alternatives;
+    }
+    return out;
+  }
+
+  gap::FoundEffect found(const Kind& kind, const std::vector<double>& x, double confidence,
+                         double closed) const {
+    gap::FoundEffect effect;
+    effect.spec = kind.spec(x);
+    effect.block = kind.block;
+    const double from_s = record_.period_s * static_cast<double>(change_);
+    if (std::string(kind.name) == "step_disturbance") {
+      effect.block = Block::disturbance;
+      effect.spec = {"step_disturbance", {{"size", x[0]}, {"time", from_s}}};
+      effect.alternatives = {"output_bias"};
+    } else if (std::string(kind.name) == "drift") {
+      effect.spec = {"drift", {{"rate", x[0] / kind.ramp_s}}};
+    }
+    effect.confidence = confidence;
+    effect.evidence = numeric::text(
+        "From %.0f s on the twin with %s explains %.0f %% of what it leaves alone, on data that "
+        "were not fitted.",
+        from_s, kind.name, 100.0 * closed);
+    return effect;
+  }
+
+  const gap::Record& record_;
+  std::size_t change_;
+  const numeric::ParallelFor& parallel_;
+  LoopModel twin_;
+  double gain_ = 0.0;     // K
+  std::size_t warm_ = 0;  // samples
+  std::size_t training_end_ = 0;
+  std::vector<Kind> kinds_;
+  std::vector<double> left_;  // r after the change, PV units
+  double before_ = 0.0;       // s^2
+  double noise_ = 0.0;        // N s^2
+  std::size_t count_ = 0;
+  std::size_t count_held_ = 0;
+};
+
+}  // namespace
+
+SinceChange since_change(const gap::Record& record, std::size_t change,
+                         const plant::LoopModel& twin, const numeric::ParallelFor& parallel) {
+  // Too little before it, and the load is not known; too little behind it, and nothing is.
+  constexpr double kLeastAfter_s = 120.0;
+  const bool known = change > 0 && record.has_co() &&
+                     record.period_s * static_cast<double>(record.size() - change) >= kLeastAfter_s;
+  if (!known) return {};
+  return Competition(record, change, twin, parallel).run();
+}
+
+}  // namespace loopwarden::commission

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every compensator does to random loops with a sticking valve, and planned moves to healthy ones.
+// docs/compensators.md explains the tables.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "model/numeric/random.hpp"
+#include "studies/calm/calm_trial.hpp"
+
+namespace loopwarden::studies {
+
+// How the work is done; the results don't depend on it.
+struct StudyWork {
+  unsigned threads = 1;
+  std::function<void(std::size_t done, std::size_t total)> progress;  // may be empty
+};
+
+// ---- Random loops. Case n of a seed is always the same loop.
+
+// `wandering`: an unmeasured load of 0.1 to 1.2 % of the PV span (standard deviation) that changes
+// over minutes, so that the valve has to move.
+enum class Load : std::uint8_t { steady, wandering };
+
+struct StickyLoop {
+  std::string law;    // of the friction
+  double s = 0.0;     // CO units
+  double j = 0.0;     // CO units
+  double load = 0.0;  // intensity, PV units / sqrt(s); 0: steady
+  CalmTrial trial;    // without compensator
+};
+StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load);
+// A positioner with a lag of up to 2 s in place of the friction.
+CalmTrial random_healthy_loop(std::uint64_t seed, std::size_t index);
+
+// One compensator, fitted to a loop; `random` for what it is told wrong.
+struct Contestant {
+  std::string name;
+  std::function<void(const StickyLoop& loop, numeric::Random& random, CalmTrial& trial)> fit;
+};
+std::vector<Contestant> contestants();
+
+// One number of each case, in the order of the cases.
+struct Spread {
+  double tenth = 0.0;  // 10 % of the cases are below
+  double median = 0.0;
+  double ninetieth = 0.0;
+  double worst = 0.0;  // the largest
+};
+Spread spread_of(const std::vector<double>& values);
+
+struct StickyRow {
+  std::string name;
+  double share_falls = 0.0;       // RMS of SP - PV below that without compensator, 0 to 1
+  double share_rises_5 = 0.0;     // above it by more than 5 %
+  Spread rms_factor;              // RMS of SP - PV over that without
+  double whole_rms_factor = 0.0;  // median; the same with set-point moves and settling
+  double travel_factor = 0.0;     // median; stem travel over that without
+  double share_travel = 0.0;      // stem travel above that without, 0 to 1
+  std::vector<double> factors;    // of each case
+};
+
+struct StickyStudy {
+  Load load = Load::steady;
+  std::vector<StickyRow> rows;
+};
+// `only`: contestants whose name begins so; empty: all.
+StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
+                               const std::string& only, const StudyWork& work);
+
+struct HealthyStudy {
+  double share_rises = 0.0;         // settled RMS rises by more than 0.02 % of the PV span
+  double worst_rise_percent = 0.0;  // of the PV span
+};
+HealthyStudy study_healthy_loops(std::size_t cases, std::uint64_t seed, const StudyWork& work);
+
+}  // namespace loopwarden::studies

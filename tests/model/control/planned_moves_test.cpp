@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/control/planned_moves.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "model/control/loop_controller.hpp"
+#include "model/plant/plant.hpp"
+
+namespace planned_moves_test {
+
+using namespace loopwarden;
+using namespace loopwarden::control;
+
+namespace {
+
+constexpr double kS = 0.6;  // CO units
+constexpr double kJ = 0.3;  // CO units
+
+plant::LoopModel loop(const std::string& law, double load = 0.0) {
+  plant::LoopModel m;
+  m.sample_time_s = 0.1;
+  m.controller.pid = {.gains = {.kp = 0.25, .ki = 0.06}, .output_high = 10.0};
+  m.controller.output.high = 10.0;
+  m.controller.set_point.high = 15.0;
+  m.process = {.gain = 1.5, .time_constant_s = 4.0, .dead_time_s = 2.0};
+  m.transmitter = {.high = 15.0, .noise = 0.01};
+  if (law != "none") {
+    m.valve_effects = {
+        {.name = "stiction", .parameters = {{"s", kS}, {"j", kJ}}, .options = {{"law", law}}}};
+  }
+  if (load > 0.0) {
+    m.disturbances = {
+        {.name = "random_load", .parameters = {{"intensity", load}, {"time_constant", 300.0}}}};
+  }
+  m.scenario.set_point = {{0.0, 7.0}, {10.0, 8.0}};
+  m.scenario.seed = 3;
+  return m;
+}
+
+CompensatorSettings moves(double load = 0.0) {
+  return {
+      .kind = CompensatorKind::planned_moves,
+      .planned = {
+          .gain = 1.5, .time_constant_s = 4.0, .dead_time_s = 2.0, .load = load, .s = kS, .j = kJ}};
+}
+
+struct ReadBack {
+  double position = 0.0;
+  bool valid = true;
+};
+
+struct Run {
+  std::vector<double> error, co, pv;  // SP - true PV
+  std::vector<MovePhase> phase;
+  MovesState state;
+
+  double rms(std::size_t from) const {
+    double squares = 0.0;
+    for (std::size_t k = from; k < error.size(); ++k) squares += error[k] * error[k];
+    return std::sqrt(squares / static_cast<double>(error.size() - from));
+  }
+  bool was(MovePhase wanted) const {
+    return std::find(phase.begin(), phase.end(), wanted) != phase.end();
+  }
+  std::size_t first(MovePhase wanted) const {
+    return static_cast<std::size_t>(std::find(phase.begin(), phase.end(), wanted) - phase.begin());
+  }
+};
+
+// `read_back`: what is read when the stem is there; `set_point` where the scenario's is not wanted.
+Run run(const plant::LoopModel& m, double duration_s,
+        const std::function<ReadBack(double time_s, double stem)>& read_back = {},
+        const std::function<double(double time_s)>& set_point = {}) {
+  plant::Plant plant(m, m.scenario.seed);
+  const double start = plant.output_for(m.scenario.set_point.front().second);
+  plant.reset(start);
+  LoopController c(m.controller, m.sample_time_s, m.scenario.set_point.front().second, 0.0);
+  c.assume_output(start);
+  c.request_mode(Mode::automatic);
+  Run result;
+  const auto samples = static_cast<std::size_t>(duration_s / m.sample_time_s);
+  for (std::size_t k = 0; k < samples; ++k) {
+    const double time_s = static_cast<double>(k) * m.sample_time_s;
+    for (const auto& [from_s, wanted] : m.scenario.set_point) {
+      if (time_s >= from_s) c.request_set_point(wanted);
+    }
+    if (set_point) c.request_set_point(set_point(time_s));
+    const ReadBack read = read_back ? read_back(time_s, plant.stem()) : ReadBack{plant.stem()};
+    const double true_pv = plant.true_process_variable();
+    const ControllerOutput out = c.step({.process_variable = plant.process_variable(),
+                                         .read_back = read.position,
+                                         .read_back_valid = read.valid});
+    result.error.push_back(out.set_point - true_pv);
+    result.pv.push_back(true_pv);
+    result.co.push_back(out.output);
+    if (const PlannedMoves* planned = c.compensator().planned_moves()) {
+      result.state = planned->state();
+      result.phase.push_back(result.state.phase);
+    }
+    plant.step(out.output);
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("planned moves calm a loop whose valve sticks, with and without read-back",
+          "[control][planned_moves]") {
+  const std::string law = GENERATE("choudhury", "he", "karnopp");
+  const double load = GENERATE(0.0, 0.008);
+  const bool read_back = GENERATE(true, false);
+  CAPTURE(law, load, read_back);
+  plant::LoopModel m = loop(law, load);
+  const Run without = run(m, 4000.0);
+  m.controller.compensator = moves(load);
+  m.controller.compensator.planned.read_back = read_back;
+  const Run with = run(m, 4000.0);
+  REQUIRE(with.was(MovePhase::resting));
+  CHECK(with.state.reason == GivenBack::no);
+  CHECK(with.rms(20000) < (load > 0.0 ? 0.7 : 0.3) * without.rms(20000));
+  CHECK(with.state.gain < 1.0);
+}
+
+TEST_CASE("s and j that are off by 30 % are learnt from the read-back",
+          "[control][planned_moves]") {
+  const double factor = GENERATE(0.75, 1.3);
+  plant::LoopModel m = loop("choudhury");
+  const Run without = run(m, 4000.0);
+  m.controller.compensator = moves();
+  m.controller.compensator.planned.s *= factor;
+  m.controller.compensator.planned.j *= factor;
+  const Run with = run(m, 4000.0);
+  CHECK(with.rms(20000) < 0.3 * without.rms(20000));
+  CHECK(with.state.s == Approx(kS).epsilon(0.1));
+  CHECK(with.state.j == Approx(kJ).epsilon(0.15));
+}
+
+TEST_CASE("a healthy valve follows the probe and is given back for good",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("none");
+  m.valve_effects = {{.name = "positioner_lag", .parameters = {{"time_constant", 1.5}}}};
+  m.disturbances = {
+      {.name = "oscillating_disturbance", .parameters = {{"amplitude", 0.3}, {"period", 60.0}}}};
+  const Run without = run(m, 3000.0);
+  m.controller.compensator = moves();
+  const Run with = run(m, 3000.0);
+  REQUIRE(with.was(MovePhase::probing));
+  CHECK_FALSE(with.was(MovePhase::moving));
+  CHECK(with.state.phase == MovePhase::given_back);
+  CHECK(with.state.reason == GivenBack::valve_follows);
+  CHECK(with.rms(0) < 1.02 * without.rms(0));
+}
+
+TEST_CASE("a loop that does not cycle is left alone", "[control][planned_moves]") {
+  plant::LoopModel m = loop("none");
+  const Run without = run(m, 1000.0);
+  m.controller.compensator = moves();
+  const Run with = run(m, 1000.0);
+  CHECK(with.state.phase == MovePhase::watching);
+  CHECK(with.co == without.co);
+}
+
+TEST_CASE("a read-back that is lost gives the loop back without a bump",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury");
+  m.controller.compensator = moves();
+  const Run with = run(m, 3000.0, [](double time_s, double stem) {
+    return ReadBack{stem, time_s < 2500.0};
+  });
+  CHECK(with.state.phase == MovePhase::given_back);
+  CHECK(with.state.reason == GivenBack::read_back_lost);
+  const std::size_t given = with.first(MovePhase::given_back);
+  REQUIRE(given >= 25000);
+  REQUIRE(given < with.co.size());
+  // What the law itself makes of noise.
+  CHECK(std::abs(with.co[given] - with.co[given - 1]) < 0.05);
+}
+
+TEST_CASE("a read-back that froze or moved by itself is not believed", "[control][planned_moves]") {
+  const bool frozen = GENERATE(true, false);
+  plant::LoopModel m = loop("choudhury", 0.01);
+  m.controller.compensator = moves(0.01);
+  double last = 0.0;
+  const Run with = run(m, 6000.0, [&](double time_s, double stem) {
+    if (!frozen) return ReadBack{time_s < 3000.0 ? stem : stem + 1.0};
+    if (time_s < 3000.0) last = stem;
+    return ReadBack{last};
+  });
+  REQUIRE(with.phase[29999] != MovePhase::given_back);
+  CHECK(std::find(with.phase.begin() + 30000, with.phase.end(), MovePhase::given_back) !=
+        with.phase.end());
+}
+
+TEST_CASE("a valve that was repaired is given back", "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury", 0.01);
+  m.scenario.faults = {{.effect = m.valve_effects.front(), .schedule = {.to_s = 3000.0}}};
+  m.valve_effects.clear();
+  m.controller.compensator = moves(0.01);
+  const Run with = run(m, 8000.0);
+  REQUIRE(with.phase[29999] != MovePhase::given_back);
+  CHECK(with.state.phase == MovePhase::given_back);
+  CHECK(with.state.reason == GivenBack::valve_follows);
+}
+
+TEST_CASE("CO stays within the output's limits, and a set point out of reach is no fault",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury", 0.01);
+  m.controller.output.low = 4.0;
+  m.controller.output.high = 7.0;
+  m.controller.compensator = moves(0.01);
+  const Run with = run(m, 6000.0, {}, [](double time_s) {
+    return time_s < 3000.0 ? 8.0 : time_s < 4500.0 ? 14.0 : 9.0;
+  });
+  REQUIRE(with.was(MovePhase::moving));
+  for (const double co : with.co) REQUIRE((co >= 4.0 && co <= 7.0));
+  CHECK(std::abs(with.error.back()) < 0.5);
+}
+
+TEST_CASE("no move is longer and no hour has more than allowed", "[control][planned_moves]") {
+  plant::LoopModel m = loop("he", 0.02);
+  m.controller.compensator = moves(0.02);
+  m.controller.compensator.planned.max_moves_per_hour = 12.0;
+  m.controller.compensator.planned.max_move = 0.5;
+  const Run with = run(m, 7200.0 + 1500.0);
+  REQUIRE(with.was(MovePhase::moving));
+  // Two at once, and what an hour fills up.
+  CHECK(with.state.moves <= 2 + 24 + 5);
+  const std::size_t from = with.first(MovePhase::resting);
+  for (std::size_t k = from + 1; k < with.co.size(); ++k) {
+    if (with.phase[k] == MovePhase::given_back) break;
+    REQUIRE(std::abs(with.co[k] - with.co[k - 1]) < 0.5 + 2.0 * kS);
+  }
+}
+
+TEST_CASE("a shadow changes nothing and says what it would gain", "[control][planned_moves]") {
+  plant::LoopModel m = loop("karnopp");
+  const Run without = run(m, 4000.0);
+  m.controller.compensator = moves();
+  m.controller.compensator.shadow = true;
+  const Run with = run(m, 4000.0);
+  CHECK(with.co == without.co);
+  CHECK(with.state.phase == MovePhase::resting);
+  CHECK(with.state.gain > 0.0);
+  CHECK(with.state.gain < 0.5);
+}
+
+TEST_CASE("units and direction of action change nothing but their numbers",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("he", 0.01);
+  m.transmitter.noise = 0.0;
+  m.controller.compensator = moves(0.01);
+  const Run plain = run(m, 3000.0);
+
+  // CO in percent, PV in thousandths.
+  plant::LoopModel scaled = m;
+  const double co = 10.0, pv = 1000.0;
+  scaled.controller.pid.gains = {.kp = 0.25 * co / pv, .ki = 0.06 * co / pv};
+  scaled.controller.pid.output_high = scaled.controller.output.high = 100.0;
+  scaled.controller.set_point.high = scaled.transmitter.high = 15000.0;
+  scaled.process.gain *= pv / co;
+  for (auto& [name, value] : scaled.valve_effects.front().parameters) value *= co;
+  scaled.disturbances.front().parameters.at("intensity") *= pv;
+  for (auto& [time_s, set_point] : scaled.scenario.set_point) set_point *= pv;
+  PlannedMovesSettings& told = scaled.controller.compensator.planned;
+  told.gain *= pv / co;
+  told.load *= pv;
+  told.s *= co;
+  told.j *= co;
+  const Run other = run(scaled, 3000.0);
+  CHECK(other.state.moves == plain.state.moves);
+  CHECK(other.rms(0) == Approx(pv * plain.rms(0)).epsilon(1e-3));
+
+  plant::LoopModel direct = m;
+  direct.controller.pid.action = Action::direct;
+  direct.process.gain = -1.5;
+  direct.controller.pid.output_low = direct.controller.output.low = -10.0;
+  direct.controller.compensator.planned.gain = -1.5;
+  const Run mirrored = run(direct, 3000.0);
+  CHECK(mirrored.rms(20000) == Approx(plain.rms(20000)).epsilon(0.1));
+}
+
+TEST_CASE("another sample time calms as well", "[control][planned_moves]") {
+  const double period_s = GENERATE(0.05, 0.3);
+  plant::LoopModel m = loop("karnopp");
+  m.sample_time_s = period_s;
+  const auto from = static_cast<std::size_t>(2000.0 / period_s);
+  const Run without = run(m, 4000.0);
+  m.controller.compensator = moves();
+  CHECK(run(m, 4000.0).rms(from) < 0.5 * without.rms(from));
+}
+
+}  // namespace planned_moves_test

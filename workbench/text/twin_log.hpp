@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a loop's twin said over a record beside its alarm: for `replay --json`.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include "model/monitor/loop_monitor.hpp"
+
+namespace loopwarden::workbench {
+
+class TwinLog {
+ public:
+  // After each cycle of a loop with a twin.
+  void add(const monitor::LoopMonitor& loop, double time_s);
+  // {"judged_share", "controller_not_watched": null or why, "load_outside": [{from_s, to_s, size}], "untested_s": {change: s}}
+  nlohmann::json json(const monitor::LoopMonitor& loop) const;
+
+ private:
+  struct Load {
+    double from_s, to_s;
+    double size;  // PV units, the largest
+  };
+  std::vector<Load> loads_;
+  bool outside_ = false;
+  std::size_t cycles_ = 0;
+  std::size_t judged_ = 0;
+};
+
+}  // namespace loopwarden::workbench
