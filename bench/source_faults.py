@@ -132,7 +132,7 @@ class Faults:
     def rename(self, old, new):
         # node-opcua's server asserts where a node goes whose last values still wait to be sent.
         self.plant.held.add("opcua")
-        time.sleep(2)
+        time.sleep(5)
         with self.plant.server_lock:
             self.plant.renamed = bool(new)
             for tag in self.plant.tags["opcua"]:

@@ -210,6 +210,8 @@ TEST_CASE("loopwarden-feed --browse lists what edge nodes have, and asks for the
     return tests::run(LOOPWARDEN_BIN_DIR "/loopwarden-feed --browse plant --seconds 2 --config " +
                       (folder / "feed.yaml").string() + " 2>&1");
   };
+  edge.command("set PV 2");  // goes out behind the births
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
   CHECK(browse("").exit_code == 74);  // the births are over, and nobody says anything
   // The first thing that is heard is what makes it ask.
   std::thread voice([&] {
