@@ -109,10 +109,14 @@ class Search {
   }
 
  private:
+  // What a fit is worth, whether or not it tells its effect from a simpler one: while it is rough it may not yet.
+  double promise(const Fit& fit) const {
+    return (result_.base.deviance - fit.deviance) / 2.0 - penalty(fit);
+  }
+
   Hypothesis hypothesis(Fit fit) const {
-    const double score = fitter_.tells(fit)
-                             ? (result_.base.deviance - fit.deviance) / 2.0 - penalty(fit)
-                             : -std::numeric_limits<double>::infinity();
+    const double score =
+        fitter_.tells(fit) ? promise(fit) : -std::numeric_limits<double>::infinity();
     const double rmse = fitter_.training_rmse(fit);
     const bool placed = fitter_.shows_places(fit);
     return Hypothesis{std::move(fit), score, rmse, placed};
@@ -174,8 +178,9 @@ class Search {
     });
     std::vector<std::size_t> order(jobs.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return better(made[a], made[b]); });
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return promise(made[a].fit) > promise(made[b].fit);
+    });
     parallel_(std::min(kSettled, jobs.size()), [&](std::size_t i) {
       made[order[i]] = hypothesis(fitter_.settle(starts[order[i]]));
     });
@@ -187,8 +192,12 @@ class Search {
     std::vector<Hypothesis> made = distinct(settled(jobs));
     std::vector<Hypothesis*> rough;
     for (Hypothesis& h : made) {
-      if (jumps(h.fit.terms) && rough.size() < kPolished) rough.push_back(&h);
+      if (jumps(h.fit.terms)) rough.push_back(&h);
     }
+    std::stable_sort(rough.begin(), rough.end(), [&](const Hypothesis* a, const Hypothesis* b) {
+      return promise(a->fit) > promise(b->fit);
+    });
+    rough.resize(std::min(rough.size(), kPolished));
     parallel_(rough.size(), [&](std::size_t i) {
       *rough[i] = hypothesis(fitter_.polish(rough[i]->fit, kPolish));
     });
