@@ -81,6 +81,8 @@ struct Candidate {
   double prior_nats = 0.0;            // by how much it is rarer than what explains as well
   std::vector<SearchRange> search{};  // kStart comes last where the stem rests beside CO
   std::size_t starts = 2;             // places of the grid from which it is refined
+  // Of the parameter `more_by` (descriptor.hpp), in its units: below it the effect is the simpler one.
+  double more_from = 0.0;
   std::vector<const char*> solved{};  // parameters of the effect that are solved for as they are
 
   // The effect from the values of `search` and what was solved; null: what effect() makes of their names.

@@ -23,10 +23,11 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back({.smooth = false,
                  .parameters = 2,
                  .prior_nats = 2.0,  // electric drives are rarer than pneumatic ones
-                 .search = {{"band", 0.005 * c.span(), 0.2 * c.span(), true, 12},
+                 .search = {{"band", 0.002 * c.span(), 0.2 * c.span(), true, 8},
                             {"rate", 0.002 * c.span(), 0.5 * c.span(), true, 8},
                             kStart},
                  .starts = 4,
+                 .more_from = 0.005 * c.span(),
                  .resting_half_band = [](Candidate::Values v) { return v[0]; },
                  .telling = on_its_way,
                  .friction = true});

@@ -88,7 +88,7 @@ bool at_simpler(const Candidate& term, const std::vector<double>& searched) {
   if (info == nullptr || info->more_by == nullptr) return false;
   for (std::size_t j = 0; j < term.search.size(); ++j) {
     if (std::string_view(term.search[j].name) != info->more_by) continue;
-    if (term.search[j].position(searched[j]) < kAtEnd) return true;
+    if (term.search[j].position(searched[j]) < kAtEnd || searched[j] < term.more_from) return true;
   }
   return false;
 }
