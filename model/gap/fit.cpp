@@ -40,13 +40,6 @@ double actuator_delay_s(const Point& point) {
 // By so much an overdamped actuator must be stiffer to be as fast.
 double slowing(double damping) { return std::max(1.0, 2.0 * damping); }
 
-// Whether PV jumps with a parameter: a valve that sticks.
-bool jumps(const Terms& terms) {
-  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
-    return t->block == plant::Block::valve && !t->smooth;
-  });
-}
-
 bool is_smooth(const Terms& terms) {
   return std::all_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->smooth; });
 }
@@ -101,6 +94,12 @@ bool at_simpler(const Candidate& term, const std::vector<double>& searched) {
 }
 
 }  // namespace
+
+bool jumps(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
+    return t->block == plant::Block::valve && !t->smooth;
+  });
+}
 
 Fitter::Fitter(const FreeRun& free_run, const std::vector<double>& pv,
                const std::vector<bool>& used, AllowedWander allowed, bool allowances)
@@ -494,11 +493,6 @@ Fit Fitter::fit_model() const {
     if (tried.deviance < best.deviance) best = tried;
   }
   return best;
-}
-
-Fit Fitter::fit_added(const Fit& base, const Candidate& candidate,
-                      const std::vector<double>* hint) const {
-  return settle(approach(base, candidate, hint));
 }
 
 Fit Fitter::settle(const std::vector<Fit>& starts) const {

@@ -38,6 +38,9 @@ struct Fit {
   std::size_t samples = 0;     // used
 };
 
+// Whether PV jumps with a parameter: a valve that sticks.
+bool jumps(const Terms& terms);
+
 class Fitter {
  public:
   // Uses the samples where `used` is true. `free_run` must outlive it.
@@ -54,13 +57,12 @@ class Fitter {
 
   // The model as it is with its own parameters within their uncertainty.
   Fit fit_model() const;
-  // Adds one effect to `base`: from a grid over its parameters, then all jointly. For a sticking valve
-  // `hint` is what was found for it without the others, and spares most of the search.
-  Fit fit_added(const Fit& base, const Candidate& candidate,
-                const std::vector<double>* hint = nullptr) const;
-  // The same in two parts: the places from which it is worth going on, best first, and the best of where they lead.
+  // Adds one effect to `base`, from a grid over its parameters: the places from which it is worth going on, best first, all
+  // under the same little load. For a sticking valve `hint` is what was found for it without the others, and spares most
+  // of the search.
   std::vector<Fit> approach(const Fit& base, const Candidate& candidate,
                             const std::vector<double>* hint = nullptr) const;
+  // The best of where they lead, all parameters jointly.
   Fit settle(const std::vector<Fit>& starts) const;
   // Where PV jumps with a parameter: all jointly once more, by evolution.
   Fit polish(const Fit& start, std::size_t evaluations) const;

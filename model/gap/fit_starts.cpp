@@ -166,7 +166,11 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
     for (double& v : sticking.pv) v -= with.solved[3];  // the level
   }
   const Candidate& candidate = *with.terms.back();
-  std::vector<StickingStart> found;
+  const auto better = [](const StickingStart& x, const StickingStart& y) {
+    return less_deviance(x.fit, y.fit);
+  };
+  const std::size_t kept = hint != nullptr ? candidate.starts - 1 : candidate.starts;
+  std::vector<StickingStart> found;  // best first
   Fit fit = with;
   for (const double gain_position : gain_positions) {
     for (const double damping : {0.3, 1.2}) {
@@ -175,18 +179,19 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
         for (int j = 0; j < candidate.search[1].grid; ++j) {
           fit.point.searched.back() = {in_grid(candidate.search[0], i),
                                        in_grid(candidate.search[1], j), 0.0};
-          fit.deviance = free_run_.short_runs(with.terms, fit.point, sticking.pv, used_,
-                                              sticking.gain_at(gain_position), sticking.short_run);
-          found.push_back({fit, gain_position});
+          const double most = found.size() < kept ? kInfinity : found.back().fit.deviance;
+          fit.deviance =
+              free_run_.short_runs(with.terms, fit.point, sticking.pv, used_,
+                                   sticking.gain_at(gain_position), sticking.short_run, most);
+          if (!(fit.deviance < most)) continue;
+          if (found.size() == kept) found.pop_back();
+          StickingStart start{fit, gain_position};
+          const auto place = std::upper_bound(found.begin(), found.end(), start, better);
+          found.insert(place, std::move(start));
         }
       }
     }
   }
-  const auto better = [](const StickingStart& x, const StickingStart& y) {
-    return less_deviance(x.fit, y.fit);
-  };
-  std::sort(found.begin(), found.end(), better);
-  found.resize(hint != nullptr ? candidate.starts - 1 : candidate.starts);
   if (hint != nullptr) {
     fit.point.searched.back() = *hint;
     found.push_back({fit, 0.5});

@@ -2,6 +2,7 @@
 #include "model/gap/free_run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -72,6 +73,31 @@ void allow_for_healthy_valve(std::vector<EffectSpec>& valve, const Point& point)
 }
 
 constexpr int kPastRounds = 4;
+
+// Least squares of what is left of PV on the state that the process brought along.
+class PastAndRest {
+ public:
+  void add(double level, double ramp, double left) noexcept {
+    ll_ += level * level;
+    lr_ += level * ramp;
+    rr_ += ramp * ramp;
+    ly_ += level * left;
+    ry_ += ramp * left;
+    yy_ += left * left;
+  }
+  // Of what even the best such state leaves.
+  double square() const noexcept {
+    const double slope = lr_ / ll_;
+    const double rest = rr_ - slope * lr_;
+    const double along = ry_ - slope * ly_;
+    return yy_ - ly_ * ly_ / ll_ - along * along / rest;
+  }
+
+ private:
+  static constexpr double kTrace = 1e-12;  // where nothing shows it, the state is 0
+  double ll_ = kTrace, lr_ = 0.0, rr_ = kTrace;
+  double ly_ = 0.0, ry_ = 0.0, yy_ = 0.0;
+};
 
 // How far from CO the stem can rest at the start, CO units.
 double start_offset(const Candidate& candidate, const std::vector<double>& searched) {
@@ -337,62 +363,62 @@ plant::ProcessParameters FreeRun::process_at(const Point& point, double gain,
 }
 
 double FreeRun::short_runs(const Terms& terms, const Point& point, const std::vector<double>& pv,
-                           const std::vector<bool>& used, double gain,
-                           std::size_t run_samples) const {
+                           const std::vector<bool>& used, double gain, std::size_t run_samples,
+                           double most) const {
   constexpr int kPlaces = 3;  // to each side of CO
+  constexpr std::size_t kStretch =
+      32;  // samples between two looks whether a place is still worth going on
   const double h = model_.sample_time_s;
   const double keep = kept(point);
   const bool integrating = model_.process.integrating();
   const auto dead = static_cast<std::size_t>(point.dead_time_s / h) + 1;
   const Chains fresh = chains(terms, point);
-  const plant::Process process(process_at(point, gain, !fresh.with_dead_time), h);
+  plant::Process process(process_at(point, gain, !fresh.with_dead_time), h);
   const Candidate& sticking = *terms.back();
   std::vector<double> at_end = point.searched.back();
   at_end.back() = 1.0;
   const double half_band = gap::start_offset(sticking, at_end);
   double sum = 0.0;
   Chains c = fresh;
-  plant::Process p = process;
-  std::vector<double> z;
-  for (std::size_t begin = 0; begin < co_.size() && used[begin]; begin += run_samples) {
+  std::array<double, kStretch> stretch{};
+  for (std::size_t begin = 0; begin < co_.size() && used[begin] && sum < most;
+       begin += run_samples) {
     const std::size_t end = std::min(begin + run_samples, co_.size());
-    const auto left_from = [&](double place) {
-      c = fresh;
-      const double begin_s = static_cast<double>(begin) * h;
-      double flow = c.valve.reset(co_[begin] - half_band * place, begin_s);
-      flow = c.valve.step(co_[begin], begin_s);
-      z.assign(co_.begin() + static_cast<std::ptrdiff_t>(begin),
-               co_.begin() + static_cast<std::ptrdiff_t>(end) - 1);
-      double at = p.reset(c.process.reset(flow, begin_s));
-      c.valve.run(z, begin_s, h);
-      c.process.run(z, begin_s, h);
-      // What the process brought along: dying away, or a level and a ramp.
-      Eigen::Vector2d past(1.0, 0.0);
-      Eigen::Matrix2d pp = Eigen::Matrix2d::Identity() * 1e-12;
-      Eigen::Vector2d pr = Eigen::Vector2d::Zero();
-      double rr = 0.0;
-      for (std::size_t k = begin; k < end; ++k) {
-        if (k > begin) {
-          at = p.step(z[k - 1 - begin]);
-          past(0) *= keep;
-          if (integrating) past(1) += h;
-        }
-        if (!used[k] || k < begin + dead) continue;  // still answers to the run before
-        const double r = pv[k] - at;
-        pp += past * past.transpose();
-        pr += past * r;
-        rr += r * r;
-      }
-      return rr - pr.dot(pp.ldlt().solve(pr));
-    };
     double best = std::numeric_limits<double>::infinity();
     double best_place = 0.0;
     const auto offer = [&](double place) {
-      const double left = left_from(std::clamp(place, -1.0, 1.0));
-      if (left < best) {
-        best = left;
-        best_place = place;
+      c = fresh;
+      const double begin_s = static_cast<double>(begin) * h;
+      double flow = c.valve.reset(co_[begin] - half_band * std::clamp(place, -1.0, 1.0), begin_s);
+      flow = c.valve.step(co_[begin], begin_s);
+      double at = process.reset(c.process.reset(flow, begin_s));
+      PastAndRest rest;
+      // What the process brought along: dying away, or a level and a ramp.
+      double level = 1.0;
+      double ramp = 0.0;
+      const auto take = [&](std::size_t k) {
+        // Until then PV still answers to the run before.
+        if (used[k] && k >= begin + dead) rest.add(level, ramp, pv[k] - at);
+      };
+      take(begin);
+      for (std::size_t k = begin + 1; k < end;) {
+        const std::size_t count = std::min(kStretch, end - k);
+        const std::span<double> moves(stretch.data(), count);
+        std::copy_n(co_.begin() + static_cast<std::ptrdiff_t>(k) - 1, count, moves.begin());
+        const double first_s = static_cast<double>(k - 1) * h;
+        c.valve.run(moves, first_s, h);
+        c.process.run(moves, first_s, h);
+        for (const double move : moves) {
+          at = process.step(move);
+          level *= keep;
+          if (integrating) ramp += h;
+          take(k++);
+        }
+        // It never falls as samples are added.
+        if (!(rest.square() < best)) return;
       }
+      best = rest.square();
+      best_place = place;
     };
     for (int place = -kPlaces; place <= kPlaces; ++place) {
       offer(static_cast<double>(place) / kPlaces);

@@ -71,9 +71,11 @@ class FreeRun {
                              std::size_t fitted) const;
   // Sum of squares of what is left of `pv` (offset taken off) when the record is cut into runs of
   // `run_samples`, each with the stem and the process free to start where they fit best. It changes
-  // smoothly where one long run of a sticking stem falls from one sequence of slips into another.
+  // smoothly where one long run of a sticking stem falls from one sequence of slips into another. From `most` on any
+  // number that is no less.
   double short_runs(const Terms& terms, const Point& point, const std::vector<double>& pv,
-                    const std::vector<bool>& used, double gain, std::size_t run_samples) const;
+                    const std::vector<bool>& used, double gain, std::size_t run_samples,
+                    double most = std::numeric_limits<double>::infinity()) const;
   // The columns of one linear term alone.
   void linear_columns(const Candidate& candidate, const std::vector<double>& searched,
                       std::vector<std::vector<double>>& columns) const;

@@ -18,9 +18,12 @@ namespace {
 
 constexpr std::size_t kPolish = 1280;  // evaluations
 constexpr std::size_t kPolishLast = 3840;
-constexpr std::size_t kSettled = 16;  // of those with one more effect, refined
-constexpr std::size_t kPolished = 4;  // of the best with one more effect
+// Of those with one more effect.
+constexpr std::size_t kSettled = 16;
+constexpr std::size_t kPolished = 4;  // where PV jumps with a parameter
 constexpr std::size_t kSeeds = 3;     // best names from which pairs are formed
+constexpr std::size_t kShifts =
+    4;  // best of what shifts PV, beside which a sticking valve is searched for again
 constexpr std::size_t kMostEffects = 3;
 
 double penalty(const Fit& fit) {
@@ -91,7 +94,7 @@ class Search {
     result_.base_rmse = fitter_.training_rmse(result_.base);
     result_.chosen = hypothesis(result_.base);
     progress_(0.05);
-    result_.singles = distinct(polished(jobs_beside({result_.chosen})));
+    result_.singles = raced(jobs_beside({result_.chosen}));
     result_.tried = result_.singles;
     progress_(several ? 0.3 : 0.9);
     if (!result_.singles.empty() && accepted(result_.singles.front(), result_.chosen)) {
@@ -130,6 +133,15 @@ class Search {
     return {&base, &added, added.slips && !options_.sticks.empty() ? &options_.sticks : nullptr};
   }
 
+  // Best names of what shifts PV as a whole, as they were found without any other.
+  std::vector<const Hypothesis*> shifts() const {
+    std::vector<const Hypothesis*> best;
+    for (const Hypothesis& single : result_.singles) {
+      if (single.fit.terms[0]->shifts_pv && best.size() < kShifts) best.push_back(&single);
+    }
+    return best;
+  }
+
   // Every candidate beside every base, as far as a valve can have both.
   std::vector<Job> jobs_beside(const std::vector<Hypothesis>& bases) const {
     std::vector<Job> jobs;
@@ -137,28 +149,19 @@ class Search {
       const Terms& terms = base.fit.terms;
       const bool friction = std::any_of(terms.begin(), terms.end(),
                                         [](const Candidate* term) { return term->friction; });
-      const bool sticks =
-          terms.size() == 1 && !terms[0]->smooth && terms[0]->block == plant::Block::valve;
       for (const Candidate& candidate : all_) {
         if (contains(base.fit, candidate.name) || (candidate.friction && friction)) continue;
-        // A sticking valve is searched for again beside what shifts PV as a whole: without that its
-        // own search went astray.
-        const Hypothesis* shift = sticks && candidate.shifts_pv ? alone(candidate) : nullptr;
-        if (shift != nullptr) jobs.push_back(job(shift->fit, *terms[0]));
         jobs.push_back(job(base.fit, candidate));
+      }
+      // A sticking valve is searched for again beside what shifts PV as a whole: without that its
+      // own search went astray.
+      if (terms.size() != 1 || terms[0]->smooth || terms[0]->block != plant::Block::valve) continue;
+      for (const Hypothesis* shift : shifts()) {
+        if (!contains(base.fit, shift->fit.terms[0]->name))
+          jobs.push_back(job(shift->fit, *terms[0]));
       }
     }
     return jobs;
-  }
-
-  // All taken all the way.
-  std::vector<Hypothesis> polished(const std::vector<Job>& jobs) const {
-    std::vector<Hypothesis> made(jobs.size());
-    parallel_(jobs.size(), [&](std::size_t i) {
-      const Fit fit = fitter_.fit_added(*jobs[i].base, *jobs[i].added, jobs[i].hint);
-      made[i] = hypothesis(fitter_.polish(fit, kPolish));
-    });
-    return made;
   }
 
   // Only those that promise most are taken further.
@@ -176,6 +179,20 @@ class Search {
     parallel_(std::min(kSettled, jobs.size()), [&](std::size_t i) {
       made[order[i]] = hypothesis(fitter_.settle(starts[order[i]]));
     });
+    return made;
+  }
+
+  // Best of each set of names, best first.
+  std::vector<Hypothesis> raced(const std::vector<Job>& jobs) const {
+    std::vector<Hypothesis> made = distinct(settled(jobs));
+    std::vector<Hypothesis*> rough;
+    for (Hypothesis& h : made) {
+      if (jumps(h.fit.terms) && rough.size() < kPolished) rough.push_back(&h);
+    }
+    parallel_(rough.size(), [&](std::size_t i) {
+      *rough[i] = hypothesis(fitter_.polish(rough[i]->fit, kPolish));
+    });
+    std::sort(made.begin(), made.end(), better);
     return made;
   }
 
@@ -213,10 +230,7 @@ class Search {
                                                                 kSeeds, result_.singles.size())));
     for (std::size_t count = 2; count <= kMostEffects; ++count) {
       if (!leaves_more(result_.chosen.training_rmse, scale_)) return;
-      std::vector<Hypothesis> more = distinct(settled(jobs_beside(seeds)));
-      parallel_(std::min(kPolished, more.size()),
-                [&](std::size_t i) { more[i] = hypothesis(fitter_.polish(more[i].fit, kPolish)); });
-      std::sort(more.begin(), more.end(), better);
+      const std::vector<Hypothesis> more = raced(jobs_beside(seeds));
       progress_(count == 2 ? 0.75 : 0.95);
       result_.tried.insert(result_.tried.end(), more.begin(), more.end());
       if (more.empty() || !accepted(more.front(), result_.chosen)) return;

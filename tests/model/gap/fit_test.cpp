@@ -38,7 +38,7 @@ struct Setup {
   gap::Fit with(const std::string& name) {
     const auto it = std::find_if(all.begin(), all.end(),
                                  [&](const gap::Candidate& c) { return c.name == name; });
-    return fitter.fit_added(fitter.fit_model(), *it);
+    return fitter.settle(fitter.approach(fitter.fit_model(), *it));
   }
 };
 

@@ -2,6 +2,7 @@
 #include "model/gap/free_run.hpp"
 
 #include <catch2/catch.hpp>
+#include <limits>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -209,11 +210,14 @@ TEST_CASE("short runs fit best at the true stickband", "[gap][free_run]") {
   Point point = nominal(m);
   point.actuator_frequency = 12.0;
   point.actuator_damping = 0.3;
-  const auto left = [&](double at_s, double gain) {
+  const auto left = [&](double at_s, double gain,
+                        double most = std::numeric_limits<double>::infinity()) {
     point.searched = {{at_s, ratio, 0.0}};
-    return run.short_runs(terms, point, pv, std::vector<bool>(kSamples, true), gain, 230);
+    return run.short_runs(terms, point, pv, std::vector<bool>(kSamples, true), gain, 230, most);
   };
   const double best = left(s, 1.0);
+  CHECK(left(s, 1.0, 1.01 * best) == best);
+  CHECK(left(s, 1.0, 0.5 * best) >= 0.5 * best);
   CHECK(best < 0.3 * left(0.6 * s, 1.0));
   CHECK(best < 0.3 * left(1.6 * s, 1.0));
   CHECK(best < 0.3 * left(s, 1.2));
