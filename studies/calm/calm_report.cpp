@@ -82,6 +82,7 @@ std::string hour_of_a_loop() {
   model.disturbances = {
       {.name = "random_load", .parameters = {{"intensity", 0.006}, {"time_constant", 300.0}}}};
   model.scenario.set_point = {{0.0, 5.0}, {9000.0, 5.5}};
+  model.scenario.seed = 2;
   std::vector<workbench::Chart> charts;
   const auto add = [&](const char* name,
                        const std::function<void(control::ControllerSettings&)>& fit) {
