@@ -423,6 +423,7 @@ Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
     bool better = false;
     for (int attempt = 0; attempt < 5 && !better; ++attempt) {
       const Eigen::VectorXd move = damped_move(normal, gradient, x, damping);
+      if (!move.allFinite()) break;  // a curve or a limit of the reading shows nothing there
       std::vector<double> y = x;
       for (Eigen::Index i = 0; i < size; ++i) {
         const auto at = static_cast<std::size_t>(i);

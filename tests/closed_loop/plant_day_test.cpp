@@ -103,7 +103,7 @@ class Plant {
     std::vector<std::string> texts;
     for (const daemon::journal::JournalRow& row : journal_.newest(1000)) {
       const auto& e = row.entry;
-      if (e.kind != kind || e.loop.empty()) continue;
+      if (e.kind != kind || e.loop.empty() || e.what.starts_with("incident")) continue;
       if (e.kind == daemon::journal::JournalEntry::Kind::alarm && e.from == e.to) continue;
       texts.insert(texts.begin(), kind == daemon::journal::JournalEntry::Kind::alarm
                                       ? e.alarm + ": " + quiet(e.from) + " > " + quiet(e.to)
