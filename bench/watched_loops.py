@@ -167,8 +167,9 @@ class Plant:
             for source, say in (("feed", self.say_script), ("mqtt", self.say_mqtt), ("opcua", self.say_opcua)):
                 if self.tags[source] and source not in self.held:
                     say(now + self.ahead_s[source])
-            due += 1
-            self.ended.wait(max(0, due - time.monotonic()))
+            # A round that comes late moves those behind it: two within an OPC UA server's sampling interval would be one.
+            due = max(due + 1, time.monotonic() + 0.5)
+            self.ended.wait(due - time.monotonic())
 
     def say_script(self, now, quality="good"):
         for begin in range(0, len(self.tags["feed"]), 50):
@@ -287,6 +288,7 @@ def measure(options, plc_port):
                     grown = {key: after[name][key] - came[name][key] for key in ("values", "doubled", "out_of_order", "bad_lines")}
                     print(f"{name:8} sent {sent_after[name] - sent[name]}, taken " + ", ".join(f"{key} {n}" for key, n in grown.items()))
             report_loops(daemon, tags)
+            plant.end()
             daemon.stop()
         finally:
             plant.end()
@@ -312,6 +314,7 @@ def late_cycles(options, watched, plc_port):
             before = daemon.status()["daemon"]
             time.sleep(options.seconds)
             after = daemon.status()["daemon"]
+            plant.end()
             daemon.stop()
             return after["overruns"] - before["overruns"], after["ticks"] - before["ticks"], after["wake_up_us"]
         finally:
