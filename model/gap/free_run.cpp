@@ -235,10 +235,10 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   if (level_ != Level::of_model) std::fill(columns[3].begin(), columns[3].end(), 1.0);
 
   auto [valve_chain, process_chain, transmitter_chain, with_dead_time] = chains(terms, point);
-  const auto pass_terms = [&](std::vector<double>& signal) {
-    if (transmitter_chain.empty()) return;
-    signal[0] = transmitter_chain.reset(signal[0], 0.0);
-    transmitter_chain.run(std::span<double>(signal).subspan(1), h, h);
+  const auto pass_terms = [h, &transmitter = transmitter_chain](std::vector<double>& signal) {
+    if (transmitter.empty()) return;
+    signal[0] = transmitter.reset(signal[0], 0.0);
+    transmitter.run(std::span<double>(signal).subspan(1), h, h);
   };
   const double offset = start_offset(terms, point);
   plant::Process process(process_at(point, 1.0, !with_dead_time), h);
