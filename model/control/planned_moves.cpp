@@ -152,9 +152,10 @@ void PlannedMoves::follow_law(Stem& stem, double output) noexcept {
 
 void PlannedMoves::follow_read_back(double position, double output) noexcept {
   Stem& stem = stem_;
-  if (!stem.known)
+  if (!stem.known) {
     stem = {
         .known = true, .place = position, .before = position, .last = position, .averaged = 1.0};
+  }
   const double change = position - stem.last;
   const double zone_now = zone();
   if (std::abs(change) < 1.5 * zone_now)
@@ -259,7 +260,8 @@ void PlannedMoves::watch(const CompensatorInputs& in) noexcept {
     } else if (flips_ % 2 == 1 && cycle_counted_s_ > 0.0) {
       const double mean = cycle_squares_ / cycle_counted_s_;
       const double off = mean - cycles_mean_;
-      cycles_mean_ += off / (flips_ / 2);
+      const auto cycles = flips_ / 2;
+      cycles_mean_ += off / static_cast<double>(cycles);
       cycles_spread_ += off * (mean - cycles_mean_);
     }
     if (flips_ % 2 == 1) cycle_squares_ = cycle_counted_s_ = 0.0;
