@@ -128,6 +128,7 @@ void Assembly::make_monitor(const Specialists& specialists) {
                          .judge = judge == watching.judges.end() ? nullptr : judge->second.get(),
                          .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
                          .history_s = commission::kLongest_s + commission::kEnough_s,
+                         .foreign_controller = config::is_watched(loop.config.io),
                          .rule = loopwarden::monitor::kAlarmRule,
                          .normal_mode = loop.config.normal_mode,
                          .corrective = loop.config.monitor.corrective,

@@ -33,8 +33,9 @@ struct MonitoredLoop {
   loopwarden::monitor::WindowSettings window;
   loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
   const loopwarden::plant::LoopModel* twin =
-      nullptr;             // null: no model_gap; read while this is made
-  double history_s = 0.0;  // of a loop with a twin
+      nullptr;                      // null: no model_gap; read while this is made
+  double history_s = 0.0;           // of a loop with a twin
+  bool foreign_controller = false;  // another program or device has the loop
   loopwarden::monitor::VerdictRuleSettings rule;
   loopwarden::monitor::NormalMode normal_mode = loopwarden::monitor::NormalMode::any;
   loopwarden::monitor::CorrectiveSettings corrective{};
@@ -86,7 +87,7 @@ class Monitor {
           orders(loop.orders),
           settings_taken(loop.settings_taken),
           settings_seen(settings_taken != nullptr ? settings_taken->load() : 0),
-          monitor(loop.window, loop.rule, loop.judge, loop.twin),
+          monitor(loop.window, loop.rule, loop.judge, loop.twin, loop.foreign_controller),
           history(loop.twin == nullptr
                       ? nullptr
                       : std::make_unique<History>(loop.history_s, loop.twin->sample_time_s)),

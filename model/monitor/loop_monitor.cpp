@@ -56,7 +56,9 @@ bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
   const bool near =
       cycle.period_index >= next_period_ && cycle.period_index - next_period_ <= kMostBridged;
   if (!cycle.automatic || !near) twin_->restart();
-  if (!cycle.automatic || next_period_ != cycle.period_index) controller_->restart();
+  if (controller_ && (!cycle.automatic || next_period_ != cycle.period_index)) {
+    controller_->restart();
+  }
   // CO of a missing cycle is the last one: nothing else was written.
   for (; cycle.automatic && near && next_period_ < cycle.period_index; ++next_period_) {
     twin_->add(std::numeric_limits<double>::quiet_NaN(), last_co_);
@@ -66,7 +68,7 @@ bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
   if (cycle.automatic) {
     const double pv = cycle.pv_good ? cycle.pv : std::numeric_limits<double>::quiet_NaN();
     twin_->add(pv, cycle.co);
-    controller_->add(cycle.sp, pv, cycle.co);
+    if (controller_) controller_->add(cycle.sp, pv, cycle.co);
     load_->add(twin_->load_known() ? twin_->load() : std::numeric_limits<double>::quiet_NaN());
   }
   return twin_on() != was;

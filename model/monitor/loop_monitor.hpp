@@ -59,13 +59,14 @@ class LoopMonitor {
  public:
   // `judge` may be null, then there are only the classical measures; it outlives this.
   // `twin`, at the cycles' period, may be null: then there is no model_gap. Throws effects::EffectError for one that can't
-  // be stepped.
+  // be stepped. `foreign_controller`: the twin's controller is watched as well. Not where this program has the loop: it
+  // changes gains, jacket and compensator itself.
   LoopMonitor(const WindowSettings& window, const VerdictRuleSettings& rule, WindowJudge* judge,
-              const plant::LoopModel* twin = nullptr)
+              const plant::LoopModel* twin = nullptr, bool foreign_controller = true)
       : builder_(window), rule_(rule), judge_(judge) {
     if (window.routine) routine_.emplace(window);
     if (twin != nullptr) twin_.emplace(*twin);
-    if (twin != nullptr) controller_.emplace(*twin);
+    if (twin != nullptr && foreign_controller) controller_.emplace(*twin);
     if (twin != nullptr) load_.emplace(*twin);
   }
 
@@ -90,7 +91,9 @@ class LoopMonitor {
   // Of the load, where it is outside of the healthy record's.
   std::optional<LoadOutside> load_outside() const noexcept;
   // There is a twin, and nothing speaks against it.
-  bool twin_quiet() const noexcept { return twin_ && twin_->quiet() && controller_->quiet(); }
+  bool twin_quiet() const noexcept {
+    return twin_ && twin_->quiet() && (!controller_ || controller_->quiet());
+  }
   // The controller has other settings from now on, and that is wanted: no change of the loop.
   void take_over(const control::PidSettings& settings) noexcept {
     if (controller_) controller_->take_over(settings);
@@ -99,16 +102,15 @@ class LoopMonitor {
  private:
   MonitorStep judge_windows(const Cycle& cycle);
   AlarmConditions conditions() noexcept;
-  bool twin_on() const noexcept { return twin_->on() || controller_->on(); }
+  bool twin_on() const noexcept { return twin_->on() || (controller_ && controller_->on()); }
   bool watch_twin(const Cycle& cycle) noexcept;
 
   WindowBuilder builder_;
   VerdictRule rule_;
   std::optional<RoutineWatch> routine_;
-  // All three or none.
   std::optional<TwinWatch> twin_;
-  std::optional<ControllerWatch> controller_;
-  std::optional<LoadWatch> load_;
+  std::optional<LoadWatch> load_;              // with the twin
+  std::optional<ControllerWatch> controller_;  // with the twin, of a foreign controller
   AlarmConditions told_{};
   static constexpr std::uint64_t kMostBridged = 100;  // cycles
   std::uint64_t next_period_ = 0;

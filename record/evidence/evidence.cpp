@@ -21,7 +21,8 @@ void Evidence::take(const monitor::LoopMonitor& monitor, std::vector<double> min
   stem.assign(pv.size(), std::numeric_limits<double>::quiet_NaN());
   sample_time_s = settings.sample_time_s;
   routine.reset();
-  by_twin = {monitor.twin()->largest() / monitor.twin()->limit(), monitor.controller()->score()};
+  by_twin = {monitor.twin()->largest() / monitor.twin()->limit(),
+             monitor.controller() != nullptr ? monitor.controller()->score() : 0.0};
 }
 
 void Evidence::take(const monitor::LoopMonitor& monitor, const monitor::MonitorStep& step,
