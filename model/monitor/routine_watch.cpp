@@ -188,8 +188,8 @@ RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
 }
 
 void RoutineWatch::learn(std::span<const double> pv, std::span<const double> co) {
-  constexpr double kMostAreNew = 0.5;  // of the samples
-  constexpr std::size_t kFewest = 20;  // stored values that a rule is recognised by
+  constexpr double kMostAreNew = 0.5;        // of the samples
+  constexpr std::size_t kFewestStored = 20;  // stored values that a rule is recognised by
   const auto learn_of = [](std::span<const double> values, analysis::ArchivedSignal& kept) {
     const analysis::ArchivedSignal found = analysis::recognise_filled(values);
     std::size_t anew = 0;
@@ -198,7 +198,7 @@ void RoutineWatch::learn(std::span<const double> pv, std::span<const double> co)
         static_cast<double>(anew) > kMostAreNew * static_cast<double>(values.size());
     if (found.kind != analysis::ArchiveKind::none || comes_anew) {
       kept = found;
-    } else if (anew > 0 && anew < kFewest) {
+    } else if (anew > 0 && anew < kFewestStored) {
       kept = {.kind = analysis::ArchiveKind::unknown};
     }
   };

@@ -160,7 +160,7 @@ TEST_CASE("one stamp from the future does not silence a source", "[feed]") {
 
 TEST_CASE("two loops may ask for one value", "[feed]") {
   Rig rig;
-  FeedSource other{{.process_variable = {"opcua", "X"}, .output = {"opcua", "PV"}}, rig.board};
+  FeedSource other{{.process_variable = {{"opcua", "X"}}, .output = {{"opcua", "PV"}}}, rig.board};
   rig.put("PV", 4.0, kNoStamp);
   hal::SourceInputs inputs;
   CHECK(rig.pv().sample.value == 4.0);

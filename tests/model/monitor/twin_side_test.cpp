@@ -36,6 +36,9 @@ struct Side {
   double controller_s = 0.0;  // when the watch comes on; 0: never
   double change_s = 0.0;
   double load_s = 0.0;
+  // model_gap of a loop that another controller has, and of one of our own; 0: never.
+  double foreign_gap_s = 0.0;
+  double own_gap_s = 0.0;
   double load_size = 0.0;
   TwinChange leading = TwinChange::gain;
   std::array<double, monitor::kTwinChanges> untested_s{};
@@ -59,6 +62,9 @@ Side beside(const Change& change, const plant::LoopModel& twin = twin_model()) {
   ControllerWatch controller(twin);
   TwinWatch watch(twin);
   LoadWatch load(twin);
+  const monitor::WindowSettings window{.sample_time_s = healthy.sample_time_s, .routine = false};
+  monitor::LoopMonitor foreign(window, monitor::kAlarmRule, nullptr, &twin, true);
+  monitor::LoopMonitor own(window, monitor::kAlarmRule, nullptr, &twin, false);
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 0.015);
   const double start = before.output_for(5.0);
@@ -88,6 +94,15 @@ Side beside(const Change& change, const plant::LoopModel& twin = twin_model()) {
     controller.add(sp, pv, co);
     watch.add(pv, co);
     if (watch.load_known()) load.add(watch.load());
+    const auto gap_of = [&](monitor::LoopMonitor& loop, double& first_s) {
+      const monitor::MonitorStep step = loop.add(
+          {.period_index = k, .sp = sp, .pv = pv, .co = co, .automatic = true, .pv_good = true});
+      const bool gap =
+          step.twin && step.conditions[monitor::index_of(monitor::AlarmKind::model_gap)].on;
+      if (gap && first_s == 0.0) first_s = t;
+    };
+    gap_of(foreign, out.foreign_gap_s);
+    gap_of(own, out.own_gap_s);
     if (controller.on() && out.controller_s == 0.0) out.controller_s = t;
     if (watch.on() && out.change_s == 0.0) {
       out.change_s = t;
@@ -117,6 +132,9 @@ TEST_CASE("a controller that was retuned or limited is seen, and only there", "[
   CHECK(side.controller_s > 300.0);
   CHECK(side.controller_s < 500.0);
   CHECK(side.change_s == 0.0);
+  CHECK(side.foreign_gap_s == Approx(side.controller_s).margin(1.0));
+  // Here it was this program that has changed it.
+  CHECK(side.own_gap_s == 0.0);
 
   Change limited;
   limited.pid.output_high = 4.8;
