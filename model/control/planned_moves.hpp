@@ -29,7 +29,7 @@
 // band: a stem that follows is well), resting, backing off, moving, given back. Given back to PI, without a bump:
 //   the stem follows the probe (for good)            the read-back is lost; comes back: watches again
 //   PV and read-back contradict each other           windows of four cycles: RMS 1.1 times v0's (for good)
-//   four moves in a row did not move the stem        |SP - PV| above 5 sqrt(v0) + K s for longer than 3 L + 5 T
+//   two moves in a row did not move the stem         |SP - PV| above 5 sqrt(v0) + K s for longer than 3 L + 5 T
 // and watched again after ten cycles where not for good; after the third time for good. Reset starts afresh.
 //
 // `read_back` false: x is the stiction law's (Choudhury et al. 2005) stepped with CO. `shadow`: the same on a valve and a process
