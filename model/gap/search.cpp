@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kPolish = 1280;  // evaluations
 constexpr std::size_t kPolishLast = 3840;
 // Of those with one more effect.
-constexpr std::size_t kSettled = 16;
+constexpr std::size_t kSettled = 16;  // beside another
 constexpr std::size_t kPolished = 4;  // where PV jumps with a parameter
 constexpr std::size_t kSeeds = 3;     // best names from which pairs are formed
 constexpr std::size_t kShifts =
@@ -94,7 +94,8 @@ class Search {
     result_.base_rmse = fitter_.training_rmse(result_.base);
     result_.chosen = hypothesis(result_.base);
     progress_(0.05);
-    result_.singles = raced(jobs_beside({result_.chosen}));
+    // All refined: one little load ranks nothing where the record shows no noise, as an archive's lines.
+    result_.singles = raced(jobs_beside({result_.chosen}), all_.size());
     result_.tried = result_.singles;
     progress_(several ? 0.3 : 0.9);
     if (!result_.singles.empty() && accepted(result_.singles.front(), result_.chosen)) {
@@ -168,8 +169,8 @@ class Search {
     return jobs;
   }
 
-  // Only those that promise most are taken further.
-  std::vector<Hypothesis> settled(const std::vector<Job>& jobs) const {
+  // Only the `most` that promise most are taken further.
+  std::vector<Hypothesis> settled(const std::vector<Job>& jobs, std::size_t most) const {
     std::vector<Hypothesis> made(jobs.size());
     std::vector<std::vector<Fit>> starts(jobs.size());
     parallel_(jobs.size(), [&](std::size_t i) {
@@ -181,15 +182,15 @@ class Search {
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
       return promise(made[a].fit) > promise(made[b].fit);
     });
-    parallel_(std::min(kSettled, jobs.size()), [&](std::size_t i) {
+    parallel_(std::min(most, jobs.size()), [&](std::size_t i) {
       made[order[i]] = hypothesis(fitter_.settle(starts[order[i]]));
     });
     return made;
   }
 
   // Best of each set of names, best first.
-  std::vector<Hypothesis> raced(const std::vector<Job>& jobs) const {
-    std::vector<Hypothesis> made = distinct(settled(jobs));
+  std::vector<Hypothesis> raced(const std::vector<Job>& jobs, std::size_t refined) const {
+    std::vector<Hypothesis> made = distinct(settled(jobs, refined));
     std::vector<Hypothesis*> rough;
     for (Hypothesis& h : made) {
       if (jumps(h.fit.terms)) rough.push_back(&h);
@@ -239,7 +240,7 @@ class Search {
                                                                 kSeeds, result_.singles.size())));
     for (std::size_t count = 2; count <= kMostEffects; ++count) {
       if (!leaves_more(result_.chosen.training_rmse, scale_)) return;
-      const std::vector<Hypothesis> more = raced(jobs_beside(seeds));
+      const std::vector<Hypothesis> more = raced(jobs_beside(seeds), kSettled);
       progress_(count == 2 ? 0.75 : 0.95);
       result_.tried.insert(result_.tried.end(), more.begin(), more.end());
       if (more.empty() || !accepted(more.front(), result_.chosen)) return;

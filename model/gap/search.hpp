@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which effects are missing: a competition of hypotheses, each the model plus some effects.
 //
-// Candidates race: all from a grid under one little load, the best of them refined, the best of those whose PV jumps with
-// a parameter polished by evolution. The best few are each joined by every other, which race again, and the winner is
+// Candidates race: all are refined from a grid, and the best of those whose PV jumps with a parameter polished by
+// evolution. The best few are each joined by every other, of which the best from the grid are refined, and the winner is
 // tried again without each of its effects, so that a first name that was wrong is stepped back from.
 // A hypothesis is scored by
 //   score = (deviance of the model alone - deviance of the hypothesis)/2 - k/2 ln N - r

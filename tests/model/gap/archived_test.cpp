@@ -32,8 +32,7 @@ TEST_CASE("a stick wider than the archive's deviation is named, one that is narr
   const gap::Result seen = find(record, {.pv = 0.05, .co = 0.05});
   REQUIRE(seen.outcome == gap::Outcome::missing_effect);
   REQUIRE(seen.effects.size() == 1);
-  // Lines between stored values hide the jump: it may be told as play.
-  CHECK((seen.effects[0].spec.name == "stiction" || seen.effects[0].spec.name == "backlash"));
+  CHECK(seen.effects[0].spec.name == "stiction");
   CHECK(seen.effects[0].confidence <= 0.85);
 
   // The same record from an archive that may have kept it to 0.7 only.
