@@ -94,10 +94,6 @@ class LoopMonitor {
   bool twin_quiet() const noexcept {
     return twin_ && twin_->quiet() && (!controller_ || controller_->quiet());
   }
-  // The controller has other settings from now on, and that is wanted: no change of the loop.
-  void take_over(const control::PidSettings& settings) noexcept {
-    if (controller_) controller_->take_over(settings);
-  }
 
  private:
   MonitorStep judge_windows(const Cycle& cycle);
