@@ -22,7 +22,8 @@ void Evidence::take(const monitor::LoopMonitor& monitor, std::vector<double> min
   sample_time_s = settings.sample_time_s;
   routine.reset();
   by_twin = {monitor.twin()->largest() / monitor.twin()->limit(),
-             monitor.controller() != nullptr ? monitor.controller()->score() : 0.0};
+             monitor.controller() != nullptr ? monitor.controller()->score()
+                                             : std::numeric_limits<double>::quiet_NaN()};
 }
 
 void Evidence::take(const monitor::LoopMonitor& monitor, const monitor::MonitorStep& step,

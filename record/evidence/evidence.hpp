@@ -19,7 +19,7 @@ namespace loopwarden::evidence {
 // What the watches of a twin held in the end, each over its limit.
 struct TwinFinding {
   double change = 0.0;      // z of monitor/twin_watch.hpp
-  double controller = 0.0;  // S of monitor/controller_watch.hpp
+  double controller = 0.0;  // S of monitor/controller_watch.hpp; NaN: nobody watched it
 };
 
 struct Evidence {

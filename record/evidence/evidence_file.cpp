@@ -101,9 +101,9 @@ json to_json(const monitor::RoutineWatch::Judgement& j) {
 }
 
 json to_json(const TwinFinding& t) {
-  return {{"result", monitor::to_text(AlarmKind::model_gap)},
-          {"change", t.change},
-          {"controller", t.controller}};
+  json found = {{"result", monitor::to_text(AlarmKind::model_gap)}, {"change", t.change}};
+  if (std::isfinite(t.controller)) found["controller"] = t.controller;
+  return found;
 }
 
 const char* kind_of(const Evidence& e) {
@@ -234,7 +234,7 @@ Evidence evidence_of(const json& j) {
   } else if (kind == kKinds[2]) {
     const json& found = j.at("verdict");
     // Evidence of another version has other measures.
-    e.by_twin = {found.value("change", 0.0), found.value("controller", 0.0)};
+    e.by_twin = {found.value("change", 0.0), found.value("controller", std::nan(""))};
   } else {
     e.judgement = judgement_of(j.at("verdict"));
     e.measures = measures_of(j.at("measures"));

@@ -180,12 +180,14 @@ int replay_routine(const Evidence& e, bool as_json) {
 int replay_twin(const Evidence& e, const std::filesystem::path& folder, bool as_json) {
   const plant::LoopModel twin = load_model((folder / "twin.yaml").string());
   monitor::TwinWatch watch(twin);
+  // Of a loop that ran here nobody watched it, and its gains, jacket or compensator may have moved CO.
+  const bool controller_watched = std::isfinite(e.by_twin->controller);
   monitor::ControllerWatch controller(twin);
   for (std::size_t k = 0; k < e.pv.size(); ++k) {
     watch.add(e.pv[k], e.co[k]);
     controller.add(e.sp[k], e.pv[k], e.co[k]);
   }
-  const bool on = watch.on() || controller.on();
+  const bool on = watch.on() || (controller_watched && controller.on());
   const char* now = on ? to_text(e.alarm) : "no gap";
   if (as_json) {
     print_json(e, to_text(e.alarm), now, std::nan(""), on);
@@ -199,7 +201,8 @@ int replay_twin(const Evidence& e, const std::filesystem::path& folder, bool as_
     table.row("verdict", to_text(e.alarm), now);
     table.row("change of the loop, over its limit", e.by_twin->change,
               watch.largest() / watch.limit());
-    table.row("controller, over its limit", e.by_twin->controller, controller.score());
+    table.row("controller, over its limit", e.by_twin->controller,
+              controller_watched ? controller.score() : std::nan(""));
   }
   return conclude(on, as_json);
 }

@@ -343,6 +343,10 @@ TEST_CASE("evidence of a twin comes back bit for bit, whatever its length", "[ev
   CHECK_FALSE(back.by_specialists());
   CHECK(back.by_twin->change == e.by_twin->change);
   CHECK(back.by_twin->controller == e.by_twin->controller);
+  // Of a loop that runs here nobody watched the controller.
+  e.by_twin->controller = std::nan("");
+  write_evidence(e, nullptr, folder / "two");
+  CHECK(std::isnan(read_evidence(folder / "two").by_twin->controller));
   CHECK(back.alarm == AlarmKind::model_gap);
   CHECK(back.co == e.co);
   CHECK(std::isnan(back.pv[5]));
