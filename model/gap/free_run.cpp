@@ -10,6 +10,8 @@
 
 #include <Eigen/Dense>
 
+#include "model/numeric/two_columns.hpp"
+
 namespace loopwarden::gap {
 namespace {
 
@@ -74,30 +76,8 @@ void allow_for_healthy_valve(std::vector<EffectSpec>& valve, const Point& point)
 
 constexpr int kPastRounds = 4;
 
-// Least squares of what is left of PV on the state that the process brought along.
-class PastAndRest {
- public:
-  void add(double level, double ramp, double left) noexcept {
-    ll_ += level * level;
-    lr_ += level * ramp;
-    rr_ += ramp * ramp;
-    ly_ += level * left;
-    ry_ += ramp * left;
-    yy_ += left * left;
-  }
-  // Of what even the best such state leaves.
-  double square() const noexcept {
-    const double slope = lr_ / ll_;
-    const double rest = rr_ - slope * lr_;
-    const double along = ry_ - slope * ly_;
-    return yy_ - ly_ * ly_ / ll_ - along * along / rest;
-  }
-
- private:
-  static constexpr double kTrace = 1e-12;  // where nothing shows it, the state is 0
-  double ll_ = kTrace, lr_ = 0.0, rr_ = kTrace;
-  double ly_ = 0.0, ry_ = 0.0, yy_ = 0.0;
-};
+constexpr double kTrace =
+    1e-12;  // where nothing shows the state that the process brought along, it is 0
 
 // How far from CO the stem can rest at the start, CO units.
 double start_offset(const Candidate& candidate, const std::vector<double>& searched) {
@@ -392,8 +372,8 @@ double FreeRun::short_runs(const Terms& terms, const Point& point, const std::ve
       double flow = c.valve.reset(co_[begin] - half_band * std::clamp(place, -1.0, 1.0), begin_s);
       flow = c.valve.step(co_[begin], begin_s);
       double at = process.reset(c.process.reset(flow, begin_s));
-      PastAndRest rest;
-      // What the process brought along: dying away, or a level and a ramp.
+      // What is left of PV on what the process brought along: dying away, or a level and a ramp.
+      numeric::TwoColumns rest{.aa = kTrace, .bb = kTrace};
       double level = 1.0;
       double ramp = 0.0;
       const auto take = [&](std::size_t k) {
@@ -415,9 +395,9 @@ double FreeRun::short_runs(const Terms& terms, const Point& point, const std::ve
           take(k++);
         }
         // It never falls as samples are added.
-        if (!(rest.square() < best)) return;
+        if (!(rest.left() < best)) return;
       }
-      best = rest.square();
+      best = rest.left();
       best_place = place;
     };
     for (int place = -kPlaces; place <= kPlaces; ++place) {
