@@ -2,7 +2,7 @@
 // Curves over time in one or more panes with one span and one cursor, drawn by uPlot.
 import {actions} from './dialog.js';
 import {el, icon, setText, svg} from './dom.js';
-import {NONE, decimalsFor, fixed} from './format.js';
+import {NONE, decimalsFor, decimalsOfStep, fixed} from './format.js';
 import {extent, kept, nearest, scaleOf, timeMarks} from './history.js';
 
 const FONT = '12px system-ui, sans-serif';
@@ -88,8 +88,7 @@ export class Trend {
     return scaleOf(extent(this.data, pane.curves.map((curve) => curve.key), ...this.span), pane.range);
   }
   #decimals(splits) {
-    const step = splits.length > 1 ? Math.abs(splits[1] - splits[0]) : 1;
-    return Math.min(6, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+    return decimalsOfStep(splits.length > 1 ? Math.abs(splits[1] - splits[0]) : 1);
   }
 
   // --- the axis of time ---

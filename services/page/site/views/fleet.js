@@ -8,7 +8,7 @@ import {el, icon, setText, svg, unseen} from '../lib/dom.js';
 import {get, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {priority, waits} from '../lib/codes.js';
-import {signOf} from './overview.js';
+import {signOf} from '../lib/state.js';
 import {wall} from '../lib/shell.js';
 import {fill, texts} from '../texts.js';
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One loop: faceplate, trend, and what is known of its valve.
-import {ALARM_STATES, FAULTS, FLAGS, MODES, NE107, named, priority, quality, shown} from '../lib/codes.js';
+import {FAULTS, FLAGS, MODES, named, priority, quality, shown} from '../lib/codes.js';
 import {Trend, loadPlotter, zoomButton} from '../lib/trend.js';
 import {bandsOf, lanes} from '../lib/bands.js';
 import {bar, drawPhase} from '../lib/charts.js';
@@ -15,7 +15,7 @@ import {wall} from '../lib/shell.js';
 import {conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
 import {operator, order} from './acting.js';
 import {reportOf} from './reports.js';
-import {signOf} from './overview.js';
+import {actsOf, ne107Of, signOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.loop;
@@ -31,19 +31,21 @@ class Faceplate {
     this.pv = bar({name: v.pv, range: loop.pv_range, unit: loop.pv_unit});
     this.sp = bar({name: v.sp, range: loop.pv_range, unit: loop.pv_unit, limits: loop.sp_limits});
     this.co = bar({name: v.co, range: loop.co_range, unit: loop.co_unit, limits: loop.output_limits});
+    this.acts = el('p', {class: 'acts'});
     this.mode = el('span', {class: 'mode big'});
     this.asked = el('span', {class: 'soft'});
     this.notes = el('ul', {class: 'notes'});
     this.stem = el('span', {class: 'value'});
+    this.#act(actsOf(null, 0, loop, true));
     this.node = el('section', {class: 'panel faceplate', 'aria-label': t.faceplate}, el('h2', {class: 'unseen'}, t.faceplate),
-      el('div', {class: 'mode-line'}, el('span', {class: 'soft'}, t.mode), this.mode, this.asked),
+      this.acts, el('div', {class: 'mode-line'}, el('span', {class: 'soft'}, t.mode), this.mode, this.asked),
       el('div', {class: 'bars'}, this.pv.node, this.sp.node, this.co.node),
       loop.stem ? el('p', {class: 'stem-line'}, `${v.stem} `, this.stem) : null, this.notes, this.#hands());
   }
 
   #hands() {
     const {session} = live;
-    if (this.loop.control === 'elsewhere') return el('p', {class: 'soft small'}, t.controlledElsewhere);
+    if (this.loop.control === 'elsewhere') return null;
     if (!session.can?.control) {
       return el('p', {class: 'soft small'}, session.login && !operator() && live.describe.page?.control ? t.needsOperator : t.noControl);
     }
@@ -54,6 +56,7 @@ class Faceplate {
 
   update(o, i) {
     const mode = MODES[o.mode[i]], asked = MODES[o.requested_mode?.[i]];
+    this.#act(actsOf(o, i, this.loop, Boolean(live.stale)));
     this.pv.set(o.pv[i], o.sp[i]);
     this.sp.set(o.sp[i]);
     this.co.set(o.co[i], o.stem[i]);
@@ -68,12 +71,19 @@ class Faceplate {
     const words = [], fault = named(FAULTS, o.fault[i]);
     if (fault && fault !== 'none') words.push([texts.faults[fault], fault === 'starting' || fault === 'stop' ? null : 'bad']);
     if (o.quality[i] !== null && quality(o.quality[i]) !== 'good') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
-    if (live.stands(i)) words.push([texts.stale.loop, 'bad']);
+    if (live.stands(i) && !live.stale) words.push([texts.stale.loop, 'bad']);
     for (const [name, bit] of Object.entries(FLAGS)) if (o.flags[i] & bit && texts.flags[name]) words.push([texts.flags[name], null]);
     const key = JSON.stringify(words);
     if (key === this.said) return;
     this.said = key;
     this.notes.replaceChildren(...words.map(([text, sign]) => el('li', {class: sign ? 'odd' : null}, sign ? icon(sign) : null, text)));
+  }
+
+  #act({key, odd, word, detail}) {
+    if (this.acts.shown === detail) return;
+    this.acts.shown = detail;
+    setAttribute(this.acts, 'data-acts', key);
+    this.acts.replaceChildren(el('strong', {class: odd ? 'odd' : null}, word), el('span', {class: 'soft small'}, detail));
   }
 }
 
@@ -158,7 +168,7 @@ class LoopTrend {
     this.soon = setTimeout(() => this.load(), 120);
   }
 
-  points() { return Math.round(Math.min(4000, Math.max(400, 2 * this.box.clientWidth))); }
+  points() { return Math.round(Math.min(4000, Math.max(800, 4 * this.box.clientWidth))); }
 
   async load() {
     clearTimeout(this.timer);
@@ -259,7 +269,7 @@ function header(loop) {
   const node = el('div', {class: 'title'}, el('h1', {tabindex: -1}, loop.tag), el('span', {class: 'about'}, loop.description ?? ''), ne107, alarms,
     el('span', {class: 'stretch'}), to(tags[at - 1], 'back', t.previous), to(tags[at + 1], 'on', t.next));
   const update = (o, i) => {
-    const [letter, meaning] = texts.ne107[NE107[o.ne107[i]]] ?? ['–', texts.notKnown];
+    const [letter, meaning] = ne107Of(o, i, Boolean(live.stale));
     if (ne107.shown !== letter) {
       ne107.shown = letter;
       setAttribute(ne107, 'class', `ne107 wide ne-${letter}${loop.simulated ? ' sim' : ''}`);
@@ -285,7 +295,10 @@ function described(tag, scope) {
 }
 
 export async function show(main, {parts: [tag = ''], options}, scope) {
-  main.append(el('p', {class: 'nothing'}, texts.loading));
+  const waiting = el('p', {class: 'nothing'}), say = () => setText(waiting, live.stale ? texts.notKnownNow : texts.loading);
+  say();
+  scope.on(live, 'stale', say);
+  main.append(el('h1', {tabindex: -1}, tag), waiting);
   const [uPlot, loop] = await Promise.all([loadPlotter(), described(tag, scope)]);
   if (scope.over) return;
   if (!loop) {
@@ -295,7 +308,7 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const head = header(loop), faceplate = new Faceplate(loop);
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
-  const places = {condition: el('div', {}), measures: el('div', {}), windows: el('div', {}), health: el('div', {}), explanation: el('div', {})};
+  const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
     el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation)), panel(t.measures, places.measures), panel(t.health, places.health),
       el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
@@ -307,6 +320,7 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   };
   scope.on(live, 'overview', update);
   scope.on(live, 'alarms', update);
+  scope.on(live, 'stale', update);
   update();
   await trend.load();
   followDetails(loop, places, scope);

@@ -17,6 +17,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import view_states  # noqa: E402
 from box import BIN, PASSWORD, Box, Browser, WebDriverException  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from selenium.webdriver.common.keys import Keys  # noqa: E402
@@ -450,7 +451,12 @@ def reports_and_system(box, browser):
     policy = browser.run_async("const r = await fetch(a); return [r.status, r.headers.get('Content-Security-Policy')];", link.get_attribute("href"))
     browser.check(policy[0] == 200 and policy[1].startswith("sandbox"), f"a report has no sandbox: {policy}")
     browser.go(box, "system")
+    browser.until(lambda: "Loops connected" in browser.text("main"), "the box does not say how it is")
+    browser.check("Wake-up" not in browser.text("main"), "counters stand before what a person wants to know")
+    for _ in range(2):
+        browser.run("document.querySelectorAll('main details:not([open]) > summary').forEach((e) => e.click())")
     browser.until(lambda: "Wake-up" in browser.text("main") and len(browser.all(".histogram tbody tr")) > 2, "no histogram of the cycles")
+    browser.check(any(unit in browser.text("main").split("bytes sent")[-1][:20] for unit in ("kB", "MB")), "bytes have no unit")
 
 
 def make_report(box):
@@ -550,10 +556,19 @@ def main():
                 everything(box, browser, source, options.keep, spike_ms)
             # The browser itself tells of every answer that is an error: those that were asked for.
             browser.quiet("page", allowed=("getImageData", "status of 401", "status of 403", "status of 409"))
+            if options.all:
+                view_states.stale(box, browser)
+                browser.log_out()
+                view_states.logged_out(box, browser)
+                browser.log_in(box, "vera")
+                view_states.first_seconds(box, browser)
             killed_and_back(box, browser)
+            if options.all:
+                view_states.never_heard_of(box, browser)
             browser.quiet("dead daemon", allowed=("getImageData", "status of 503", "ERR_"))
         if options.all:
             watched_loop()
+            view_states.no_data(wrong)
     except (WebDriverException, OSError, subprocess.CalledProcessError) as error:
         print(f"page_in_browser: {error}", file=sys.stderr)
         return 74
