@@ -97,4 +97,18 @@ http::Response act_on_alarm(Context& context, const Call& call) {
   return json_response(context.orders.ask(order));
 }
 
+http::Response note(Context& context, const Call& call) {
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_to_act_on(state, call);
+  const json body = object_of(call.request, {"text", "about_ms"});
+  protocol::NoteRequest request{.loop = loop.tag,
+                                .text = text_at(body, "text", kLongestReason),
+                                .user = call.who.user,
+                                .address = call.request.peer};
+  if (body.contains("about_ms")) {
+    request.about_ms = static_cast<std::uint64_t>(whole_at(body, "about_ms", 0, kLastMoment_ms));
+  }
+  return json_response(context.orders.ask(request));
+}
+
 }  // namespace loopwarden::page::api

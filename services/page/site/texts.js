@@ -25,7 +25,7 @@ const en = {
   notFound: 'There is no such page.',
   simulated: 'simulated',
   accelerated: '{factor} × real time',
-  nav: {label: 'Views', overview: 'Overview', alarms: 'Alarms', journal: 'Journal', reports: 'Reports', system: 'System', fleet: 'Fleet', login: 'Log in'},
+  nav: {label: 'Views', overview: 'Overview', trends: 'Trends', alarms: 'Alarms', journal: 'Journal', reports: 'Reports', system: 'System', fleet: 'Fleet', login: 'Log in'},
   head: {
     label: 'Box', theme: 'Theme', themeSystem: 'System', themeDark: 'Dark', themeLight: 'Light',
     login: 'Log in', logout: 'Log out', user: '{user}, {role}', readOnly: 'Read-only',
@@ -101,9 +101,14 @@ const en = {
     newest: 'newest', empty: 'Nothing is recorded in this span.', csv: 'Download CSV', jump: 'Another time …',
     keys: 'Keys: left and right move the cursor, with Shift the span; plus and minus zoom; 0 shows all; Escape takes the cursor away. Mouse: drag to zoom, double click for the span before, Ctrl and wheel to zoom. Touch: drag, pinch.',
     every: 'every sample', bucket: 'first, lowest, highest and last of each {step}', reaches: 'The recorder reaches back to {time}.',
-    upper: 'Trend of PV and set point', lower: 'Trend of controller output and stem', table: 'The span in numbers',
+    others: 'With other loops', png: 'Picture (PNG)', upper: 'Trend of PV and set point', lower: 'Trend of controller output and stem', table: 'The span in numbers',
     quantity: 'Value', at: 'At the cursor', atNewest: 'Newest', lowest: 'Lowest', highest: 'Highest',
     
+  },
+  notes: {title: 'Note', plural: 'Notes', ask: 'Note on {tag}', about: 'It stands in the journal, at {time}. Move the cursor first for another time.', text: 'Text', write: 'Write'},
+  trends: {
+    title: 'Trends', empty: 'Choose a loop and a value: up to eight curves, which the address of this page keeps.', loop: 'Loop', quantity: 'Value', add: 'Add', remove: 'Remove {curve}', full: 'Eight curves are the most.',
+    noLoop: 'There is no loop {tag}.', csv: 'CSV of {tag}', copy: 'Copy the address', every: '{tag}: every sample', bucket: '{tag}: first, lowest, highest and last of each {step}',
   },
   phase: {label: 'PV over CO in the span of the trend', older: 'older', },
   conditions: {
@@ -155,7 +160,7 @@ const en = {
   },
   acting: {
     title: 'Change {what} of {tag}', setPoint: 'set point', output: 'output', mode: 'mode', new: 'New value', now: 'In force now', range: 'from {low} to {high} {unit}', confirmTitle: 'Confirm',
-    confirm: 'Check tag and values. This acts on the process.', tag: 'Tag', what: 'What', old: 'Old value', apply: 'Set {tag} to {value}', invalid: 'A number from {low} to {high}.', same: 'That is the value in force.',
+    confirm: 'Check tag and values. This acts on the process.', tag: 'Tag', what: 'What', yours: 'Yours', author: 'Set by', setBy: '{who}, {time}', apply: 'Set {tag} to {value}', invalid: 'A number from {low} to {high}.', same: 'That is the value in force.',
     done: '{tag}: {what} is now {value}.', conflict: 'Nothing was changed: it is {value} by now. Check again.', refused: 'Refused: {why}', waiting: 'Sent; the loop has not answered yet. See the journal.', modeHint: 'Automatic: the controller moves the valve. Manual: it stays where you put it.',
     outputAuto: 'In automatic the controller moves the output; change the mode to manual first.',
   },

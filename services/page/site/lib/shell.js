@@ -12,7 +12,7 @@ import {readColours} from './spark.js';
 import {tabIcon, tabTitle} from './tab.js';
 import {changeName, fill, texts} from '../texts.js';
 
-const VIEWS = [['', 'overview'], ['alarms', 'alarms'], ['journal', 'journal'], ['reports', 'reports'], ['system', 'system'], ['fleet', 'fleet']];
+const VIEWS = [['', 'overview'], ['alarms', 'alarms'], ['trends', 'trends'], ['journal', 'journal'], ['reports', 'reports'], ['system', 'system'], ['fleet', 'fleet']];
 
 const keyOf = (line) => `${line.loop}\n${line.incident?.id ?? line.name}\n${line.raised_ms}`;
 

@@ -14,6 +14,7 @@ import {acknowledgeIncident, act, operator} from './acting.js';
 import {changeOf} from './journal.js';
 import {explanationPart} from './loop_parts.js';
 import {reportOf} from './reports.js';
+import {askNote, fetchNotes, mayNote, showNotes} from '../lib/trend_notes.js';
 import {signOf} from '../lib/state.js';
 import {changeName as nameOf, fill, texts} from '../texts.js';
 
@@ -105,7 +106,10 @@ class IncidentDetail {
     this.guide = el('div', {});
     this.why = el('div', {});
     this.alarms = el('div', {});
-    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.alarms);
+    this.noted = el('div', {});
+    const note = el('button', {type: 'button', click: () => askNote(chosen.loop, live.overview?.now_ms ?? Date.now(), () => this.load())}, `${texts.notes.title} …`);
+    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.alarms,
+      el('h3', {}, texts.notes.plural), this.noted, mayNote() ? note : null);
   }
 
   async load() {
@@ -118,8 +122,9 @@ class IncidentDetail {
       const line = linesOf(live.alarms, live.incidents).find((one) => one.incident && one.loop === loop);
       // Where the explanation has found another cause than the alarms say, it has the remedy as well.
       const telling = incident?.alarms.find((alarm) => alarm === incident.name) ?? (typeof incident?.confidence === 'number' ? null : incident?.alarms.at(-1));
-      const guide = telling && await get(loopPath(loop, 'alarms', telling), this.scope.signal);
+      const [guide, notes] = await Promise.all([telling && get(loopPath(loop, 'alarms', telling), this.scope.signal), fetchNotes([loop], this.scope.signal).catch(() => [])]);
       if (this.scope.over) return;
+      if (incident) showNotes(this.noted, notes, [1000 * incident.from_s, Infinity]);
       const key = JSON.stringify([incident, line?.alarms, ours, report?.id, live.session.can]);
       if (key === this.key) return;
       this.key = key;

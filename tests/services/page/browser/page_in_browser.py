@@ -12,11 +12,13 @@ import argparse
 import os
 import pathlib
 import pwd
+import re
 import subprocess
 import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import trends_and_bell  # noqa: E402
 import view_states  # noqa: E402
 from box import BIN, PASSWORD, Box, Browser, WebDriverException  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
@@ -25,7 +27,7 @@ from selenium.webdriver.common.keys import Keys  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 TAG = "FIC-101"
 HOSTILE = '<img src=x onerror="document.title=1">'
-ROUTES = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", "journal", "reports", "system"]
+ROUTES = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", f"trends?curves={TAG}:pv,FIC-102:pv,FIC-103:co", "journal", "reports", "system"]
 WATCHED = """loop: FIC-205
 control: elsewhere
 sample_time: 1
@@ -251,7 +253,9 @@ def orders(box, browser):
     browser.find("dialog button.grave").click()
     browser.until(lambda: "4.5" in browser.text("dialog .trouble"), f"what another has set is overwritten: {browser.text('dialog')}")
     browser.check(loop()["sp"] == 4.5, "what another has set was overwritten")
-    browser.check("4.50 L/min" in browser.text("dialog .facts") and "6.25" not in browser.text("dialog"), f"the dialog keeps the old value: {browser.text('dialog')}")
+    words = browser.text("dialog .facts")
+    browser.check("4.50 L/min" in words and "7.00 L/min" in words and "6.25" not in words, f"the dialog has not the value in force and the operator's: {words}")
+    browser.check(f"Set by\nuid {os.getuid()}" in words, f"the dialog does not say who set it: {words}")
     browser.find("dialog").send_keys(Keys.ESCAPE)
     browser.until(lambda: not browser.all("dialog"), "Escape does not close the dialog")
     browser.press(".hands button:nth-of-type(1)")
@@ -385,6 +389,11 @@ def themes(box, browser):
     browser.check(paper() == dark, "the system's theme does not come back")
 
 
+def plain(route):
+    """As part of a file's name."""
+    return re.sub("[^A-Za-z0-9-]+", "-", route) or "overview"
+
+
 def nothing_cut_off(browser, name, width):
     """Of the lists that are read from left to right: alarms, journal, reports."""
     cut = browser.run("""[...document.querySelectorAll('.as-cards th, .as-cards td')].filter((e) => e.offsetParent && !e.closest('thead') &&
@@ -397,7 +406,7 @@ def narrow_and_paper(box, browser, folder):
         browser.screen(width, 2160 if width > 1000 else 760)
         for route in ROUTES:
             browser.go(box, route)
-            name = f"{width}-{route.replace('/', '-') or 'overview'}"
+            name = f"{width}-{plain(route)}"
             browser.until(lambda: browser.text("main").strip() and "Loading" not in browser.text("main"), f"{name} stays empty")
             wide = browser.run("document.documentElement.scrollWidth")
             browser.check(wide <= width, f"{name}: {wide} pixels wide on a screen of {width}")
@@ -420,7 +429,7 @@ def narrow_and_paper(box, browser, folder):
         pdf = browser.pdf()
         browser.check(pdf.startswith(b"%PDF") and len(pdf) > 8000, f"{route}: does not print")
         if folder:
-            (folder / f"paper-{route.replace('/', '-') or 'overview'}.pdf").write_bytes(pdf)
+            (folder / f"paper-{plain(route)}.pdf").write_bytes(pdf)
         browser.media("")
 
 
@@ -429,7 +438,7 @@ def every_view(box, browser, source, folder):
         browser.screen(scheme=scheme)
         for route in ROUTES:
             browser.go(box, route)
-            name = f"{scheme}-{route.replace('/', '-') or 'overview'}"
+            name = f"{scheme}-{plain(route)}"
             browser.until(lambda: browser.text("main").strip() and "Loading" not in browser.text("main"), f"{name} stays empty")
             if route.startswith("loop"):
                 browser.until(lambda: browser.all(".windows tbody tr"), f"{name}: no windows")
@@ -480,8 +489,11 @@ def axe_source():
 def everything(box, browser, source, folder, spike_ms):
     reports_and_system(box, browser)
     day_old(box, browser, spike_ms)
+    trends_and_bell.several_loops(box, browser)
+    trends_and_bell.notes(box, browser)
     orders(box, browser)
     shelve(box, browser)
+    trends_and_bell.bell(box, browser)
     journal_searched(box, browser)
     overview_used(box, browser)
     keyboard(box, browser)

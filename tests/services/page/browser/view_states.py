@@ -9,9 +9,9 @@ from box import Box, Browser
 # Each as a visible text that no line strikes out and that does not begin with "not known".
 GOOD = r"\bnormal\b|No alarm|\bLive\b|The box is well|\bAUTO\b|writes its output|yes|\bgood\b"
 TAG = "FIC-101"
-VIEWS = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", "journal", "reports", "system"]
+VIEWS = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", f"trends?curves={TAG}:pv", "journal", "reports", "system"]
 # What a healthy box says where it has nothing to show.
-NOTHING = {"alarms": "No alarm is on, and none waits", "alarms/FIC-102/stiction": "No evidence is kept", "journal": "No line is like that",
+NOTHING = {"trends": "up to eight curves", "alarms": "No alarm is on, and none waits", "alarms/FIC-102/stiction": "No evidence is kept", "journal": "No line is like that",
            "reports": "There are no reports", "loop/FIC-102?from=1000000000000&to=1000000600000": "Nothing is recorded in this span", "system": "Nothing that the journal tells of"}
 # Answers are on their way for ever, but for the one that says who is there.
 HOLD = """(() => {
