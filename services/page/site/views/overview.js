@@ -46,11 +46,11 @@ class Item {
 
   #row() {
     const {loop} = this, cell = (...what) => el('td', {role: 'cell'}, what);
-    const number = (name, u) => el('td', {role: 'cell', class: 'number'}, this.values[name], unit(u));
+    const number = (name, u) => el('td', {role: 'cell', class: 'number', 'data-head': texts.values[name]}, this.values[name], unit(u));
     return el('tr', {role: 'row', class: 'line'},
       el('th', {scope: 'row', role: 'rowheader'}, el('a', {href: loopHref(loop.tag)}, loop.tag), el('span', {class: 'about'}, loop.description ?? '')),
       el('td', {role: 'cell', class: 'how'}, this.ne107, this.state), cell(this.mode), number('pv', loop.pv_unit), number('sp', loop.pv_unit), number('co', loop.co_unit),
-      el('td', {role: 'cell', class: 'number'}, this.condition), el('td', {role: 'cell', class: 'trend'}, this.canvas, unseen(t.spark)));
+      el('td', {role: 'cell', class: 'number condition', 'data-head': t.condition}, this.condition), el('td', {role: 'cell', class: 'trend'}, this.canvas, unseen(t.spark)));
   }
 
   update(o) {
