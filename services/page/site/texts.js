@@ -188,7 +188,7 @@ const en = {
     boxesOnline: 'Boxes online', loopsOnline: 'Loops online', sick: 'Loops with a valve alarm', faulty: 'Loops at fault', waiting: 'Alarms to acknowledge', rateToday: 'Alarms in 10 min, last day', nOf: '{n} of {all}',
     worst: 'Worst loops', worstCaption: 'Loops with an alarm that is on, in the chosen order', valve: 'Loop', alarm: 'Alarm', size: 'Size', since: 'Since', weeks: 'Eight weeks', for: 'for {long}', ago: '{long} ago',
     curve: 'now {now}, at most {most} in eight weeks', noCurve: 'no history', noSick: 'No loop has an alarm that is on.', shown: '{n} shown of {all} alarms that are on, the greatest first; sizes in % of the CO span.', nothing: 'No row is like that.',
-    faults: 'Loops at fault', faultsCaption: 'Loops whose PV, output or mode is not as it should be, the newest first', loop: 'Loop', noFault: 'PV, output and mode of every loop are as they should be.',
+    faults: 'Loops at fault', faultsCaption: 'Loops whose PV, output or mode is not as it should be, the newest first', loop: 'Loop', noFault: 'PV, output and mode of every loop are as they should be.', ofHeard: 'Of the boxes that are heard: {text} Silent boxes: {n}.',
     silent: 'Silent boxes', silentCaption: 'Boxes that are away, or have said nothing for two minutes', box: 'Box', state: 'State', heard: 'Last heard', note: 'Note', saysNothing: 'connected, says nothing', away: 'away', noSilent: 'Every box has been heard within two minutes.',
     conflict: 'its name was used twice, {time}', clockAhead: 'its clock is ahead by {long}', clockBehind: 'its clock is behind by {long}',
     versions: 'Versions and configurations that differ', versionsCaption: 'Boxes with another version, other specialists or another configuration than most of their group, or with a configuration that changed within a week', version: 'Version', config: 'Configuration', model: 'Specialists',
@@ -198,7 +198,7 @@ const en = {
     judged: {acceptable: 'acceptable', manageable: 'manageable', over: 'too many', floods: 'floods'},
   },
   valve: {
-    alarms: 'Alarms of this valve', noAlarm: 'No alarm of this valve has ever come.', where: 'Where', online: 'online', loopAway: 'the box is online, the loop is not', weeks: 'Size of its faults over thirteen weeks', ofSpan: '% of CO span',
+    alarms: 'Alarms of this valve', noAlarm: 'No alarm of this valve has ever come.', away: 'This box has not been heard since {time}. What is shown is of then; how the valve is now is not known.', loopAwayLong: 'This loop is not told of any longer, since {time}. What is shown is of then.', where: 'Where', online: 'online', loopAway: 'the box is online, the loop is not', weeks: 'Size of its faults over thirteen weeks', ofSpan: '% of CO span',
     values: 'Last values', noValues: 'No value of this loop has come yet.', changes: 'Changes of its alarms', detectable: 'Smallest fault that can be seen', evidence: 'Files in the host’s database; they are looked at on the box.', file: 'File', asked: 'Begun', there: 'Complete',
   },
   valueNames: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem', variability: 'Variability', mean_error: 'Mean of SP − PV', oscillation_index: 'Regularity of the oscillation', oscillation_period: 'Its period', travel: 'Travel', reversals: 'Reversals', stick: 'Stick',

@@ -16,7 +16,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from box import BIN, Browser, WebDriverException  # noqa: E402
-from fleet_plant import HOSTILE, LOOPS, SICK, FleetPlant  # noqa: E402
+from fleet_plant import HOSTILE, KINDS, LOOPS, SICK, FleetPlant  # noqa: E402
 from page_in_browser import axe, axe_source, drawn, keep, wrong  # noqa: E402
 
 WORST = SICK[0]
@@ -141,6 +141,17 @@ def valve_shows(plant, browser, source, folder):
     browser.until(lambda: "there is no such valve" in browser.text("main"), "a valve that is not there is not told of")
 
 
+def away_is_not_known(plant, browser):
+    """A valve of a box that is away has last values, struck out, and no sign that it is well."""
+    browser.go(plant, f"valve/Crude/crude-07/{KINDS[50 % len(KINDS)]}-0701")
+    browser.until(lambda: "not been heard since" in browser.text(".old-note"), f"nobody says that the box is away: {browser.text('main')[:200]}")
+    struck = browser.run("getComputedStyle(document.querySelector('.last-values .value')).textDecorationLine")
+    browser.check("line-through" in struck and not browser.run("document.querySelector('main .icon-ok')"), "a valve of a box that is away looks well")
+    browser.go(plant, "fleet")
+    browser.until(lambda: browser.all(".worst tbody tr"), "no way back to the fleet")
+    browser.check("Of the boxes that are heard" in browser.text("main"), "of silent boxes' loops it is said that they are as they should be")
+
+
 def database_stops(plant, browser):
     browser.go(plant, "fleet")
     browser.until(lambda: browser.all(".worst tbody tr"), "no rows")
@@ -226,6 +237,7 @@ def main():
             browser.until(lambda: browser.all(".worst tbody tr"), "no rows")
             narrow_and_paper(plant, browser, source, options.keep)
             browser.quiet("fleet", allowed=("status of 401", "status of 404", "getImageData"))
+            away_is_not_known(plant, browser)
             database_stops(plant, browser)
             browser.quiet("database away", allowed=("status of 503",))
             beside_a_box(plant, browser)
