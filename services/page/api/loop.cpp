@@ -24,7 +24,11 @@ json with_evidence(json answer, files::ReportStore& store) {
 
 const protocol::LoopDescription& loop_at(const std::shared_ptr<const BoxState>& state,
                                          std::string_view tag) {
-  const protocol::LoopDescription* loop = state ? state->find(tag) : nullptr;
+  if (!state) {
+    throw protocol::DaemonError(protocol::DaemonError::Kind::down,
+                                "nothing has been heard of the daemon yet");
+  }
+  const protocol::LoopDescription* loop = state->find(tag);
   if (loop == nullptr) throw ApiError(404, "there is no loop of that name");
   return *loop;
 }

@@ -42,11 +42,11 @@ function acknowledgeButton(line) {
 function listOf(chosen) {
   const lines = arrangedAlarms(linesOf(live.alarms, live.incidents));
   if (!lines.length) return el('p', {class: 'nothing'}, live.stale ? texts.notKnownNow : live.alarmsKnown ? t.nothing : texts.loading);
-  const columns = [{head: t.state}, {head: t.loop}, {head: t.alarm, row: true}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}, {head: '', class: 'act'}];
-  const node = table(t.caption, columns, lines.map((line) => [[stateCell(line.state, line.grave(severe())), el('small', {}, texts.priority[line.grave(severe())])],
+  const columns = [{head: t.state}, {head: t.loop}, {head: t.alarm, row: true}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}];
+  const node = table(t.caption, columns, lines.map((line) => [[stateCell(line.state, line.grave(severe())), el('small', {}, texts.priority[line.grave(severe())]), acknowledgeButton(line)],
     el('a', {href: `#/loop/${encodeURIComponent(line.loop)}`}, line.loop), el('span', {}, el('a', {href: hrefOf(line.loop, partOf(line)), class: 'choose'}, nameOf(line.name)), line.firstOut ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null,
       line.alarms.length > 1 || line.alarms[0].alarm !== line.name ? raisedBy(line) : null),
-    sizeText(line.size), wall().dateTime(line.raised_ms), acknowledgeButton(line)]), {captionHidden: true, class: 'lines as-cards alarms'});
+    typeof line.size === 'number' ? sizeText(line.size) : '', wall().dateTime(line.raised_ms)]), {captionHidden: true, class: 'lines as-cards alarms'});
   node.querySelectorAll('tbody tr').forEach((row, i) => {
     const line = lines[i], is = line.loop === chosen?.loop && (partOf(line) === chosen?.alarm || line.alarms.some((alarm) => alarm.alarm === chosen?.alarm));
     row.classList.toggle('chosen', is);

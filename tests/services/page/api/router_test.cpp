@@ -75,6 +75,15 @@ TEST_CASE("a viewer can't write, an operator can, and the journal will know who"
   CHECK(rig.orders.asked[0]["alarm"] == "stiction");
 }
 
+TEST_CASE("a loop of a daemon that was never heard of is not known, rather than not there") {
+  ApiRig rig(true);
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "FIC-999"})).status == 404);
+  rig.now.state = nullptr;
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "FIC-101"})).status == 503);
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "FIC-101", "history"})).status == 503);
+  CHECK(rig.answer(rig.post_as("otto", kAlarm, kAcknowledge)).status == 503);
+}
+
 TEST_CASE("a note on a loop is an operator's, with the time it is about") {
   ApiRig rig(true);
   const std::vector<std::string> notes{"api", "loops", "FIC-101", "notes"};

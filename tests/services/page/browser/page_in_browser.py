@@ -214,7 +214,7 @@ def day_old(box, browser, spike_ms):
         ActionChains(browser.driver).double_click(browser.find(".plot .u-over")).perform()
         return span() > 1.5 * fine
     browser.until(goes_back, "a double click does not go back")
-    csv = browser.run_async("const r = await fetch(document.querySelector('.under a.button').href); return [r.status, (await r.text()).slice(0, 40)];")
+    csv = browser.run_async("const r = await fetch(document.querySelector('.under a[download]').href); return [r.status, (await r.text()).slice(0, 40)];")
     browser.check(csv[0] == 200 and csv[1].startswith("time,pv"), f"the CSV is {csv}")
 
 
@@ -491,11 +491,11 @@ def everything(box, browser, source, folder, spike_ms):
     day_old(box, browser, spike_ms)
     trends_and_bell.several_loops(box, browser)
     trends_and_bell.notes(box, browser)
+    overview_used(box, browser)
     orders(box, browser)
     shelve(box, browser)
     trends_and_bell.bell(box, browser)
     journal_searched(box, browser)
-    overview_used(box, browser)
     keyboard(box, browser)
     themes(box, browser)
     every_view(box, browser, source, folder)
@@ -577,7 +577,7 @@ def main():
             killed_and_back(box, browser)
             if options.all:
                 view_states.never_heard_of(box, browser)
-            browser.quiet("dead daemon", allowed=("getImageData", "status of 503", "ERR_"))
+            browser.quiet("dead daemon", allowed=("getImageData", "status of 401", "status of 503", "ERR_"))
         if options.all:
             watched_loop()
             view_states.no_data(wrong)

@@ -7,7 +7,7 @@ import tempfile
 from box import Box, Browser
 
 # Each as a visible text that no line strikes out and that does not begin with "not known".
-GOOD = r"\bnormal\b|No alarm|\bLive\b|The box is well|\bAUTO\b|writes its output|yes|\bgood\b"
+GOOD = r"(?<!its )\bnormal\b|No alarm|\bLive\b|The box is well|\bAUTO\b|writes its output|yes|\bgood\b"
 TAG = "FIC-101"
 VIEWS = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", f"trends?curves={TAG}:pv", "journal", "reports", "system"]
 # What a healthy box says where it has nothing to show.
