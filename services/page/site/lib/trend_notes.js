@@ -9,12 +9,16 @@ import {wall} from './shell.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.notes;
-const MOST_LINES = 200;
+const MOST_LINES = 200, FRESH_MS = 15_000;
+let newest = {tags: null, at_ms: -Infinity, notes: []};
 
-// Of some loops together, numbered over all of them.
+// Of some loops together, numbered over all of them. A trend that follows asks each few seconds; the journal is not read as often.
 export async function fetchNotes(tags, signal) {
+  const now_ms = performance.now(), key = tags.join();
+  if (newest.tags === key && now_ms - newest.at_ms < FRESH_MS) return newest.notes;
   const answers = await Promise.all(tags.map((loop) => get(`/api/journal${query({loop, kind: 'operator', text: 'note', most: MOST_LINES})}`, signal)));
-  return notesOf(answers.flatMap(({lines}) => lines));
+  newest = {tags: key, at_ms: now_ms, notes: notesOf(answers.flatMap(({lines}) => lines))};
+  return newest.notes;
 }
 
 // Written anew only where another note is in the span: a reader's selection stays.
@@ -35,6 +39,7 @@ export function askNote(tag, at_ms, then) {
     title: fill(t.ask, {tag}), label: t.write, body: [el('p', {}, fill(t.about, {time: wall().dateTime(at_ms)})), field(t.text, text)],
     accept: async (data) => {
       await post(loopPath(tag, 'notes'), {text: String(data.get('text')), about_ms: Math.floor(at_ms)});
+      newest.tags = null;
       await then();
     },
   });

@@ -18,7 +18,7 @@ import {wall} from '../lib/shell.js';
 
 const t = texts.trends;
 const tt = texts.trend;
-const FOLLOWS_MS = 3000;
+const FOLLOWS_MS = 3000, LINES_EACH_MS = 15_000;
 const nameOf = (tag, quantity) => `${tag} ${texts.values[quantity]}`;
 const find = (tag) => live.describe?.loops[live.places.get(tag)];
 
@@ -99,7 +99,7 @@ class Trends {
     try {
       const [histories, lines, notes] = await Promise.all([
         Promise.all(tags.map((tag) => get(loopPath(tag, 'history') + query({from_ms: span[0], to_ms: span[1], points}), signal))),
-        Promise.all(tags.map((loop) => get(`/api/journal${query({loop, kind: 'alarm', most: 200})}`, signal).then((answer) => answer.lines))), fetchNotes(tags, signal)]);
+        this.#alarmLines(tags), fetchNotes(tags, signal)]);
       if (mine !== this.asked) return;
       this.histories = Object.fromEntries(tags.map((tag, i) => [tag, histories[i]]));
       Object.assign(this, {lines, notes});
@@ -116,6 +116,14 @@ class Trends {
     clearTimeout(this.timer);
     if (this.choice.fixed || this.scope.over) return;
     this.timer = setTimeout(() => { if (live.stale || document.hidden) this.#next(); else this.load(); }, FOLLOWS_MS);
+  }
+
+  // Of each loop; what has changed since comes with `live.alarms`.
+  async #alarmLines(tags) {
+    if (this.linesOf === tags.join() && performance.now() - this.linesAt < LINES_EACH_MS) return this.lines;
+    const answers = await Promise.all(tags.map((loop) => get(`/api/journal${query({loop, kind: 'alarm', most: 200})}`, this.scope.signal)));
+    Object.assign(this, {linesOf: tags.join(), linesAt: performance.now()});
+    return answers.map(({lines}) => lines);
   }
 
   // In the address, which the browser keeps: no view is opened anew.

@@ -35,6 +35,21 @@ process_variable: {unit: m3/h, range: [0, 40]}
 output: {unit: "%", range: [0, 100]}
 io: {backend: feed, pv: {feed: "plant:PV"}, co: {feed: "plant:OP"}}
 """
+# Its device is not there, and it has no read-back: nothing that it computes reaches a valve.
+UNREACHED = """loop: FIC-206
+sample_time: 0.2
+process_variable: {unit: m3/h, range: [0, 40]}
+controller: {action: reverse, kc: 0.6, ti: 8, set_point: {limits: [0, 40]}, output: {unit: "%", range: [0, 100]}}
+start: {mode: automatic, set_point: 20, output: 50}
+safe_actions: {stop: hold, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: manual}
+recording: {enabled: false}
+io:
+  backend: modbus
+  poll_period: 0.2
+  transmitter: {link: skid, unit: 1, register: {table: input, address: 0, type: f32}}
+  positioner: {link: skid, unit: 2, command: {address: 100, type: u16, scale: 0.01}, comm_loss: none_accepted}
+"""
+LINK = "links: {skid: {transport: tcp, host: 127.0.0.1, port: 1, response_timeout: 0.1}}\n"
 wrong = []
 
 
@@ -502,21 +517,29 @@ def everything(box, browser, source, folder, spike_ms):
     narrow_and_paper(box, browser, folder)
 
 
-def watched_loop():
-    """Of a loop that another controller has an operator sees who has it, and no buttons."""
+def whether_it_acts(folder):
+    """A faceplate says at once whether its loop acts: one that another controller has, with no buttons, one that acts on a model, one whose output reaches no valve."""
     box = Box(healthy=1, accelerate=1)
     daemon = box.folder / "config/loopwardend.yaml"
     user = pwd.getpwuid(os.getuid()).pw_name
-    daemon.write_text(daemon.read_text(encoding="utf-8") + f"feeders: {{plant: {{user: {user}}}}}\n", encoding="utf-8")
+    daemon.write_text(daemon.read_text(encoding="utf-8") + f"feeders: {{plant: {{user: {user}}}}}\n{LINK}", encoding="utf-8")
+    (box.folder / "config/loops.d/0002-unreached.yaml").write_text(UNREACHED, encoding="utf-8")
     (box.folder / "config/loops.d/0000-watched.yaml").write_text(WATCHED, encoding="utf-8")
     with tempfile.TemporaryDirectory() as profile, box, Browser(profile, wrong) as browser:
         browser.screen()
         browser.log_in(box, "otto")
         browser.go(box, "loop/FIC-102")
         browser.until(lambda: len(browser.all(".hands button")) == 3, "a loop controlled here has no buttons")
+        browser.until(lambda: "Acts, simulated" in browser.text(".acts"), f"a simulated loop says {browser.text('.acts')!r}")
         browser.go(box, "loop/FIC-205")
         browser.until(lambda: "Another controller has this loop" in browser.text(".faceplate"), "nobody says who controls")
         browser.check(not browser.all(".hands button"), "a watched loop can be operated")
+        browser.go(box, "loop/FIC-206")
+        browser.until(lambda: "Not written" in browser.text(".acts"), f"a loop whose output reaches no valve says {browser.text('.acts')!r}")
+        browser.go(box)
+        tile = lambda: next((one.text for one in browser.all(".tile") if "FIC-206" in one.text), "")
+        browser.until(lambda: tile() and "normal" not in tile().splitlines(), f"its tile says {tile()!r}")
+        keep(browser, folder, "acts")
 
 
 def smoke(box, browser, source, options):
@@ -579,7 +602,7 @@ def main():
                 view_states.never_heard_of(box, browser)
             browser.quiet("dead daemon", allowed=("getImageData", "status of 401", "status of 503", "ERR_"))
         if options.all:
-            watched_loop()
+            whether_it_acts(options.keep)
             view_states.no_data(wrong)
     except (WebDriverException, OSError, subprocess.CalledProcessError) as error:
         print(f"page_in_browser: {error}", file=sys.stderr)
