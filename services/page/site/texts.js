@@ -24,6 +24,7 @@ const en = {
   
   notFound: 'There is no such page.',
   simulated: 'simulated',
+  simulatedSome: '{n} of {all} simulated',
   accelerated: '{factor} × real time',
   nav: {label: 'Views', overview: 'Overview', trends: 'Trends', alarms: 'Alarms', journal: 'Journal', reports: 'Reports', system: 'System', fleet: 'Fleet', login: 'Log in'},
   head: {

@@ -149,7 +149,8 @@ export class Shell {
 
   #box() {
     const parts = [];
-    if (live.describe?.loops.some((loop) => loop.simulated)) parts.push(texts.simulated);
+    const loops = live.describe?.loops ?? [], n = loops.filter((loop) => loop.simulated).length;
+    if (n) parts.push(n === loops.length ? texts.simulated : fill(texts.simulatedSome, {n, all: loops.length}));
     if ((live.describe?.accelerate ?? 1) !== 1) parts.push(fill(texts.accelerated, {factor: live.describe.accelerate}));
     this.note.hidden = !parts.length;
     setText(this.note, parts.join(', '));

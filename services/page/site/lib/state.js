@@ -48,6 +48,9 @@ export function stateOf(o, i, about = {}) {
   return about.stale ? [fill(texts.stale.state, {state: words}), null, 'soft'] : [words, sign, look];
 }
 
+// What another controller's mode is nobody knows while nothing comes from it.
+export const modeOf = (o, i, loop) => (loop.control === 'elsewhere' && quality(o.quality[i]) === 'bad' ? null : MODES[o.mode[i]] ?? null);
+
 // NE 107: [letter, meaning].
 export const ne107Of = (o, i, stale) => (stale ? null : texts.ne107[NE107[o.ne107[i]]]) ?? ['–', texts.notKnown];
 

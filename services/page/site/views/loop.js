@@ -19,7 +19,7 @@ import {wall} from '../lib/shell.js';
 import {conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
 import {operator, order} from './acting.js';
 import {reportOf} from './reports.js';
-import {actsOf, ne107Of, signOf} from '../lib/state.js';
+import {actsOf, modeOf, ne107Of, signOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.loop;
@@ -58,14 +58,14 @@ class Faceplate {
   }
 
   update(o, i) {
-    const mode = MODES[o.mode[i]], asked = MODES[o.requested_mode?.[i]];
+    const mode = modeOf(o, i, this.loop), asked = MODES[o.requested_mode?.[i]];
     this.#act(actsOf(o, i, this.loop, Boolean(live.stale)));
     this.pv.set(o.pv[i], o.sp[i]);
     this.sp.set(o.sp[i]);
     this.co.set(o.co[i], o.stem[i]);
     setText(this.mode, mode ? texts.modes[mode] : texts.notKnown);
     setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode big odd' : 'mode big');
-    setText(this.asked, asked && asked !== mode ? fill(t.requested, {mode: texts.modes[asked]}) : '');
+    setText(this.asked, asked && mode && asked !== mode ? fill(t.requested, {mode: texts.modes[asked]}) : '');
     setText(this.stem, quantity(o.stem[i], this.loop.co_range, this.loop.co_unit));
     if (this.outputHand) {
       this.outputHand.disabled = mode === 'automatic';

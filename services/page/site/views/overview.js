@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // All loops, the worst first, as tiles or as a table. Every loop keeps its node; with each set of values only what
 // changed is written, of the loops that are on the screen, and pictures are drawn in the same frame.
-import {MODES} from '../lib/codes.js';
 import {el, icon, setAttribute, setText, unit, unseen} from '../lib/dom.js';
 import {NONE, decimalsFor, fixed} from '../lib/format.js';
 import {live} from '../lib/live.js';
 import {recall, remember} from '../lib/memory.js';
 import {FILTERS, arranged, counts} from '../lib/order.js';
 import {draw} from '../lib/spark.js';
-import {ne107Of, stateOf} from '../lib/state.js';
+import {modeOf, ne107Of, stateOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.overview;
@@ -56,7 +55,7 @@ class Item {
   update(o) {
     const {i, loop} = this;
     for (const name of ['pv', 'sp', 'co']) setText(this.values[name], fixed(o[name][i], this.decimals[name]));
-    const mode = MODES[o.mode[i]];
+    const mode = modeOf(o, i, loop);
     setText(this.mode, mode ? texts.modes[mode] : NONE);
     setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode odd' : 'mode');
     const [words, sign, look] = stateOf(o, i, {loop, listed: (kind) => live.alarms.find((alarm) => alarm.loop === loop.tag && alarm.alarm === kind),

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import {FAULTS, MODES} from '../../../../services/page/site/lib/codes.js';
-import {actsOf, ne107Of, stateOf} from '../../../../services/page/site/lib/state.js';
+import {actsOf, modeOf, ne107Of, stateOf} from '../../../../services/page/site/lib/state.js';
 import {texts} from '../../../../services/page/site/texts.js';
 
 const calm = {pv: 5, sp: 5, co: 50, mode: 1, fault: 0, quality: 192, flags: 0, ne107: 0, alarm: 0, alarm_kind: null, condition: 95};
@@ -50,6 +50,12 @@ test('what keeps a loop from acting is told before its mode', () => {
   assert.equal(acts({}, {control: 'elsewhere'}), 'watched');
   assert.equal(words({}, {loop: {control: 'elsewhere'}}), texts.acts.watched[0]);
   assert.equal(actsOf(overview(), 0, {simulated: true}).simulated, true);
+});
+
+test('the mode of a watched loop is not known while nothing comes from its controller', () => {
+  assert.equal(modeOf(overview({quality: 0}), 0, {control: 'elsewhere'}), null);
+  assert.equal(modeOf(overview(), 0, {control: 'elsewhere'}), 'automatic');
+  assert.equal(modeOf(overview({quality: 0}), 0, {control: 'here'}), 'automatic');
 });
 
 test('every fault and mode leads to a text without a hole', () => {
