@@ -109,7 +109,7 @@ def others_show(browser):
     versions = browser.run("[...document.querySelectorAll('.pair-of-panels section:nth-child(2) tbody tr')].map((r) => [r.cells[0].innerText.split('\\n')[0].trim(), ...[...r.cells].slice(1, 4).map((c) => c.querySelector('.icon-low') !== null), r.cells[4].innerText !== ''])")
     browser.check(versions == [["crude-02", True, False, False, False], ["crude-12", False, False, False, True], ["reformer-03", False, False, False, True],
                                ["reformer-06", False, False, True, False], ["reformer-13", True, False, False, False], ["utilities-05", False, True, False, True]], f"versions: {versions}")
-    rates = {row.split("\t")[0].split("\n")[0]: row for row in texts(browser, ".fleet-body > section:nth-of-type(2) tbody tr")}
+    rates = {row.split("\t")[0].split("\n")[0]: row for row in texts(browser, ".fleet-body > section:has(.rate) tbody tr")}
     browser.check(list(rates) == ["All groups", "Crude", "Reformer", "Utilities"], f"groups: {list(rates)}")
     browser.check("floods" in rates["Reformer"] and "acceptable" in rates["Utilities"], f"rates: {rates}")
     flood, bars = browser.run("['.rate-flood', '.rate-bar'].map((c) => (document.querySelectorAll(c)[2].getAttribute('d').match(/M/g) ?? []).length)")
@@ -205,7 +205,7 @@ def beside_a_box(plant, browser):
     browser.driver.get(plant.url)
     browser.log_in(plant, "vera")
     browser.until(lambda: browser.run("document.querySelector('main').dataset.view") == "overview", "the box is not what comes first")
-    browser.check(nav(browser) == ["Overview", "Alarms", "Journal", "Reports", "System", "Fleet"], f"the ways are {nav(browser)}")
+    browser.check(nav(browser) == ["Overview", "Alarms", "Trends", "Journal", "Reports", "System", "Fleet"], f"the ways are {nav(browser)}")
     browser.until(lambda: "No values since" in browser.text(".banner"), "a box without a daemon does not say so")
     wide = browser.run("document.documentElement.scrollWidth")
     browser.check(wide <= 360, f"six ways are {wide} pixels wide")
