@@ -126,7 +126,7 @@ class FleetView {
       {key: 'tag', head: t.loop, row: true, value: (row) => row.tag, cell: (row) => [el('a', {href: valveHref(row)}, row.tag), el('small', {}, `${row.group} · ${row.edge}${row.online ? '' : ` · ${t.away}`}`)]},
       {key: 'alarm', head: t.alarm, value: (row) => texts.alarms[row.alarm] ?? row.alarm, cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
       {key: 'since', head: t.since, class: 'time', falls: true, value: (row) => row.since_ms, cell: (row) => [at(row.since_ms), el('small', {}, fill(t.for, {long: duration((this.answer.now_ms - row.since_ms) / 1000)}))]},
-    ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'since', {class: 'lines'});
+    ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'since');
     this.silent = new SortedTable(t.silentCaption, [
       {key: 'edge', head: t.box, row: true, value: (row) => row.edge, cell: boxCell},
       {key: 'state', head: t.state, value: (row) => (row.online ? 1 : 0), cell: (row) => el('span', {class: 'state low'}, el('span', {class: 'sign'}, icon(row.online ? 'low' : 'bad')), el('span', {}, row.online ? t.saysNothing : t.away))},

@@ -56,7 +56,7 @@ function busTable(loops) {
   const h = texts.health, names = ['transactions', 'timeouts', 'device_exceptions', 'invalid_replies', 'reconnects', 'write_errors'];
   const columns = [{head: texts.overview.tag, row: true}, {head: h.connected}, ...names.map((name) => ({head: h[name], class: 'number'}))];
   return scroller(t.buses, table(t.busCaption, columns, loops.map(({loop, io}) => [el('a', {href: `#/loop/${encodeURIComponent(loop)}`}, loop), io.connected ? texts.yes : texts.no,
-    ...names.map((name) => count(io[name]))]), {captionHidden: true, class: 'lines'}));
+    ...names.map((name) => count(io[name]))]), {captionHidden: true, class: 'lines as-cards'}));
 }
 
 function pairsOf(object) {

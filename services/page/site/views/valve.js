@@ -27,13 +27,13 @@ function alarmTable(valve) {
   if (!valve.alarms.length) return el('p', {class: 'calm'}, icon(valve.online ? 'ok' : 'low'), t.noAlarm);
   const columns = [{head: texts.alarm.alarm, row: true}, {head: texts.alarm.state}, {head: texts.alarm.size, class: 'number'}, {head: texts.alarm.changed, class: 'time'}];
   return scroller(t.alarms, table(t.alarms, columns, valve.alarms.map((alarm) => [alarm.active ? alarmSign(alarm) : nameOf(alarm.alarm), stateText(alarm.state),
-    percent(alarm.severity, 1), wall().dateTime(alarm.changed_ms)]), {captionHidden: true, class: 'lines'}));
+    percent(alarm.severity, 1), wall().dateTime(alarm.changed_ms)]), {captionHidden: true, class: 'lines as-cards'}));
 }
 
 function historyTable(changes) {
   const columns = [{head: texts.journal.time, row: true, class: 'time'}, {head: texts.alarm.alarm}, {head: texts.alarm.state}, {head: texts.alarm.size, class: 'number'}];
   return scroller(t.changes, table(t.changes, columns, changes.slice(0, 100).map((one) => [wall().dateTime(one.time_ms), nameOf(one.alarm), stateText(one.state), percent(one.severity, 1)]),
-    {captionHidden: true, class: 'lines'}));
+    {captionHidden: true, class: 'lines as-cards'}));
 }
 
 function valueTable(valve) {
@@ -48,7 +48,7 @@ function evidenceList(evidence) {
   if (!evidence.length) return null;
   return panel(texts.alarm.evidence, el('p', {class: 'soft small'}, t.evidence),
     scroller(texts.alarm.evidence, table(texts.alarm.evidence, [{head: t.file, row: true}, {head: t.asked, class: 'time'}, {head: t.there}],
-      evidence.map((one) => [one.name, wall().dateTime(one.begun_ms), one.complete ? texts.yes : texts.no]), {captionHidden: true})));
+      evidence.map((one) => [one.name, wall().dateTime(one.begun_ms), one.complete ? texts.yes : texts.no]), {captionHidden: true, class: 'lines as-cards'})));
 }
 
 function boxFacts(valve) {

@@ -181,6 +181,8 @@ def narrow_and_paper(plant, browser, source, folder):
             browser.check(wide <= width, f"{name}: {wide} pixels wide on a screen of {width}")
             keep(browser, folder, name, full=True)
             if width == 360:
+                cut = browser.run("[...document.querySelectorAll('main .scroller')].filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => e.getAttribute('aria-label'))")
+                browser.check(not cut, f"{name}: tables that are cut off: {cut}")
                 small = browser.run("""[...document.querySelectorAll('.nav a, main button, main select, main input')].filter((e) => e.offsetParent && !e.closest('table'))
                   .map((e) => [e.textContent.slice(0, 20), Math.round(e.getBoundingClientRect().height)]).filter(([, h]) => h < 32)""")
                 browser.check(not small, f"{name}: too small for a finger: {small[:4]}")
