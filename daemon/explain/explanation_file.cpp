@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -32,6 +34,24 @@ std::optional<plant::Block> block_of(const std::string& name) {
     if (name == plant::to_text(block)) return block;
   }
   return std::nullopt;
+}
+
+// Of the first of gap's effects; a number that is null is not known.
+std::optional<commission::Stick> stick_of(const json& effects) {
+  if (effects.empty()) return std::nullopt;
+  const auto numbers = [](const json& all) {
+    std::map<std::string, double> known;
+    for (const auto& [name, value] : all.items()) {
+      if (value.is_number()) known[name] = value.get<double>();
+    }
+    return known;
+  };
+  std::map<std::string, std::array<double, 2>> interval;
+  for (const auto& [name, ends] : effects.front().at("interval").items()) {
+    if (!ends.at(0).is_number() || !ends.at(1).is_number()) continue;
+    interval[name] = {ends.at(0).get<double>(), ends.at(1).get<double>()};
+  }
+  return commission::stick_of(numbers(effects.front().at("parameters")), interval);
 }
 
 double number_of(const json& j) { return j.is_null() ? Explanation::kNone : j.get<double>(); }
@@ -64,6 +84,7 @@ Explanation read_explanation(const std::filesystem::path& folder) {
       e.confidence = first.at("confidence").get<double>();
       e.alternatives = first.at("alternatives").get<std::vector<std::string>>();
       e.remedy = first.at("remedy").get<std::string>();
+      if (e.effect == "stiction") e.stick = stick_of(j.at("effects"));
     }
     e.folder = folder;
     return e;

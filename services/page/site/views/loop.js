@@ -12,8 +12,8 @@ import {field} from '../lib/dialog.js';
 import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {wall} from '../lib/shell.js';
-import {conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
-import {operator, order} from './acting.js';
+import {calmPart, conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
+import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
 import {signOf} from './overview.js';
 import {fill, texts} from '../texts.js';
@@ -295,9 +295,9 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const head = header(loop), faceplate = new Faceplate(loop);
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
-  const places = {condition: el('div', {}), measures: el('div', {}), windows: el('div', {}), health: el('div', {}), explanation: el('div', {})};
+  const places = {condition: el('div', {}), measures: el('div', {}), windows: el('div', {}), health: el('div', {}), explanation: el('div', {}), calm: el('div', {})};
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
-    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation)), panel(t.measures, places.measures), panel(t.health, places.health),
+    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm)), panel(t.measures, places.measures), panel(t.health, places.health),
       el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
   const i = live.places.get(tag);
   const update = () => {
@@ -334,6 +334,8 @@ function followDetails(loop, places, scope) {
       put('windows', windows.windows, () => windowTable(windows.windows));
       put('explanation', [now.explanation, report?.id], () => (now.explanation ? explanationPart(now.explanation, report?.id ?? null)
         : el('p', {class: 'nothing'}, loop.twin ? texts.explain.none : texts.explain.noTwin)));
+      const begin = live.session.can?.alarms ? () => act(loop.tag, 'stiction', 'calm') : null;
+      put('calm', [now.monitor.corrective_action, now.compensator?.says, now.explanation?.effect, Boolean(begin)], () => calmPart(now, begin) ?? '');
     } catch (error) {
       if (error.name !== 'AbortError' && !places.condition.key) places.condition.replaceChildren(el('p', {class: 'trouble'}, fill(texts.failed, {why: error.message})));
     }
