@@ -36,9 +36,12 @@ std::optional<plant::Block> block_of(const std::string& name) {
   return std::nullopt;
 }
 
-// Of the first of gap's effects; a number that is null is not known.
+// Of the effect stiction, where it is one of gap's; a number that is null is not known.
 std::optional<commission::Stick> stick_of(const json& effects) {
-  if (effects.empty()) return std::nullopt;
+  const auto stiction = std::find_if(effects.begin(), effects.end(), [](const json& effect) {
+    return effect.at("name") == "stiction";
+  });
+  if (stiction == effects.end()) return std::nullopt;
   const auto numbers = [](const json& all) {
     std::map<std::string, double> known;
     for (const auto& [name, value] : all.items()) {
@@ -47,11 +50,11 @@ std::optional<commission::Stick> stick_of(const json& effects) {
     return known;
   };
   std::map<std::string, std::array<double, 2>> interval;
-  for (const auto& [name, ends] : effects.front().at("interval").items()) {
+  for (const auto& [name, ends] : stiction->at("interval").items()) {
     if (!ends.at(0).is_number() || !ends.at(1).is_number()) continue;
     interval[name] = {ends.at(0).get<double>(), ends.at(1).get<double>()};
   }
-  return commission::stick_of(numbers(effects.front().at("parameters")), interval);
+  return commission::stick_of(numbers(stiction->at("parameters")), interval);
 }
 
 double number_of(const json& j) { return j.is_null() ? Explanation::kNone : j.get<double>(); }
@@ -84,8 +87,8 @@ Explanation read_explanation(const std::filesystem::path& folder) {
       e.confidence = first.at("confidence").get<double>();
       e.alternatives = first.at("alternatives").get<std::vector<std::string>>();
       e.remedy = first.at("remedy").get<std::string>();
-      if (e.effect == "stiction") e.stick = stick_of(j.at("effects"));
     }
+    if (e.agrees) e.stick = stick_of(j.at("effects"));
     e.folder = folder;
     return e;
   } catch (const std::exception& e) {

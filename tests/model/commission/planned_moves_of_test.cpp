@@ -10,8 +10,8 @@ using namespace loopwarden::commission;
 
 TEST_CASE("planned moves take process and load from the twin", "[commission][planned_moves]") {
   plant::LoopModel twin;
-  twin.process = {.gain = 1.5, .time_constant_s = 4.0, .dead_time_s = 2.0,
-                  .second_time_constant_s = 1.0};
+  twin.process = {
+      .gain = 1.5, .time_constant_s = 4.0, .dead_time_s = 2.0, .second_time_constant_s = 1.0};
   twin.disturbances = {{.name = "random_load", .parameters = {{"intensity", 0.02}}}};
   auto settings = planned_moves_of(twin);
   REQUIRE(settings);
