@@ -82,8 +82,7 @@ void check_corrective_io(MapReader& in, const CorrectiveSettings& corrective, co
   if (moves_may_act(corrective, backing_of(io.io))) return;
   const auto required = [&](const char* key, double value) {
     if (std::isfinite(value)) return;
-    in.error(
-        fmt::format("missing key '{}' (required where planned_moves act on hardware)", key));
+    in.error(fmt::format("missing key '{}' (required where planned_moves act on hardware)", key));
   };
   required("max_move", corrective.max_move);
   required("max_moves_per_hour", corrective.max_moves_per_hour);
