@@ -86,7 +86,8 @@ model::AlarmAction wanted_action(const std::string& word) {
       {"reset", model::AlarmAction::reset},
       {"shelve", model::AlarmAction::shelve},
       {"unshelve", model::AlarmAction::unshelve}};
-  return meant_by(word, kActions, "action is acknowledge, reset, shelve or unshelve");
+  return meant_by(word, kActions,
+                  "action is acknowledge, reset, shelve or unshelve; of stiction calm, too");
 }
 
 }  // namespace
@@ -284,7 +285,8 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
   const std::size_t index = loop_index(parts_, request.loop);
   monitor::AlarmOrder order;
   order.kind = wanted_alarm(request.alarm);
-  order.action = wanted_action(request.action);
+  const bool calms = request.action == "calm" && order.kind == model::AlarmKind::stiction;
+  if (!calms) order.action = wanted_action(request.action);
   order.peer = sender.peer;
   order.reason = short_text(request.reason, "reason");
   if (order.action == model::AlarmAction::shelve) {
@@ -294,7 +296,9 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
     }
     order.shelve_ms = static_cast<std::int64_t>(minutes) * 60'000;
   }
-  const monitor::OrderResult result = parts_.board.act(index, order);
+  const monitor::OrderResult result =
+      calms ? parts_.board.begin_offered(index, order.peer, order.reason)
+            : parts_.board.act(index, order);
   if (!result.accepted) throw RequestError(result.why);
   const monitor::LoopWatch watch = parts_.board.watch(index);
   return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind,
