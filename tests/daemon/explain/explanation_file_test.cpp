@@ -26,7 +26,8 @@ Explanation read(const std::string& effects, bool agrees) {
 }  // namespace
 
 TEST_CASE("s and j of a valve that sticks are read where the explanation agrees", "[explain]") {
-  const std::string gain = R"({"name": "gain_change", "parameters": {"factor": 1.1}, "interval": {}})";
+  const std::string gain =
+      R"({"name": "gain_change", "parameters": {"factor": 1.1}, "interval": {}})";
   const std::string sticks =
       R"({"name": "stiction", "parameters": {"s": 0.9, "j": 0.4}, "interval": {"s": [0.8, 1.0], "j": [null, null]}})";
   for (const std::string& effects : {sticks, gain + ", " + sticks}) {
