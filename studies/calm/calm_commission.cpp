@@ -52,8 +52,8 @@ std::optional<plant::LoopModel> twin_of(const StickyLoop& loop, numeric::Random&
   plant::LoopModel believed = model;
   believed.disturbances.clear();
   believed.valve_effects.clear();
-  for (double* one : {&believed.process.gain, &believed.process.time_constant_s,
-                      &believed.process.dead_time_s}) {
+  for (double* one :
+       {&believed.process.gain, &believed.process.time_constant_s, &believed.process.dead_time_s}) {
     *one *= random.uniform(0.7, 1.3);
   }
   const commission::Commissioning done = commission::commission(
@@ -98,9 +98,8 @@ std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
       commission::explain(record_of(r, 0, last), *twin, alarm, in_turn);
   if (!explanation.usable()) return std::nullopt;
   const auto& effects = explanation.result.effects;
-  const auto effect = std::find_if(effects.begin(), effects.end(), [](const auto& one) {
-    return one.spec.name == "stiction";
-  });
+  const auto effect = std::find_if(effects.begin(), effects.end(),
+                                   [](const auto& one) { return one.spec.name == "stiction"; });
   if (effect == effects.end()) return std::nullopt;
   const std::optional<commission::Stick> stick =
       commission::stick_of(effect->spec.parameters, effect->interval);

@@ -211,8 +211,9 @@ void add_calm(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(std::size_t{1}, std::size_t{100000}));
   sub->add_option("--seed", options->seed, "of everything random")->capture_default_str();
-  sub->add_option("--only", options->only,
-                  "only contestants whose name begins so; 'commissioned' takes most of a minute a loop");
+  sub->add_option(
+      "--only", options->only,
+      "only contestants whose name begins so; 'commissioned' takes most of a minute a loop");
   sub->add_flag("--troubles", options->troubles,
                 "planned_moves when something goes wrong while they act, and nothing else");
   sub->add_option("--threads", options->threads, "the result does not depend on it")
