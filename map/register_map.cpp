@@ -259,6 +259,8 @@ constexpr std::array kRegisters{
     holding(Field::alarm_state, Area::third, 10, u16, "alarm_model_gap", "", kState, 1.0, 5),
     holding(Field::shelve_minutes, Area::third, 13, u16, "shelve_model_gap", "min", kShelve, 1.0,
             5),
+    holding(Field::unshelve_process, Area::third, 14, u16, "unshelve_process", "",
+            "write 1: take all process alarms of the loop off the shelf; reads 0"),
     holding(Field::explanation_effect, Area::third, 16, u16, "explanation_effect", "",
             "number of the effect (effects.md) that explains the alarm, as last found; 0: none"),
     holding(Field::explanation_agrees, Area::third, 17, u16, "explanation_agrees", "",
@@ -277,6 +279,17 @@ constexpr std::array kRegisters{
             "5 unknown, 6 model_gap; 0: none is"),
     holding(Field::explanation_age, Area::third, 26, u32, "explanation_age", "s",
             "since it was found"),
+    holding(Field::process_active, Area::third, 28, u16, "process_active", "",
+            "process alarms whose condition is on, bits as alarms.md has them: 1 bad_pv, "
+            "2 output_lost, 4 output_unknown, 8 not_normal_mode, 16 enable_open, 32 source_lost, "
+            "64 deviation, 128 pv_high_high, 256 pv_high, 512 pv_low, 1024 pv_low_low, "
+            "2048 rate_of_change"),
+    holding(Field::process_unacknowledged, Area::third, 29, u16, "process_unacknowledged", "",
+            "the same bits: they wait for the operator"),
+    holding(Field::process_shelved, Area::third, 30, u16, "process_shelved", "",
+            "the same bits: on the shelf"),
+    holding(Field::process_suppressed, Area::third, 31, u16, "process_suppressed", "",
+            "the same bits: suppressed by design"),
 
     box_bit(Field::running, 0, "running", "the loops run"),
     box_bit(Field::any_alarm_active, 1, "any_alarm_active", "the condition of an alarm is on"),
@@ -333,6 +346,8 @@ constexpr std::array kRegisters{
     bit(Field::acknowledge, Table::coil, Area::third, 0, "acknowledge_model_gap", kAcknowledge, 5),
     bit(Field::reset, Table::coil, Area::third, 1, "reset_model_gap", kReset, 5),
     bit(Field::unshelve, Table::coil, Area::third, 2, "unshelve_model_gap", kUnshelve, 5),
+    bit(Field::acknowledge_process, Table::coil, Area::third, 3, "acknowledge_process",
+        "write 1: acknowledge all process alarms of the loop; reads 0"),
 };
 
 constexpr std::array kReserved{

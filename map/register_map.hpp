@@ -20,7 +20,7 @@
 namespace loopwarden::register_map {
 
 inline constexpr std::uint16_t kMagic = 0x4C50;
-inline constexpr std::uint16_t kVersion = 0x0105;  // major, minor
+inline constexpr std::uint16_t kVersion = 0x0106;  // major, minor
 inline constexpr float kFloatTest = 123456.0F;     // 0x47F1 0x2000 in order abcd
 inline constexpr std::uint32_t kIntegerTest = 0x01020304;
 inline constexpr std::int16_t kScaledInvalid = -32768;  // a scaled copy of what is not there
@@ -171,6 +171,11 @@ enum class Field : std::uint8_t {
   explanation_gap_closed,
   explanation_alarm,
   explanation_age,
+  unshelve_process,
+  process_active,
+  process_unacknowledged,
+  process_shelved,
+  process_suppressed,
   jacket_rate_shadow,
   compensator,
   compensator_shadow,
@@ -178,6 +183,7 @@ enum class Field : std::uint8_t {
   // coils
   acknowledge_all,
   acknowledge,
+  acknowledge_process,
   reset,
   unshelve,
   veto_corrective_action
@@ -205,7 +211,8 @@ std::uint16_t width(const Register& reg) noexcept;
 // Whether masters on the list may write it at all.
 constexpr bool writable(const Register& reg) noexcept {
   if (reg.area == Area::third) {
-    return reg.table == Table::coil || reg.field == Field::shelve_minutes;
+    return reg.table == Table::coil || reg.field == Field::shelve_minutes ||
+           reg.field == Field::unshelve_process;
   }
   return reg.table == Table::holding_register || reg.table == Table::coil;
 }

@@ -7,8 +7,9 @@ namespace loopwarden::protocol {
 
 using nlohmann::json;
 
-PROTOCOL_JSON(Alarm, loop, alarm, state, active, unacknowledged, consequence, raised_ms, changed_ms,
-              times_raised, shelved_until_ms, severity_percent, worst_severity_percent)
+PROTOCOL_JSON(Alarm, loop, alarm, state, priority, active, unacknowledged, consequence,
+              consequence_of, first_out, flaps, raised_ms, changed_ms, times_raised,
+              shelved_until_ms, severity_percent, worst_severity_percent)
 PROTOCOL_JSON(Incident::Renamed, time_s, from, to)
 PROTOCOL_JSON(Incident, id, loop, name, cause, from_s, raised_s, confidence, alarms, active,
               unacknowledged, renamed, cleared_s)
@@ -59,8 +60,8 @@ struct Members<LoopAnswer> {
 };
 PROTOCOL_DEFINE(LoopAnswer)
 
-PROTOCOL_JSON(Explained, evidence, alarm, cause, consequence, action, explanation, monitor,
-              disk_answers, history)
+PROTOCOL_JSON(Explained, evidence, alarm, cause, consequence, action, time_to_act, explanation,
+              monitor, disk_answers, history)
 PROTOCOL_JSON(Trend, period, sample_time_s, sp, pv, co, stem, jacket, compensator, mode)
 PROTOCOL_JSON(SpecialistView, mse, class_, probability)
 PROTOCOL_JSON(JudgedWindow, time_ms, verdict, suppressed, severity_percent, specialists)

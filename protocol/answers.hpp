@@ -20,8 +20,12 @@ using Range = std::array<double, 2>;  // lowest, highest
 
 struct Alarm {
   std::string loop{}, alarm{}, state{};
+  std::string priority{};  // low, medium, high, critical
   bool active = false, unacknowledged = false;
-  bool consequence = false;  // of another alarm that is active
+  bool consequence = false;      // of another alarm that is active
+  std::string consequence_of{};  // which
+  bool first_out = false;        // of several process alarms of the loop the one that came first
+  std::uint64_t flaps = 0;       // of a process alarm: how often it has come without a quiet minute
   std::int64_t raised_ms = 0, changed_ms = 0;
   std::uint64_t times_raised = 0;
   std::int64_t shelved_until_ms = 0;
@@ -168,7 +172,7 @@ struct LoopAnswer {
 struct Explained {
   std::optional<std::string> evidence{};  // folder
   Alarm alarm{};
-  std::string cause{}, consequence{}, action{};
+  std::string cause{}, consequence{}, action{}, time_to_act{};
   std::optional<Explanation> explanation{};
   Monitor monitor{};
   bool disk_answers = true;

@@ -19,10 +19,20 @@
 namespace loopwarden::daemon {
 namespace {
 
+using loopwarden::monitor::AlarmKind;
+
 std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
   std::vector<monitor::WatchBoard::Loop> loops;
   for (const config::LoopConfig& loop : configuration.loops) {
-    loops.push_back({loop.name, loop.sample_time_s});
+    monitor::WatchBoard::Loop& one = loops.emplace_back();
+    one.name = loop.name;
+    one.period_s = loop.sample_time_s;
+    for (const AlarmKind kind : loopwarden::monitor::kProcessAlarms) {
+      if (loop.alarms.process.at(kind).fitted) one.fitted.push_back(kind);
+    }
+    for (const AlarmKind kind : loopwarden::monitor::kAlarmKinds) {
+      one.priority[kind] = loop.alarms.priority[loopwarden::monitor::index_of(kind)];
+    }
   }
   return loops;
 }
@@ -130,7 +140,8 @@ void Assembly::make_monitor(const Specialists& specialists) {
                          .history_s = commission::kLongest_s + commission::kEnough_s,
                          .foreign_controller = config::is_watched(loop.config.io),
                          .rule = loopwarden::monitor::kAlarmRule,
-                         .normal_mode = loop.config.normal_mode,
+                         .process = loop.config.alarms.process,
+                         .pv_unit = loop.config.pv_unit,
                          .corrective = loop.config.monitor.corrective,
                          .orders = &watching.desks.emplace_back(
                              desk_of(loop, loop.channels->monitor_orders, journal)),

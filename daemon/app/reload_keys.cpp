@@ -57,6 +57,13 @@ struct NormalModeOf {
   }
 };
 
+// Its mode has a row of its own.
+config::LoopAlarmConfig alarms_without_mode(const LoopConfig& loop) {
+  config::LoopAlarmConfig alarms = loop.alarms;
+  alarms.process.normal_mode = {};
+  return alarms;
+}
+
 // A value as a person reads it; empty where that takes more than a few words.
 template <class T>
 std::string shown(const T& value) {
@@ -164,7 +171,8 @@ constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("safe_actions.recovery_delay", kApplied, [](const LoopConfig& l) { return l.safety.recovery_delay_s; }),
     loop_row("recording.enabled", kWaits, [](const LoopConfig& l) { return l.recording.enabled; }),
     loop_row("recording.limit_mb", kWaits, [](const LoopConfig& l) { return l.recording.limit_bytes / 1'000'000; }),
-    loop_row("alarms.normal_mode", kWaits, [](const LoopConfig& l) { return NormalModeOf{l.normal_mode, l.start.mode}; }),
+    loop_row("alarms.normal_mode", kWaits, [](const LoopConfig& l) { return NormalModeOf{l.alarms.process.normal_mode, l.start.mode}; }),
+    loop_row("alarms", kWaits, [](const LoopConfig& l) { return alarms_without_mode(l); }),
     loop_row("monitor.overlap", kWaits, [](const LoopConfig& l) { return l.monitor.overlap; }),
     loop_row("monitor.decimation", kWaits, [](const LoopConfig& l) { return l.monitor.decimation; }),
     loop_row("monitor.routine", kWaits, [](const LoopConfig& l) { return l.monitor.routine; }),

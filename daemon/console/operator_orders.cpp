@@ -295,8 +295,7 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
   const monitor::OrderResult result = parts_.board.act(index, order);
   if (!result.accepted) throw RequestError(result.why);
   const monitor::LoopWatch watch = parts_.board.watch(index);
-  return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind,
-                                                             watch.alarms.alarm(order.kind))},
+  return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind, watch)},
                       result.ticket, sender);
 }
 

@@ -171,7 +171,8 @@ std::string Readings::alarms() const {
   for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
     const monitor::LoopWatch watch = parts_.board.watch(i);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
-      put_item(text, alarm_of(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
+      if (!watch.alarms.fitted(kind)) continue;
+      put_item(text, alarm_of(parts_.board.name(i), kind, watch));
     }
   }
   text += R"(],"incidents":[)";
@@ -215,7 +216,7 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
   const std::size_t index = loop_index(parts_, request.loop);
   const model::AlarmKind kind = wanted_alarm(request.alarm);
   const monitor::LoopWatch watch = parts_.board.watch(index);
-  const model::AlarmGuide guide = model::guide_of(kind);
+  const config::AlarmTexts guide = parts_.loops[index].config.alarms.guide(kind);
   struct OnDisk {
     std::optional<std::filesystem::path> folder;
     std::vector<journal::JournalRow> rows;
@@ -226,10 +227,11 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
         return OnDisk{parts_.evidence.newest(name, kind), parts_.journal.newest(kMostLines, name)};
       },
       kReaderPatience);
-  protocol::Explained answer{.alarm = alarm_of(name, kind, watch.alarms.alarm(kind)),
+  protocol::Explained answer{.alarm = alarm_of(name, kind, watch),
                              .cause = guide.cause,
                              .consequence = guide.consequence,
                              .action = guide.action,
+                             .time_to_act = guide.time_to_act,
                              .explanation = explanation_of(watch, kind),
                              .monitor = monitor_of(watch, parts_.loops[index].config),
                              .disk_answers = disk.has_value()};

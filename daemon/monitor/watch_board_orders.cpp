@@ -38,6 +38,11 @@ OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order) {
 OrderResult WatchBoard::act_locked(std::size_t loop, const AlarmOrder& order) {
   OrderResult result;
   model::LoopAlarms& alarms = watches_[loop].alarms;
+  if (!alarms.fitted(order.kind)) {
+    result.why = fmt::format("{} has no alarm {}: its file gives none", names_[loop],
+                             model::to_text(order.kind));
+    return result;
+  }
   const std::int64_t now_ms = utc_ms_();
   const Memories before = memories(loop);
   const AlarmState state = alarms.alarm(order.kind).state();

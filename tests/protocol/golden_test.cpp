@@ -138,7 +138,9 @@ std::map<std::string, std::string> answers() {
                         {"minutes", 30},
                         {"reason", "packing"}});
   ask("alarm_refused", {{"request", "alarm"}, {"alarm", "hysteresis"}, {"action", "acknowledge"}});
-  bench.board.process_changed(0, {model::AlarmKind::output_lost, true}, "the device is gone");
+  bench.board.process_changed(0,
+                              std::vector<daemon::monitor::ProcessNews>{
+                                  {{model::AlarmKind::output_lost, true}, "the device is gone"}});
   ask("acknowledge_incident", {{"request", "acknowledge_incident"},
                                {"incident", json::parse(told["loop"]).at("incident").at("id")},
                                {"reason", "seen"}});

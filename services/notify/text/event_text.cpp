@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/text.hpp"
+#include "model/monitor/alarm_guide.hpp"
 #include "model/monitor/alarm_kind.hpp"
 
 namespace loopwarden::notify {
@@ -202,7 +203,8 @@ int priority_of(const Event& event) {
   if (event.change == Change::unacknowledged) return kError;
   if (event.change != Change::came) return kNotice;
   const monitor::AlarmKind* kind = kind_of(event.alarm);
-  const bool now = event.alarm == kDaemonAlarm || (kind != nullptr && monitor::acts_now(*kind));
+  const bool now = event.alarm == kDaemonAlarm ||
+                   (kind != nullptr && monitor::usual_priority(*kind) >= monitor::Priority::high);
   return now ? kError : kWarning;
 }
 

@@ -367,8 +367,9 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
 TEST_CASE(
     "a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
   Bench bench;
-  bench.board.process_changed(0, {loopwarden::monitor::AlarmKind::bad_pv, true},
-                              "PV is bad: link lost");
+  bench.board.process_changed(
+      0, std::vector<daemon::monitor::ProcessNews>{
+             {{loopwarden::monitor::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const json told = bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "bad_pv"})");
   CHECK(told.at("alarm").at("state") == "unacknowledged");
   CHECK_THAT(told.at("cause").get<std::string>(), Catch::Contains("PV can't be used"));
@@ -377,7 +378,9 @@ TEST_CASE(
   const json done = bench.ask(
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "bad_pv", "action": "acknowledge"})");
   CHECK(done.at("alarm").at("state") == "acknowledged");
-  bench.board.process_changed(0, {loopwarden::monitor::AlarmKind::bad_pv, false}, "PV is good");
+  bench.board.process_changed(0,
+                              std::vector<daemon::monitor::ProcessNews>{
+                                  {{loopwarden::monitor::AlarmKind::bad_pv, false}, "PV is good"}});
   const std::vector<json> lines = bench.lines(4);
   CHECK(lines[0].at("to") == "unacknowledged");
   CHECK(lines[0].at("reason") == "PV is bad: link lost");
