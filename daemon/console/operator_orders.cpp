@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/console/operator_orders.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -103,6 +104,7 @@ LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& re
   if (what == protocol::ReloadStateRequest::kName) return done(reload_state(request));
   if (what == protocol::VetoRequest::kName) return veto(request, sender);
   if (what == protocol::OutcomeRequest::kName) return outcome(request, sender);
+  if (what == protocol::NoteRequest::kName) return note(request, sender);
   // The files are read elsewhere: nobody waits for the disk here.
   const bool dry_run = request.get<protocol::ReloadRequest>().dry_run.value_or(false);
   return done(protocol::ReloadNumber{parts_.reload(sender.peer, dry_run)});
@@ -356,6 +358,20 @@ LocalServer::Answer OperatorOrders::outcome(const protocol::OutcomeRequest& requ
   line.result = "done";
   protocol::OutcomeKept kept{.said = line.old_value};
   return when_written(std::move(kept), parts_.journal.post(std::move(line)), sender);
+}
+
+LocalServer::Answer OperatorOrders::note(const protocol::NoteRequest& request,
+                                         const Sender& sender) {
+  journal::JournalEntry line = line_of(loop_index(parts_, request.loop), sender.peer);
+  line.reason = short_text(request.text, "text");
+  if (line.reason.empty()) throw RequestError("text: what is to be noted");
+  const auto now_ms = static_cast<std::uint64_t>(line.utc_ms);
+  const std::uint64_t about_ms = request.about_ms.value_or(now_ms);
+  if (about_ms > now_ms) throw RequestError("about_ms: a time that has been");
+  line.what = "note";
+  line.new_value = fmt::format("{:%FT%TZ}", fmt::gmtime(static_cast<std::time_t>(about_ms / 1000)));
+  line.result = "done";
+  return when_written(protocol::Noted{}, parts_.journal.post(std::move(line)), sender);
 }
 
 protocol::ReloadState OperatorOrders::reload_state(const protocol::ReloadStateRequest& request) {

@@ -17,7 +17,7 @@ export function conditionTable(condition) {
     const value = condition?.[name], [title, means, cannot] = t[name];
     return [title, known(value) ? el('span', {class: value < 50 ? 'value poor' : 'value'}, fixed(value, 0)) : texts.notKnown,
       meter(known(value) ? value / 100 : NaN, value < 50 ? 'poor' : ''), means, cannot];
-  })));
+  }), {class: 'as-cards'}));
 }
 
 export function measureTable(m) {
@@ -52,7 +52,7 @@ export function windowTable(windows) {
     ...classes.map((name) => ({head: verdictText(name), class: 'number'}))];
   return scroller(texts.loop.windows, table(t.caption, columns, [...windows].reverse().map((w) => [
     wall().dateTime(w.time_ms), w.verdict ? verdictText(w.verdict) : fill(t.suppressed, {why: w.suppressed}),
-    percent(w.severity_percent, 1), ...classes.map((name) => classCell(w, name))]), {class: 'windows'}));
+    percent(w.severity_percent, 1), ...classes.map((name) => classCell(w, name))]), {class: 'windows as-cards'}));
 }
 
 export function healthTable(loop) {
