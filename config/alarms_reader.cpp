@@ -42,8 +42,10 @@ class Reader {
     in->set_one_of(
         "normal_mode", kNormalModes, "in another one for 10 s: alarm not_normal_mode; any: never",
         normal, {.fallback = context_.watched ? "any" : "automatic where start.mode is, else any"});
-    if (in->describing()) describe(*in);
-    else read_each(*in);
+    if (in->describing())
+      describe(*in);
+    else
+      read_each(*in);
     check_order(*in);
     return alarms_;
   }
@@ -104,8 +106,8 @@ class Reader {
     const bool rate = kind == AlarmKind::rate_of_change;
     const bool of_range = kind != AlarmKind::deviation && !rate;
     const char* unit = rate ? "PV units/s" : "PV units";
-    const Value<double> at = in.need_number(
-        "limit", {unit, of_range ? any_number() : above(0.0), meaning_of(kind)});
+    const Value<double> at =
+        in.need_number("limit", {unit, of_range ? any_number() : above(0.0), meaning_of(kind)});
     limit.limit = at;
     if (of_range) require_in_range(in, at);
     const double usual = of_range ? kBandOfSpan * span() : kBandOfLimit * limit.limit;
@@ -119,16 +121,18 @@ class Reader {
     }
     if (kind == AlarmKind::deviation) read_deviation(in);
     if (rate) {
-      in.set_number("over", {"s", above(0.0), "time constant of the lag that the slope is taken over"},
+      in.set_number("over",
+                    {"s", above(0.0), "time constant of the lag that the slope is taken over"},
                     alarms_.process.limits.rate_time_s);
     }
   }
 
   void read_deviation(MapReader& in) {
-    const Value<double> time_constant = in.need_number(
-        "time_constant",
-        {"s", above(0.0), "of the closed loop: for three of them after a move of SP and after manual "
-                          "nothing is told"});
+    const Value<double> time_constant =
+        in.need_number("time_constant",
+                       {"s", above(0.0),
+                        "of the closed loop: for three of them after a move of SP and after manual "
+                        "nothing is told"});
     alarms_.process.limits.settle_s = kTimeConstants * time_constant;
     if (!in.describing() && !context_.knows_set_point) {
       in.error("limit", "needs a set point: io has no set_point");

@@ -137,6 +137,7 @@ struct LoopConfig {
   std::string file;
   std::string name;  // the tag, e.g. FIC-101
   std::string description;
+  std::string area;
   std::string pv_unit;
   std::string co_unit;
   double sample_time_s = 0.1;  // s
@@ -216,8 +217,9 @@ struct DaemonConfig {
   std::map<std::string, FeederUser> feeders;  // by the name that loops use
   std::optional<ModbusServer> modbus_server;
   Alarms alarms;
-  SocketRights page;  // of page.sock
-  SocketRights edge;  // of edge.sock
+  std::vector<std::string> certificates;  // PEM files whose end is watched
+  SocketRights page;                      // of page.sock
+  SocketRights edge;                      // of edge.sock
 };
 
 struct Configuration {

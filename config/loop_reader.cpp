@@ -18,6 +18,7 @@
 #include "config/io_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/watched_io_reader.hpp"
+#include "model/monitor/box_alarms.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -196,6 +197,8 @@ class LoopReader {
         in_.error("loop", fmt::format("must be 1 to 32 letters, digits, '-', '_' or '.', beginning "
                                       "with a letter or digit (got '{}')",
                                       quotable(tag.value)));
+      } else if (tag.value == monitor::kBox) {
+        in_.error("loop", "'box' stands for the box itself where alarms are named");
       } else if (!is_isa_tag(tag.value)) {
         in_.warning("loop", fmt::format("'{}' is no tag in the manner of ISA-5.1, such as FIC-101",
                                         tag.value));
@@ -203,6 +206,8 @@ class LoopReader {
     }
     const Value<std::string> description = in_.text("description", "for people", "none");
     if (description.given) config().description = description;
+    const Value<std::string> area = in_.text("area", "of the plant, for people", "none");
+    if (area.given) config().area = area;
     sample_time_ = read_sample_time(in_);
     if (sample_time_.valid) config().sample_time_s = sample_time_;
   }

@@ -91,6 +91,7 @@ enum class Field : std::uint8_t {
   condition_stride,
   first_third,
   third_stride,
+  box_alarms,
   // loop, input registers
   sequence_head,
   mode,

@@ -14,6 +14,13 @@ PROTOCOL_JSON(Incident::Renamed, time_s, from, to)
 PROTOCOL_JSON(Incident, id, loop, name, cause, from_s, raised_s, confidence, alarms, active,
               unacknowledged, renamed, cleared_s)
 PROTOCOL_JSON(Alarms, alarms, incidents, now_ms)
+PROTOCOL_JSON(AlarmDesign, loop, alarm, priority, limit, dead_band, unit, on_delay_s, off_delay_s,
+              suppressed_by, cause, consequence, action, time_to_act)
+PROTOCOL_JSON(AlarmDesigns, alarms)
+PROTOCOL_JSON(AlarmFigures::Counted, loop, alarm, count, percent)
+PROTOCOL_JSON(AlarmFigures::Stale, loop, alarm, since_ms)
+PROTOCOL_JSON(AlarmFigures, from_ms, to_ms, came, per_hour, most_in_10_min, floods, flood_percent,
+              priorities, top, chattering, stale)
 PROTOCOL_JSON(Explanation, alarm, final_name, raised_ms, ended_ms, verdict, effect, size_percent,
               low_percent, high_percent, confidence, alternatives, gap_closed, agrees, since_s,
               sentence, remedy, folder)
@@ -67,8 +74,8 @@ PROTOCOL_JSON(SpecialistView, mse, class_, probability)
 PROTOCOL_JSON(JudgedWindow, time_ms, verdict, suppressed, severity_percent, specialists)
 PROTOCOL_JSON(Windows, windows)
 
-PROTOCOL_JSON(LoopDescription, tag, description, control, pv_unit, co_unit, sample_time_s, stem,
-              monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
+PROTOCOL_JSON(LoopDescription, tag, description, area, control, pv_unit, co_unit, sample_time_s,
+              stem, monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
               sp_limits, output_limits)
 PROTOCOL_JSON(SocketRights, alarms, control)
 PROTOCOL_JSON(AlarmRules, severe_percent, latching, shelve_limit_min)

@@ -37,6 +37,12 @@ std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration
   return loops;
 }
 
+std::uint64_t dropped_cycles(const Historian& historian, std::size_t loops) {
+  std::uint64_t dropped = 0;
+  for (std::size_t i = 0; i < loops; ++i) dropped += historian.status(i).dropped;
+  return dropped;
+}
+
 console::Rights rights_of(const config::DaemonConfig& config) {
   return {.page = config.page, .edge = config.edge};
 }
@@ -101,6 +107,12 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       journal({.folder = configuration.daemon.state_directory}),
       board(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
             base::utc_ms),
+      box_alarms(configuration.daemon.alarms.settings, journal, base::utc_ms),
+      box_looker({.state_directory = configuration.daemon.state_directory,
+                  .certificates = configuration.daemon.certificates,
+                  .status = [this] { return status_of(*this); },
+                  .dropped = [this] { return dropped_cycles(historian, loops.all().size()); }},
+                 box_alarms),
       evidence(configuration.daemon, specialists,
                {.loops = loops.all(),
                 .board = board,
@@ -114,7 +126,9 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
   if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
   loops.make(configuration);
   elsewhere.make(configuration, loops.backends(), loops.all());
-  board.restore(journal.open());
+  const journal::AlarmStates remembered = journal.open();
+  board.restore(remembered);
+  box_alarms.restore(remembered);
   make_monitor(specialists);
   evidence.remember();
   if (configuration.daemon.modbus_server) {
@@ -173,6 +187,7 @@ console::Parts Assembly::console_parts() {
   return {.loops = loops.all(),
           .historian = historian,
           .board = board,
+          .box_alarms = box_alarms,
           .journal = journal,
           .evidence = evidence.store(),
           .severe_percent = configuration.daemon.alarms.severe_percent,

@@ -127,6 +127,7 @@ constexpr Row<DaemonConfig> daemon_row(const char* key, Effect effect, Get get) 
 // clang-format off
 constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("description", kWaits, [](const LoopConfig& l) { return l.description; }),
+    loop_row("area", kWaits, [](const LoopConfig& l) { return l.area; }),
     loop_row("sample_time", kKept, [](const LoopConfig& l) { return l.sample_time_s; }),
     loop_row("process_variable.unit", kKept, [](const LoopConfig& l) { return l.pv_unit; }),
     loop_row("process_variable.range", kKept, [](const LoopConfig& l) { return Range{l.pv.low, l.pv.high}; }),
@@ -192,6 +193,7 @@ constexpr auto kDaemonRows = std::to_array<Row<DaemonConfig>>({
     daemon_row("accelerate", kWaits, [](const DaemonConfig& d) { return d.accelerate; }),
     daemon_row("runtime_directory", kWaits, [](const DaemonConfig& d) { return d.runtime_directory; }),
     daemon_row("state_directory", kWaits, [](const DaemonConfig& d) { return d.state_directory; }),
+    daemon_row("certificates", kWaits, [](const DaemonConfig& d) { return d.certificates; }),
     daemon_row("alarms.latching", kWaits, [](const DaemonConfig& d) { return d.alarms.settings.latching; }),
     daemon_row("alarms.shelve_limit", kWaits, [](const DaemonConfig& d) { return d.alarms.settings.shelve_limit_ms / 60'000; }),
     daemon_row("alarms.severe", kWaits, [](const DaemonConfig& d) { return d.alarms.severe_percent; }),

@@ -166,6 +166,21 @@ protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
           .worst_severity_percent = has_size ? memory.worst_severity_percent : protocol::kNone};
 }
 
+protocol::Alarm alarm_of(model::BoxAlarm kind, const model::BoxAlarms& alarms) {
+  const model::Alarm& alarm = alarms.alarm(kind);
+  const model::AlarmMemory& memory = alarm.memory();
+  return {.loop = model::kBox,
+          .alarm = model::to_text(kind),
+          .state = model::to_text(alarm.state()),
+          .priority = model::to_text(model::usual_priority(kind)),
+          .active = alarm.active(),
+          .unacknowledged = alarm.unacknowledged(),
+          .raised_ms = memory.raised_ms,
+          .changed_ms = memory.changed_ms,
+          .times_raised = memory.times_raised,
+          .shelved_until_ms = memory.shelved_until_ms};
+}
+
 std::optional<protocol::Incident> incident_of(const std::string& loop,
                                               const monitor::LoopWatch& watch) {
   const model::Incident& known = watch.incident.incident();

@@ -20,6 +20,8 @@ protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 
 protocol::Alarm alarm_of(const std::string& loop, loopwarden::monitor::AlarmKind kind,
                          const monitor::LoopWatch& watch);
+protocol::Alarm alarm_of(loopwarden::monitor::BoxAlarm kind,
+                         const loopwarden::monitor::BoxAlarms& alarms);
 // The loop's newest; nothing: it has had none.
 std::optional<protocol::Incident> incident_of(const std::string& loop,
                                               const monitor::LoopWatch& watch);

@@ -181,6 +181,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::condition_stride: return map::layout(Table::input_register).condition_stride;
     case Field::first_third: return map::layout(Table::holding_register).first_third;
     case Field::third_stride: return map::layout(Table::holding_register).third_stride;
+    case Field::box_alarms: return box().box_alarms;
     case Field::running: return 1.0;
     case Field::any_alarm_active: return flag(totals().active > 0);
     case Field::any_alarm_unacknowledged: return flag(totals().unacknowledged > 0);

@@ -31,23 +31,23 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // unknown
     {"the valve does not answer as a healthy one, nor as any fault that is known here",
      "the loop's quality is not assured",
-     "look at the trend; compare with `loopwarden gap` or `loopwarden diagnose`",
-     "a day"},
+     "look at the trend; compare with `loopwarden gap` or `loopwarden diagnose`", "a day"},
     // model_gap
     {"the loop no longer behaves as when it was commissioned: valve, process, transmitter or load",
      "its tuning may not fit any more, and the specialists know another loop",
-     "find what has changed before the loop is tuned anew: the explanation by the twin names it; without one, check valve, transmitter and load",
+     "find what has changed before the loop is tuned anew: the explanation by the twin names it; "
+     "without one, check valve, transmitter and load",
      "a day"},
     // bad_pv
-    {"PV can't be used: its transmitter, its wiring or the link to it has failed; the journal's line has the reason",
+    {"PV can't be used: its transmitter, its wiring or the link to it has failed; the journal's "
+     "line has the reason",
      "the loop can't control; the output does what `safe_actions.bad_pv` says",
      "watch the process by another measurement; check transmitter, wiring and link",
      "minutes: nothing controls PV"},
     // output_lost
     {"commands don't reach the valve: the device, its power or the link to it has failed",
      "nobody moves the valve; the device's own watchdog may have moved it",
-     "look at the valve; check the device, its power and the link",
-     "at once"},
+     "look at the valve; check the device, its power and the link", "at once"},
     // output_unknown
     {"nothing tells where the output stands: there is no read-back, or it is bad",
      "the loop writes nothing to the valve, whatever its mode",
@@ -61,40 +61,32 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // enable_open
     {"the enable contact of the loop is open: a switch, an interlock, or its wiring",
      "the loop does not control; the output does what `safe_actions.enable_open` says",
-     "find out who opened it and why before it is closed again",
-     "minutes: nothing controls PV"},
+     "find out who opened it and why before it is closed again", "minutes: nothing controls PV"},
     // source_lost
     {"what brings the values of this watched loop is silent: feeder, link or the other controller",
      "nothing is known of the loop here; the other controller goes on by itself",
-     "look at the other controller's own display; check feeder, link and network",
-     "an hour"},
+     "look at the other controller's own display; check feeder, link and network", "an hour"},
     // deviation
-    {"PV stays off its set point: a load that the valve can't answer, a valve that does not move, tuning",
+    {"PV stays off its set point: a load that the valve can't answer, a valve that does not move, "
+     "tuning",
      "the product is off its target",
      "look at PV, CO and valve: at a limit the load is too large, else the valve or the tuning",
      "ten minutes"},
     // pv_high_high
     {"PV is far above what the process bears",
-     "the plant's own protection trips, or damage follows",
-     "bring PV down by hand now",
-     "at once"},
+     "the plant's own protection trips, or damage follows", "bring PV down by hand now", "at once"},
     // pv_high
-    {"PV is above its normal range",
-     "it comes nearer to the high-high limit",
-     "check the set point and what drives PV; take the load back",
-     "ten minutes"},
+    {"PV is above its normal range", "it comes nearer to the high-high limit",
+     "check the set point and what drives PV; take the load back", "ten minutes"},
     // pv_low
-    {"PV is below its normal range",
-     "it comes nearer to the low-low limit",
-     "check the set point and what drives PV; check for a loss of supply",
-     "ten minutes"},
+    {"PV is below its normal range", "it comes nearer to the low-low limit",
+     "check the set point and what drives PV; check for a loss of supply", "ten minutes"},
     // pv_low_low
     {"PV is far below what the process bears",
-     "the plant's own protection trips, or damage follows",
-     "bring PV up by hand now",
-     "at once"},
+     "the plant's own protection trips, or damage follows", "bring PV up by hand now", "at once"},
     // rate_of_change
-    {"PV changes faster than the process does by itself: a rupture, a blockage, a failing transmitter",
+    {"PV changes faster than the process does by itself: a rupture, a blockage, a failing "
+     "transmitter",
      "the loop may not follow, and PV passes its limits soon",
      "compare with a second measurement; take the loop to manual if the transmitter is to blame",
      "minutes"},

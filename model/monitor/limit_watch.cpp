@@ -18,8 +18,8 @@ void LimitWatch::watch_set_point(std::uint64_t period, double sp, bool automatic
   const bool moves = std::isfinite(sp) && !(std::abs(sp - sp_stood_) <= far);
   if (moves) sp_stood_ = sp;
   if (moves || !automatic || !moved_) moved_ = period;
-  rests_ = !automatic ||
-           static_cast<double>(period - *moved_) * sample_time_s_ < settings_.settle_s;
+  rests_ =
+      !automatic || static_cast<double>(period - *moved_) * sample_time_s_ < settings_.settle_s;
 }
 
 void LimitWatch::watch_rate(std::uint64_t period, double pv) noexcept {

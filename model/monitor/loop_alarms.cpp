@@ -104,13 +104,7 @@ LoopAlarms::ActionResult LoopAlarms::act(AlarmKind kind, AlarmAction action, std
                                          std::int64_t until_ms) noexcept {
   ActionResult result;
   result.transitions = after(AlarmReason::by_operator, [&] {
-    Alarm& alarm = alarms_[index_of(kind)];
-    switch (action) {
-      case AlarmAction::acknowledge: result.accepted = alarm.acknowledge(now_ms); break;
-      case AlarmAction::reset: result.accepted = alarm.reset(now_ms); break;
-      case AlarmAction::shelve: result.accepted = alarm.shelve(now_ms, until_ms); break;
-      case AlarmAction::unshelve: result.accepted = alarm.unshelve(now_ms); break;
-    }
+    result.accepted = alarms_[index_of(kind)].act(action, now_ms, until_ms);
   });
   return result;
 }

@@ -63,8 +63,6 @@ class AlarmTransitions {
   std::size_t count_ = 0;
 };
 
-enum class AlarmAction : std::uint8_t { acknowledge, reset, shelve, unshelve };
-
 class LoopAlarms {
  public:
   explicit LoopAlarms(const AlarmSettings& settings) noexcept;

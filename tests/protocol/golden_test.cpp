@@ -145,6 +145,8 @@ std::map<std::string, std::string> answers() {
                                {"incident", json::parse(told["loop"]).at("incident").at("id")},
                                {"reason", "seen"}});
   ask("acknowledge_all", {{"request", "acknowledge_all"}, {"reason", "seen"}});
+  ask("alarm_design", {{"request", "alarm_design"}});
+  ask("alarm_figures", {{"request", "alarm_figures"}, {"hours", 1}});
   ask("veto_refused", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
   bench.board.corrective_state(0, model::CorrectiveState::waiting);
   ask("veto", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
@@ -180,6 +182,8 @@ const std::map<std::string, Again> kAgain{
     {"trend", again<protocol::Trend>},
     {"windows", again<protocol::Windows>},
     {"alarms", again<protocol::Alarms>},
+    {"alarm_design", again<protocol::AlarmDesigns>},
+    {"alarm_figures", again<protocol::AlarmFigures>},
     {"explain", again<protocol::Explained>},
     {"journal", again<protocol::Journal>},
     {"set", again<protocol::OrderTaken>},

@@ -19,7 +19,8 @@ const std::string kEnd = "<!-- /rationalisation -->";
 
 std::string table() {
   std::string text =
-      "| alarm | priority | cause | consequence | what to do | time to act |\n|---|---|---|---|---|---|\n";
+      "| alarm | priority | cause | consequence | what to do | time to act "
+      "|\n|---|---|---|---|---|---|\n";
   for (const AlarmKind kind : kAlarmKinds) {
     const AlarmGuide guide = guide_of(kind);
     text += std::string("| `") + to_text(kind) + "` | " + to_text(usual_priority(kind)) + " | " +
