@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -34,9 +35,16 @@ namespace loopwarden::daemon::monitor {
 // What the monitor knows of one loop.
 struct LoopWatch {
   LoopWatch(const loopwarden::monitor::AlarmSettings& settings, double period_s) noexcept
-      : alarms(settings), times(period_s) {}
+      : alarms(settings), times(period_s) {
+    for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kAlarmKinds) {
+      priority[index_of(kind)] = usual_priority(kind);
+    }
+  }
 
   loopwarden::monitor::LoopAlarms alarms;
+  std::array<loopwarden::monitor::Priority, loopwarden::monitor::kAlarmKindCount> priority{};
+  // How often the condition of a process alarm has come since it last was quiet.
+  std::array<std::uint32_t, loopwarden::monitor::kAlarmKindCount> flaps{};
   loopwarden::monitor::LoopIncident incident;
   loopwarden::monitor::WindowState window_state = loopwarden::monitor::WindowState::filling;
   std::uint32_t windows = 0;                       // looked at since the start
@@ -55,6 +63,12 @@ struct LoopWatch {
   // What the source keeps of PV and CO, by the newest routine judgement.
   loopwarden::diagnosis::Archived source;
   double sees_from_percent = 0.0;  // % of the CO span
+};
+
+// The condition of a process alarm came or went; `why` is for the journal.
+struct ProcessNews {
+  loopwarden::monitor::ProcessChange change;
+  std::string why;
 };
 
 // What an operator wants.
@@ -87,6 +101,10 @@ class WatchBoard {
   struct Loop {
     std::string name;
     double period_s = 0.1;  // s
+    // Beside those that every loop has.
+    std::vector<loopwarden::monitor::AlarmKind> fitted{};
+    // Of an alarm that is not there: the usual one.
+    std::map<loopwarden::monitor::AlarmKind, loopwarden::monitor::Priority> priority{};
   };
   // `utc_ms` gives the present time, ms since 1970.
   WatchBoard(std::vector<Loop> loops, const loopwarden::monitor::AlarmSettings& settings,
@@ -111,9 +129,10 @@ class WatchBoard {
   // The twin's watch changed its mind. Returns the alarms whose condition came with it.
   std::vector<loopwarden::monitor::AlarmKind> twin_judged(
       std::size_t loop, const loopwarden::monitor::AlarmConditions& conditions);
-  // The condition of a process alarm came or went; `why` is for the journal.
-  void process_changed(std::size_t loop, const loopwarden::monitor::ProcessChange& change,
-                       const std::string& why);
+  // All of one cycle.
+  void process_changed(std::size_t loop, std::span<const ProcessNews> news);
+  void deviation_rests(std::size_t loop, bool rests);
+  void set_flaps(std::size_t loop, const loopwarden::monitor::ProcessWatch& process);
   // The gap workflow has said why an alarm came: it stands with the alarm, and may give it another name.
   void explained(std::size_t loop, const Explanation& explanation);
   // A window that is full but can't be judged, or whose judgement says that it moves too little to tell.
@@ -179,7 +198,8 @@ class WatchBoard {
   // Journals what an event changed, with why, or why it is gone; returns the last ticket.
   std::uint64_t write_down(std::size_t loop, const Memories& before,
                            const loopwarden::monitor::AlarmTransitions& transitions,
-                           const std::string& why = {}, const std::string& why_gone = {});
+                           const std::string& why = {}, const std::string& why_gone = {},
+                           std::span<const ProcessNews> news = {});
   // Journals what became of the loop's incident; returns the last ticket, 0 where nothing did.
   std::uint64_t follow_incident(std::size_t loop);
   std::uint64_t write_incident(std::size_t loop,
