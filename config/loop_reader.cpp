@@ -13,6 +13,7 @@
 #include "config/alarms_reader.hpp"
 #include "config/character.hpp"
 #include "config/controller_reader.hpp"
+#include "config/corrective_reader.hpp"
 #include "config/effect_reader.hpp"
 #include "config/interlocks.hpp"
 #include "config/io_reader.hpp"
@@ -113,6 +114,7 @@ class LoopReader {
     if (start) check_start(*start, io);
     if (jacket) check_jacket(*jacket, io);
     if (compensator_) check_compensator(*compensator_, io);
+    if (corrective_) check_corrective_io(*corrective_, config().monitor.corrective, io);
     // What the converter and the deadband hold back is no windup.
     config().controller.pid.tolerance = config().controller.output.deadband + io.output_resolution;
     config().io = std::move(io.io);
@@ -449,11 +451,10 @@ class LoopReader {
                 "");
     if (twin.given && twin.valid) monitor.twin = resolve(config().file, twin.value);
     if (watched_) return refuse(in, {"corrective_action"});
-    in.maybe_section(
-        "corrective_action",
-        "the jacket goes from shadow to acting when the valve is known to stick, and back if "
-        "that does not help",
-        [&](MapReader& action) { read_corrective_action(action, monitor); });
+    corrective_ = in.maybe_section("corrective_action",
+                                   "the jacket or planned moves act when the valve is known to "
+                                   "stick, and end if that does not help");
+    if (corrective_) read_corrective_action(*corrective_, config().controller, monitor);
   }
 
   // After start and io: what is normal follows from how the loop comes up, what there is from how it is wired.
@@ -466,25 +467,6 @@ class LoopReader {
     monitor::ProcessSettings& process = config().alarms.process;
     process.at(monitor::AlarmKind::enable_open).fitted = has_enable(config().io);
     process.at(monitor::AlarmKind::source_lost).fitted = watched_;
-  }
-
-  void read_corrective_action(MapReader& in, WindowCut& monitor) {
-    monitor.corrective.enabled = in.flag("enabled", "false: as if it were not there", true);
-    in.set_number("allowed_mean_error",
-                  {"% of PV span", between(0.0, 100.0),
-                   "mean of SP - PV that the jacket may leave, where it was less before"},
-                  monitor.corrective.allowed_mean_error_percent);
-    if (in.describing() || !monitor.corrective.enabled) return;
-    const control::JacketSettings& jacket = config().controller.jacket;
-    using Form = control::JacketForm;
-    if ((jacket.form != Form::bounded && jacket.form != Form::dwell) || !jacket.shadow) {
-      in.error("enabled",
-               "needs controller.jacket with form bounded or dwell and shadow: true, from which it "
-               "is switched on");
-    }
-    if (monitor.specialists.empty()) {
-      in.error("enabled", "needs specialists: they say that the valve sticks");
-    }
   }
 
   // Without a read-back only a stated value or the operator can tell where the output stands.
@@ -527,7 +509,7 @@ class LoopReader {
                            "read_back; add it or state a model of the valve",
                            to_text(in_.place("io"))));
     }
-    const bool may_act = !jacket.shadow || config().monitor.corrective.enabled;
+    const bool may_act = !jacket.shadow || switches_on(config().monitor.corrective);
     if (!may_act) return;
     const JacketInterlocks interlocks = interlocks_of(jacket, backing_of(io.io));
     if (interlocks.paper) {
@@ -547,7 +529,7 @@ class LoopReader {
     const control::CompensatorSettings& c = controller.compensator;
     if (c.kind == control::CompensatorKind::none || c.shadow || in.describing()) return;
     const control::JacketSettings& jacket = controller.jacket;
-    const bool jacket_acts = !jacket.shadow || config().monitor.corrective.enabled;
+    const bool jacket_acts = !jacket.shadow || switches_on(config().monitor.corrective);
     if (jacket.form != control::JacketForm::off && jacket_acts) {
       in.error(
           "kind",
@@ -589,6 +571,7 @@ class LoopReader {
   RangeValue output_limits_;
   RangeValue sp_limits_;
   std::optional<MapReader> compensator_;
+  std::optional<MapReader> corrective_;
 };
 
 }  // namespace

@@ -213,8 +213,10 @@ constexpr std::array kRegisters{
             "with CO at an end of its range since the start"),
     loop_in(Field::records_dropped, 60, u32, "records_dropped", "",
             "cycles that the recorder or the monitor was too slow for"),
-    loop_in(Field::corrective_action, 62, u16, "corrective_action", "",
-            "0 off, 1 waiting, 2 trying: the jacket acts, 3 helping, 4 given up, 5 vetoed"),
+    loop_in(
+        Field::corrective_action, 62, u16, "corrective_action", "",
+        "0 off, 1 waiting, 2 trying: jacket or planned moves act, 3 helping, 4 given up, 5 vetoed, "
+        "6 planned moves are offered, 7 they are in shadow"),
     loop_in(Field::sequence_tail, 63, u16, "sequence_tail", "", "as sequence_head"),
 
     condition_in(
@@ -247,6 +249,15 @@ constexpr std::array kRegisters{
     holding(Field::shelve_minutes, Area::loop, 17, u16, "shelve_low_air_supply", "min", kShelve,
             1.0, 3),
     holding(Field::shelve_minutes, Area::loop, 18, u16, "shelve_unknown", "min", kShelve, 1.0, 4),
+    holding(
+        Field::moves_phase, Area::loop, 19, u16, "moves_phase", "",
+        "planned moves: 0 none, 1 watching the loop without them, 2 probing, 3 resting, 4 backing "
+        "off, 5 moving, 6 the loop is given back"),
+    holding(
+        Field::moves_gain, Area::loop, 20, u16, "moves_gain", "",
+        "RMS of SP - PV with planned moves over that without, in shadow what it would be; 0: not "
+        "known yet",
+        0.01),
     holding(Field::jacket_rate, Area::third, 0, f32, "jacket_rate", "CO/s",
             "what the stickband jacket adds to the integral; 0 without one"),
     holding(Field::jacket_rate_shadow, Area::third, 2, f32, "jacket_rate_shadow", "CO/s",
@@ -259,6 +270,8 @@ constexpr std::array kRegisters{
         Field::orders_refused, Area::third, 8, u16, "orders_refused", "",
         "orders that were let in, by whomever, and could not act any more when the loop took them; "
         "65535: at least"),
+    holding(Field::calm, Area::third, 9, u16, "calm_stiction", "",
+            "write 1: planned moves that are offered begin, in shadow first; reads 0"),
     holding(Field::alarm_state, Area::third, 10, u16, "alarm_model_gap", "", kState, 1.0, 5),
     holding(Field::shelve_minutes, Area::third, 13, u16, "shelve_model_gap", "min", kShelve, 1.0,
             5),
@@ -343,8 +356,8 @@ constexpr std::array kRegisters{
     loop_coil(Field::unshelve, 13, "unshelve_low_air_supply", kUnshelve, 3),
     loop_coil(Field::unshelve, 14, "unshelve_unknown", kUnshelve, 4),
     loop_coil(Field::veto_corrective_action, 15, "veto_corrective_action",
-              "write 1: the jacket goes back to shadow and stays there, 0: it may act again; reads "
-              "what is set",
+              "write 1: the jacket goes back to shadow and stays there, planned moves end, 0: they "
+              "may act again; reads what is set",
               0),
     bit(Field::acknowledge, Table::coil, Area::third, 0, "acknowledge_model_gap", kAcknowledge, 5),
     bit(Field::reset, Table::coil, Area::third, 1, "reset_model_gap", kReset, 5),

@@ -172,6 +172,8 @@ enum class Field : std::uint8_t {
   explanation_gap_closed,
   explanation_alarm,
   explanation_age,
+  moves_phase,
+  moves_gain,
   unshelve_process,
   process_active,
   process_unacknowledged,
@@ -187,7 +189,8 @@ enum class Field : std::uint8_t {
   acknowledge_process,
   reset,
   unshelve,
-  veto_corrective_action
+  veto_corrective_action,
+  calm
 };
 
 struct Register {
@@ -213,8 +216,9 @@ std::uint16_t width(const Register& reg) noexcept;
 constexpr bool writable(const Register& reg) noexcept {
   if (reg.area == Area::third) {
     return reg.table == Table::coil || reg.field == Field::shelve_minutes ||
-           reg.field == Field::unshelve_process;
+           reg.field == Field::unshelve_process || reg.field == Field::calm;
   }
+  if (reg.field == Field::moves_phase || reg.field == Field::moves_gain) return false;
   return reg.table == Table::holding_register || reg.table == Table::coil;
 }
 

@@ -86,7 +86,8 @@ model::AlarmAction wanted_action(const std::string& word) {
       {"reset", model::AlarmAction::reset},
       {"shelve", model::AlarmAction::shelve},
       {"unshelve", model::AlarmAction::unshelve}};
-  return meant_by(word, kActions, "action is acknowledge, reset, shelve or unshelve");
+  return meant_by(word, kActions,
+                  "action is acknowledge, reset, shelve or unshelve; of stiction calm, too");
 }
 
 std::int64_t wanted_shelf_ms(const protocol::AlarmRequest& request) {
@@ -289,7 +290,9 @@ protocol::RecordFile OperatorOrders::record(const protocol::RecordRequest& reque
 
 LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
                                           const Sender& sender) {
-  const model::AlarmAction action = wanted_action(request.action);
+  const bool calms = request.action == "calm" && request.alarm == "stiction";
+  const model::AlarmAction action =
+      calms ? model::AlarmAction::acknowledge : wanted_action(request.action);
   const std::int64_t shelve_ms =
       action == model::AlarmAction::shelve ? wanted_shelf_ms(request) : 0;
   std::string reason = short_text(request.reason, "reason");
@@ -304,7 +307,9 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
   const std::size_t index = loop_index(parts_, request.loop);
   const monitor::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
                                   std::move(reason)};
-  const monitor::OrderResult result = parts_.board.act(index, order);
+  const monitor::OrderResult result =
+      calms ? parts_.board.begin_offered(index, order.peer, order.reason)
+            : parts_.board.act(index, order);
   if (!result.accepted) throw RequestError(result.why);
   const monitor::LoopWatch watch = parts_.board.watch(index);
   return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind, watch)},

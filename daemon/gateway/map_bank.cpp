@@ -145,7 +145,7 @@ Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
       const model::Alarm& alarm = snapshot.loop(wish.loop).watch.alarms.alarm(alarm_of(*wish.reg));
       sound = wish.value >= 0.0 && wish.value * static_cast<double>(kMinute) <=
                                        static_cast<double>(alarm.settings().shelve_limit_ms);
-    } else if (field == Field::unshelve_process) {
+    } else if (field == Field::unshelve_process || field == Field::calm) {
       sound = wish.value == 0.0 || wish.value == 1.0;
     }
     if (!sound) return Exception::illegal_value;
@@ -268,7 +268,7 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
       server_.master_heartbeat = static_cast<std::uint16_t>(wish.value);
       server_.master_beat = true;
     } else if (wish.reg->table == Table::coil || wish.reg->field == Field::shelve_minutes ||
-               wish.reg->field == Field::unshelve_process) {
+               wish.reg->field == Field::unshelve_process || wish.reg->field == Field::calm) {
       act(wish, peer);
     }
   }
@@ -280,6 +280,10 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
   const auto done = [&](std::uint64_t ticket) { ticket_ = std::max(ticket_, ticket); };
   if (wish.reg->field == Field::veto_corrective_action) {
     return done(loops_.veto(wish.loop, wish.value != 0.0, peer.name));
+  }
+  if (wish.reg->field == Field::calm) {
+    if (wish.value != 0.0) done(loops_.begin_offered(wish.loop, peer.name));
+    return;
   }
   monitor::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.reg->field == Field::shelve_minutes) {

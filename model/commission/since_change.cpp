@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -214,6 +215,9 @@ class Competition {
  private:
   static constexpr double kLeastExcess = 0.05;
   static constexpr double kLeastForSecond = 0.3;
+  static constexpr double kTold = 1.96;     // t
+  static constexpr double kNearest = 0.02;  // of a value, ends of its interval
+  static constexpr double kFarthest = 2.0;
 
   std::vector<Hypothesis> pairs_with(std::size_t first, const std::vector<double>& x) const {
     std::vector<Hypothesis> pairs(kinds_.size());
@@ -419,9 +423,42 @@ class Competition {
           won.x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
       at += kind.start.size();
       out.effects.push_back(found(kind, own, confidence, out.closed));
+      if (kind.block == Block::valve) {
+        out.effects.back().interval = intervals(won, out.effects.size() - 1);
+      }
       if (i != won.kinds.back()) continue;
       std::vector<std::string>& also = out.effects.back().alternatives;
       also.insert(also.end(), alternatives.begin(), alternatives.end());
+    }
+    return out;
+  }
+
+  // Of the parameters of one of its effects.
+  std::map<std::string, std::array<double, 2>> intervals(const Hypothesis& won,
+                                                         std::size_t which) const {
+    const LoopModel model = model_of(won.kinds, won.x);
+    const auto told = [&](const std::string& name, double value) {
+      LoopModel other = model;
+      other.scenario.faults[which].effect.parameters[name] = value;
+      try {
+        const Hypothesis rival{.kinds = won.kinds,
+                               .x = won.x,
+                               .errors = run_model(other, nullptr, nullptr, nullptr, nullptr)};
+        return ahead(won, rival) > kTold;
+      } catch (const effects::EffectError&) {
+        return true;
+      }
+    };
+    std::map<std::string, std::array<double, 2>> out;
+    for (const auto& [name, value] : model.scenario.faults[which].effect.parameters) {
+      std::array<double, 2> ends{value, value};
+      for (std::size_t end = 0; end < 2; ++end) {
+        for (double off = kNearest; off < kFarthest; off *= 2.0) {
+          ends[end] = end == 0 ? value / (1.0 + off) : value * (1.0 + off);
+          if (told(name, ends[end])) break;
+        }
+      }
+      out[name] = ends;
     }
     return out;
   }

@@ -11,7 +11,7 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // stiction
     {"the stem sticks and jumps: packing too tight, deposits, a worn seat",
      "the loop cycles around its set point and wears the valve",
-     "plan the valve's repair; until then the jacket or a slower controller calms the loop",
+     "plan the valve's repair; until then planned moves or a slower controller calm the loop",
      "weeks: with the next planned work"},
     // backlash
     {"play between stem and plug or in the linkage",

@@ -44,7 +44,7 @@ function freshState(o, i, {loop, listed, severe, stands}) {
 // One line on how a loop is: [words, sign, look]. `about`: loop; listed(kind), its alarm in the list; severe, %; stands: its cycle does
 // not move on; stale: all values are old.
 export function stateOf(o, i, about = {}) {
-  const [words, sign, look] = freshState(o, i, about);
+  const [words, sign, look] = freshState(o, i, {...about, stands: about.stands && !about.stale}); // of old values every cycle stands
   return about.stale ? [fill(texts.stale.state, {state: words}), null, 'soft'] : [words, sign, look];
 }
 

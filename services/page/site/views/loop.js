@@ -16,8 +16,8 @@ import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {pictureOf, save} from '../lib/picture.js';
 import {wall} from '../lib/shell.js';
-import {conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
-import {operator, order} from './acting.js';
+import {calmPart, conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
+import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
 import {actsOf, modeOf, ne107Of, signOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
@@ -313,8 +313,9 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
   const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
+  places.calm = el('div', {class: 'told'});
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
-    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation)), panel(t.measures, places.measures), panel(t.health, places.health),
+    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm)), panel(t.measures, places.measures), panel(t.health, places.health),
       el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
   const i = live.places.get(tag);
   const update = () => {
@@ -352,6 +353,8 @@ function followDetails(loop, places, scope) {
       put('windows', windows.windows, () => windowTable(windows.windows));
       put('explanation', [now.explanation, report?.id], () => (now.explanation ? explanationPart(now.explanation, report?.id ?? null)
         : el('p', {class: 'nothing'}, loop.twin ? texts.explain.none : texts.explain.noTwin)));
+      const begin = live.session.can?.alarms ? () => act(loop.tag, 'stiction', 'calm') : null;
+      put('calm', [now.monitor.corrective_action, now.compensator?.says, now.explanation?.effect, Boolean(begin)], () => calmPart(now, begin) ?? '');
     } catch (error) {
       if (error.name !== 'AbortError' && !places.condition.key) places.condition.replaceChildren(el('p', {class: 'trouble'}, fill(texts.failed, {why: error.message})));
     }

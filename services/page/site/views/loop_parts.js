@@ -67,6 +67,16 @@ export function healthTable(loop) {
   return table(t.caption, [{head: t.what, row: true}, {head: t.value, class: 'number'}], rows.filter(Boolean), {captionHidden: true, class: 'pairs'});
 }
 
+// What keeps the loop calm until its valve is repaired; null: nothing does, and nothing is offered.
+export function calmPart(loop, begin) {
+  const t = texts.calm, state = loop.monitor.corrective_action, says = loop.compensator?.says;
+  if (state === 'off' && !says) {
+    return loop.explanation?.effect === 'stiction' ? el('p', {class: 'soft'}, t.couldBe) : null;
+  }
+  return el('div', {class: 'calm'}, facts([[t.action, t.states[state] ?? state], says ? [t.moves, says] : null]),
+    state === 'offered' && begin ? el('div', {class: 'hands'}, el('button', {type: 'button', class: 'main', click: begin}, texts.alarm.calm)) : null);
+}
+
 // `report`: its id among the reports, or null.
 export function explanationPart(e, report) {
   const t = texts.explain, size = fill(t.sizeWithin, {size: percent(e.size_percent, 1), low: fixed(e.low_percent, 1), high: percent(e.high_percent, 1)});

@@ -65,12 +65,17 @@ function pairsOf(object) {
 }
 
 // What has changed of the box, the newest first; of its loops the journal tells.
-function changesPart(all) {
-  if (!all) return el('p', {class: 'soft'}, texts.notKnownNow);
-  const lines = all.filter((line) => !line.loop).slice(0, CHANGES);
+async function changesOf(signal) {
+  const answers = await Promise.all([{kind: 'system'}, {text: 'reload'}].map((which) => get(`/api/journal${query({...which, most: LOOKED_AT})}`, signal)));
+  const lines = new Map(answers.flatMap((answer) => answer.lines).filter((line) => !line.loop).map((line) => [line.id, line]));
+  return [...lines.values()].sort((a, b) => b.id - a.id).slice(0, CHANGES);
+}
+
+function changesPart(lines) {
+  if (!lines) return el('p', {class: 'soft'}, texts.notKnownNow);
   if (!lines.length) return el('p', {class: 'soft'}, t.noChanges);
   return el('ul', {class: 'changes'}, lines.map((line) => el('li', {}, el('span', {class: 'soft time'}, wall().dateTime(line.utc_ms)),
-    el('span', {}, [line.what, changeOf(line), line.result, line.reason].filter(Boolean).join(', ')))));
+    el('span', {}, [line.what, changeOf(line), line.peer, line.result, line.reason].filter(Boolean).join(', ')))));
 }
 
 // Whether the box is well, first of all.
@@ -115,9 +120,9 @@ export async function show(main, _, scope) {
   main.append(el('h1', {tabindex: -1}, t.title), place);
   const load = async () => {
     try {
-      const [answer, changes] = await Promise.all([get('/api/system', scope.signal), get(`/api/journal${query({kind: 'system', most: LOOKED_AT})}`, scope.signal).catch(() => null)]);
+      const [answer, changes] = await Promise.all([get('/api/system', scope.signal), changesOf(scope.signal).catch(() => null)]);
       const at = [...place.querySelectorAll('.scroller')].map((one) => one.scrollTop);
-      place.replaceChildren(...parts(answer, changes?.lines ?? null));
+      place.replaceChildren(...parts(answer, changes));
       place.querySelectorAll('.scroller').forEach((one, i) => { one.scrollTop = at[i] ?? 0; });
     } catch (error) {
       if (error.name !== 'AbortError') place.replaceChildren(...parts(null, null));

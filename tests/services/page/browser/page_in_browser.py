@@ -476,6 +476,8 @@ def reports_and_system(box, browser):
     browser.check(policy[0] == 200 and policy[1].startswith("sandbox"), f"a report has no sandbox: {policy}")
     browser.go(box, "system")
     browser.until(lambda: "Loops connected" in browser.text("main"), "the box does not say how it is")
+    box.ask({"request": "reload"})
+    browser.until(lambda: "reload" in browser.text(".changes") and f"uid {os.getuid()}" in browser.text(".changes"), "a reload is no change of the box")
     browser.check("Wake-up" not in browser.text("main"), "counters stand before what a person wants to know")
     for _ in range(2):
         browser.run("document.querySelectorAll('main details:not([open]) > summary').forEach((e) => e.click())")

@@ -22,6 +22,7 @@ test('a loop without a cycle is not known, and neither normal nor acting', () =>
 test('of old values nothing good is said', () => {
   const [said, sign, look] = stateOf(overview(), 0, {...about, stale: true});
   assert.match(said, /not known/);
+  assert.equal(words({}, {stale: true, stands: true}), said, 'that its cycle stands follows from it');
   assert.deepEqual([sign, look], [null, 'soft']);
   assert.ok(!GOOD.includes(said));
   assert.equal(acts({}, {}, true), 'not_known');
