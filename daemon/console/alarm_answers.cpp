@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "model/monitor/alarm_figures.hpp"
+#include "model/monitor/box_alarms.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -90,6 +91,9 @@ protocol::AlarmFigures figures_of(const Parts& parts, const std::vector<journal:
     priority[{one.loop, one.alarm}] = one.priority;
   }
   protocol::AlarmFigures figures{.from_ms = from_ms, .to_ms = to_ms};
+  for (const model::BoxAlarm kind : model::kBoxAlarms) {
+    priority[{model::kBox, model::to_text(kind)}] = model::to_text(model::usual_priority(kind));
+  }
   std::vector<model::AlarmCame> came;
   for (const journal::JournalRow& row : rows) {
     const journal::JournalEntry& line = row.entry;
