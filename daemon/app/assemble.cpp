@@ -22,7 +22,7 @@ namespace {
 std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
   std::vector<monitor::WatchBoard::Loop> loops;
   for (const config::LoopConfig& loop : configuration.loops) {
-    loops.push_back({loop.name, loop.sample_time_s});
+    loops.push_back({loop.name, loop.sample_time_s, loop.pv_unit});
   }
   return loops;
 }

@@ -231,6 +231,24 @@ std::string source_text(const monitor::LoopWatch& watch, const config::LoopConfi
                          : "routine evidence can't tell");
 }
 
+// What the twin says beside its alarm.
+std::optional<protocol::TwinRemarks> remarks_of(const monitor::LoopWatch& watch) {
+  if (!watch.twin) return std::nullopt;
+  protocol::TwinRemarks told{.judging = model::to_text(watch.twin->judging),
+                             .controller_not_watched = watch.controller_not_watched};
+  if (const auto& load = watch.twin->load) {
+    told.load_outside = {.size = load->size, .since_s = load->since_s};
+  }
+  const auto add = [&](const char* change, const model::Untested& one) {
+    told.untested.push_back({change, one.for_s, one.tested});
+  };
+  for (std::size_t i = 0; i < model::kTwinChanges; ++i) {
+    add(model::to_text(static_cast<model::TwinChange>(i)), watch.twin->untested[i]);
+  }
+  if (watch.twin->controller) add("controller", *watch.twin->controller);
+  return told;
+}
+
 protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
   const model::WindowMeasures& m = watch.measures;
   const analysis::ConditionIndices& condition = watch.condition;
@@ -265,7 +283,8 @@ protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::Loop
           .corrective_action = model::to_text(watch.corrective),
           .hours_automatic = watch.times.seconds_in(control::Mode::automatic) / 3600.0,
           .hours_manual = watch.times.seconds_in(control::Mode::manual) / 3600.0,
-          .hours_at_limit = watch.times.seconds_at_limit() / 3600.0};
+          .hours_at_limit = watch.times.seconds_at_limit() / 3600.0,
+          .twin = remarks_of(watch)};
 }
 
 protocol::JudgedWindow window_of(const monitor::LoggedWindow& window) {

@@ -41,7 +41,9 @@ WatchBoard::WatchBoard(std::vector<Loop> loops, const model::AlarmSettings& sett
   for (Loop& loop : loops) {
     watches_.emplace_back(settings, loop.period_s);
     logs_.emplace_back();
+    twin_news_.emplace_back();
     names_.push_back(std::move(loop.name));
+    pv_units_.push_back(std::move(loop.pv_unit));
   }
 }
 
@@ -190,6 +192,40 @@ void WatchBoard::set_progress(std::size_t loop, const model::ModeTimes& times,
   watches_[loop].times = times;
   watches_[loop].condition = condition;
   if (state != WindowState::valid) watches_[loop].window_state = state;
+}
+
+void WatchBoard::controller_not_watched(std::size_t loop, std::string why) {
+  const std::lock_guard lock(mutex_);
+  watches_[loop].controller_not_watched = std::move(why);
+}
+
+void WatchBoard::twin_says(std::size_t loop, const model::TwinRemarks& remarks, double passed_s) {
+  using Kind = model::TwinNews::Kind;
+  const std::lock_guard lock(mutex_);
+  watches_[loop].twin = remarks;
+  const std::optional<Kind> news = twin_news_[loop].add(remarks, passed_s);
+  if (!news) return;
+  JournalEntry line;
+  line.kind = JournalEntry::Kind::system;
+  line.utc_ms = utc_ms_();
+  line.loop = names_[loop];
+  line.what = "twin";
+  line.result = "done";
+  switch (*news) {
+    case Kind::load_outside:
+      line.new_value = fmt::format("load outside {:+.3g} {}", remarks.load->size, pv_units_[loop]);
+      line.reason = "a load that the healthy record does not show; no alarm";
+      break;
+    case Kind::load_back: line.new_value = "load back"; break;
+    case Kind::not_judged:
+      line.new_value = "not judged here";
+      line.reason = remarks.judging == model::Judging::outside
+                        ? "PV or CO is where the healthy record never was"
+                        : "PV and CO don't stay long enough where the healthy record was";
+      break;
+    case Kind::judged_again: line.new_value = "judged again"; break;
+  }
+  journal_.post(std::move(line));
 }
 
 void WatchBoard::stick_not_known(std::size_t loop) {

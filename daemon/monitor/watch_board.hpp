@@ -26,6 +26,7 @@
 #include "model/monitor/mode_times.hpp"
 #include "model/monitor/process_watch.hpp"
 #include "model/monitor/routine_watch.hpp"
+#include "model/monitor/twin_remarks.hpp"
 #include "model/monitor/window_judge.hpp"
 #include "model/monitor/window_measures.hpp"
 
@@ -50,6 +51,9 @@ struct LoopWatch {
   // The newest of each alarm, by its name as it was raised, and of all. Copied with what they stand in: shared.
   std::array<std::shared_ptr<const Explanation>, loopwarden::monitor::kAlarmKindCount> explanations;
   std::shared_ptr<const Explanation> explanation;
+  // What the loop's twin says beside its alarm; nothing: it has none.
+  std::optional<loopwarden::monitor::TwinRemarks> twin;
+  std::string controller_not_watched;  // by the twin: why; empty: it is, or the loop runs here
   // What the source keeps of PV and CO, by the newest routine judgement.
   loopwarden::diagnosis::Archived source;
   double sees_from_percent = 0.0;  // % of the CO span
@@ -85,6 +89,7 @@ class WatchBoard {
   struct Loop {
     std::string name;
     double period_s = 0.1;  // s
+    std::string pv_unit{};
   };
   // `utc_ms` gives the present time, ms since 1970.
   WatchBoard(std::vector<Loop> loops, const loopwarden::monitor::AlarmSettings& settings,
@@ -124,6 +129,10 @@ class WatchBoard {
   void set_progress(std::size_t loop, const loopwarden::monitor::ModeTimes& times,
                     const loopwarden::analysis::ConditionIndices& condition,
                     loopwarden::monitor::WindowState state);
+  void controller_not_watched(std::size_t loop, std::string why);
+  // What the twin says by now. `passed_s`: of the loop's time after the last call.
+  void twin_says(std::size_t loop, const loopwarden::monitor::TwinRemarks& remarks,
+                 double passed_s);
   // The newest window's stick is not that of the valve as it is by now.
   void stick_not_known(std::size_t loop);
   void pass_time();
@@ -182,12 +191,14 @@ class WatchBoard {
   std::uint64_t write_order(std::size_t loop, const AlarmOrder& order, const OrderResult& result);
 
   std::vector<std::string> names_;
+  std::vector<std::string> pv_units_;
   loopwarden::monitor::AlarmSettings settings_;
   journal::Journal& journal_;
   std::function<std::int64_t()> utc_ms_;
   mutable std::mutex mutex_;
   std::vector<LoopWatch> watches_;
   std::vector<WindowLog> logs_;
+  std::vector<loopwarden::monitor::TwinNews> twin_news_;
   std::uint64_t alarm_changes_ = 0;
 };
 

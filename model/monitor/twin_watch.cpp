@@ -262,7 +262,9 @@ void TwinWatch::judge() noexcept {
         }
       }
       for (std::size_t j = 0; j < kTwinChanges; ++j) {
-        if (would[j] >= limit_) untested_[j] = 0;
+        if (would[j] < limit_) continue;
+        untested_[j] = 0;
+        tested_[j] = true;
       }
       if (z <= largest_) continue;
       largest_ = z;

@@ -78,6 +78,9 @@ class TwinWatch {
   bool inside() const noexcept { return inside_; }
   // Since the change was last tested, s; from the first sample where it never was.
   double untested_s(TwinChange change) const noexcept;
+  bool tested(TwinChange change) const noexcept {
+    return tested_[static_cast<std::size_t>(change)];
+  }
   double load() const noexcept { return residual_; }  // PV - y, PV units
   bool load_known() const noexcept { return inside_ && since_reset_ > warm_up_; }
   // Of the newest sample, for a change: n s/v and s^2/v. Both 0 where it does not count.
@@ -145,7 +148,8 @@ class TwinWatch {
   std::size_t in_block_ = 0;
   std::size_t quiet_samples_ = 0;
   std::array<std::size_t, kTwinChanges> untested_{};  // samples
-  std::array<double, kSeries> predicted_{};           // y, y_i
+  std::array<bool, kTwinChanges> tested_{};
+  std::array<double, kSeries> predicted_{};  // y, y_i
   double residual_ = 0.0;
   double largest_ = 0.0;
   TwinChange leading_ = TwinChange::gain;

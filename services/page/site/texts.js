@@ -70,7 +70,7 @@ const en = {
   },
   loop: {
     faceplate: 'Faceplate', trend: 'Trend', phase: 'PV over CO', condition: 'Condition of the valve', measures: 'What the newest window shows',
-    windows: 'Windows and their specialists', health: 'Communication and recording', explanation: 'Explanation', alarms: 'Alarms of this loop',
+    windows: 'Windows and their specialists', health: 'Communication and recording', explanation: 'Explanation', twin: 'What the twin says', alarms: 'Alarms of this loop',
     noLoop: 'There is no loop {tag}.', state: 'State', ne107: 'NE 107', requested: 'asked for: {mode}',
     previous: 'Previous loop', next: 'Next loop', operate: 'Operate', setPoint: 'Set point', output: 'Output', mode: 'Mode',
     controlledElsewhere: 'Another controller has this loop (control: elsewhere). It is only read here.',
@@ -116,6 +116,12 @@ const en = {
     timeouts: 'Time-outs', device_exceptions: 'Device exceptions', invalid_replies: 'Invalid replies', stale_replies_discarded: 'Late replies discarded',
     reconnects: 'Reconnects', writes: 'Writes', write_errors: 'Write errors', old_commands_withheld: 'Old commands withheld', rows: 'Rows recorded',
     lost: 'Rows lost', bytes: 'On the disk', disk: 'Disk', diskError: '{n} errors, the last: {text}', refused: 'Orders refused',
+  },
+  twin: {
+    judging: 'It judges', judges: {here: 'yes', settling: 'not yet: too soon after a start or a jump of the load', outside: 'not here: PV or CO is where the healthy record never was'},
+    load: 'Load', loadOutside: 'outside of the healthy record by {size}, for {long}; no alarm', controller: 'Controller', notWatched: 'not watched: {why}',
+    untested: 'When something last moved enough to show a change', change: 'Change', lastTested: 'Last tested', ago: '{long} ago', never: 'not in the {long} since the start',
+    now: 'under 1 min', changes: {gain: 'gain', time_constant: 'time constant', dead_time: 'dead time', lag: 'another lag', play: 'play', stick: 'stick', controller: 'controller'},
   },
   explain: {
     none: 'No alarm of this loop has been explained by its twin yet.', noTwin: 'This loop has no twin. “loopwarden commission” makes one.', effect: 'Effect', size: 'Size', confidence: 'Confidence', closed: 'Gap closed',

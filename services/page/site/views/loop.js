@@ -12,7 +12,7 @@ import {field} from '../lib/dialog.js';
 import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {wall} from '../lib/shell.js';
-import {conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
+import {conditionTable, explanationPart, healthTable, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
 import {operator, order} from './acting.js';
 import {reportOf} from './reports.js';
 import {signOf} from './overview.js';
@@ -295,9 +295,9 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const head = header(loop), faceplate = new Faceplate(loop);
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
-  const places = {condition: el('div', {}), measures: el('div', {}), windows: el('div', {}), health: el('div', {}), explanation: el('div', {})};
+  const places = {condition: el('div', {}), measures: el('div', {}), windows: el('div', {}), health: el('div', {}), explanation: el('div', {}), twin: el('div', {})};
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
-    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation)), panel(t.measures, places.measures), panel(t.health, places.health),
+    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
       el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
   const i = live.places.get(tag);
   const update = () => {
@@ -330,6 +330,8 @@ function followDetails(loop, places, scope) {
       const folder = now.explanation?.folder.split('/').at(-1) ?? null, report = folder && await reportOf(folder, scope.signal);
       put('condition', now.monitor.condition, () => conditionTable(now.monitor.condition));
       put('measures', now.monitor, () => measureTable(now.monitor));
+      const said = now.monitor.twin && twinFacts(now.monitor.twin);
+      if (said) put('twin', said, () => twinPart(said, loop));
       put('health', [now.io, now.recording, now.pv_age_ms], () => healthTable(now));
       put('windows', windows.windows, () => windowTable(windows.windows));
       put('explanation', [now.explanation, report?.id], () => (now.explanation ? explanationPart(now.explanation, report?.id ?? null)
