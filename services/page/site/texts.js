@@ -167,7 +167,7 @@ const en = {
   fleet: {
     title: 'Fleet', search: 'Search', searchHint: 'valve, box or alarm', group: 'Group', allGroups: 'All groups', asOf: 'As of {time}',
     old: 'The plant’s database does not answer ({why}). What is shown is of {time}, {long} old.', down: 'The plant’s database does not answer ({why}). It is asked again by itself.',
-    boxesOnline: 'Boxes online', loopsOnline: 'Loops online', sick: 'Loops with a valve alarm', faulty: 'Loops at fault', waiting: 'Alarms to acknowledge', rateToday: 'Alarms in 10 min, last day', nOf: '{n} of {all}',
+    boxesOnline: 'Boxes online', loopsOnline: 'Loops online', sick: 'Sick valves', faulty: 'Loops at fault', waiting: 'Alarms to acknowledge', rateToday: 'Alarms in 10 min, last day', nOf: '{n} of {all}',
     worst: 'Worst loops', worstCaption: 'Loops with an alarm that is on, in the chosen order', valve: 'Loop', alarm: 'Alarm', size: 'Size', since: 'Since', weeks: 'Eight weeks', for: 'for {long}', ago: '{long} ago',
     curve: 'now {now}, at most {most} in eight weeks', noCurve: 'no history', noSick: 'No loop has an alarm that is on.', shown: '{n} shown of {all} alarms that are on, the greatest first; sizes in % of the CO span.', nothing: 'No row is like that.',
     faults: 'Loops at fault', faultsCaption: 'Loops whose PV, output or mode is not as it should be, the newest first', loop: 'Loop', noFault: 'PV, output and mode of every loop are as they should be.',
@@ -180,7 +180,7 @@ const en = {
     judged: {acceptable: 'acceptable', manageable: 'manageable', over: 'too many', floods: 'floods'},
   },
   valve: {
-    alarms: 'Alarms of this valve', noAlarm: 'No alarm of this valve has ever come.', where: 'Where', online: 'online', loopAway: 'the box is online, the loop is not', weeks: 'Size of its faults over thirteen weeks', ofSpan: '% of CO span',
+    incident: '{where}{sure}, since {time}', sure: ', {confidence} sure', alarms: 'Alarms of this valve', noAlarm: 'No alarm of this valve has ever come.', where: 'Where', online: 'online', loopAway: 'the box is online, the loop is not', weeks: 'Size of its faults over thirteen weeks', ofSpan: '% of CO span',
     values: 'Last values', noValues: 'No value of this loop has come yet.', changes: 'Changes of its alarms', detectable: 'Smallest fault that can be seen', evidence: 'Files in the host’s database; they are looked at on the box.', file: 'File', asked: 'Begun', there: 'Complete',
   },
   valueNames: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem', variability: 'Variability', mean_error: 'Mean of SP − PV', oscillation_index: 'Regularity of the oscillation', oscillation_period: 'Its period', travel: 'Travel', reversals: 'Reversals', stick: 'Stick',
