@@ -20,7 +20,8 @@ void watched_loop(benchmark::State& state) {
   twin.controller.pid.gains = {.kp = 0.3, .ki = 0.02};
   twin.scenario.set_point = {{0.0, 5.0}};
   for (double t = 120.0; t < static_cast<double>(kCycles); t += 120.0) {
-    twin.scenario.set_point.emplace_back(t, twin.scenario.set_point.back().second == 5.0 ? 6.0 : 5.0);
+    twin.scenario.set_point.emplace_back(t,
+                                         twin.scenario.set_point.back().second == 5.0 ? 6.0 : 5.0);
   }
   twin.twin.emplace();
   twin.twin->seen_low = 0.0;

@@ -127,7 +127,7 @@ void Assembly::make_monitor(const Specialists& specialists) {
                          .window = window_of(loop.config),
                          .judge = judge == watching.judges.end() ? nullptr : judge->second.get(),
                          .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
-                         .history_s = commission::kLongest_s + commission::kEnough_s,
+                         .history_s = commission::kBefore_s + commission::kMostSeen_s,
                          .foreign_controller = config::is_watched(loop.config.io),
                          .rule = loopwarden::monitor::kAlarmRule,
                          .normal_mode = loop.config.normal_mode,

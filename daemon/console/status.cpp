@@ -210,7 +210,12 @@ std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& wa
                                                     model::AlarmKind kind) {
   if (const auto& own = watch.explanations[model::index_of(kind)]) return told(*own);
   const auto& newest = watch.explanation;
-  return newest && newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
+  if (!newest) return std::nullopt;
+  // What joined an incident has its explanation.
+  const model::Incident& incident = watch.incident.incident();
+  const bool same =
+      incident.has(kind) && incident.has(newest->alarm) && newest->raised_ms >= incident.opened_ms;
+  return same || newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
 }
 
 // What a source tells on change alone, and what that hides.

@@ -25,6 +25,12 @@ void keep(LoopWatch& watch, const Explanation& explanation) {
   watch.explanations[model::index_of(explanation.alarm)] = watch.explanation;
 }
 
+// Of one alarm, explained again: nothing new is told.
+bool same_name(const Explanation& before, const Explanation& now) {
+  return before.raised_ms == now.raised_ms && before.effect == now.effect &&
+         before.verdict == now.verdict;
+}
+
 // Suppressed and normal are one to the journal: a loop in manual would fill it.
 bool worth_a_line(const model::AlarmTransition& t) noexcept {
   const auto quiet = [](AlarmState s) {
@@ -121,7 +127,29 @@ void WatchBoard::process_changed(std::size_t loop, const model::ProcessChange& c
 void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
   const std::lock_guard lock(mutex_);
   LoopWatch& watch = watches_[loop];
+  const auto before_it = watch.explanations[model::index_of(explanation.alarm)];
   keep(watch, explanation);
+  if (!before_it || !same_name(*before_it, explanation)) tell_explanation(loop, explanation);
+  write_incident(
+      loop, watch.incident.explained(
+                utc_ms_(),
+                {.alarm = explanation.alarm,
+                 .raised_ms = explanation.raised_ms,
+                 .from_ms = std::isfinite(explanation.since_s)
+                                ? explanation.raised_ms - std::llround(1000.0 * explanation.since_s)
+                                : 0,
+                 .effect = explanation.effect,
+                 .block = explanation.block,
+                 .confidence = explanation.confidence}));
+  const Memories before = memories(loop);
+  write_down(loop, before,
+             watch.alarms.explained(
+                 utc_ms_(), explanation.alarm, explanation.final_name.value_or(explanation.alarm),
+                 std::isfinite(explanation.size_percent) ? explanation.size_percent : 0.0),
+             fmt::format("explained: {}", explanation.sentence));
+}
+
+void WatchBoard::tell_explanation(std::size_t loop, const Explanation& explanation) {
   JournalEntry line;
   line.kind = JournalEntry::Kind::system;
   line.utc_ms = utc_ms_();
@@ -138,24 +166,6 @@ void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
   }
   line.result = explanation.agrees ? "agrees" : "does not agree";
   journal_.post(std::move(line));
-  write_incident(
-      loop, watch.incident.explained(
-                utc_ms_(),
-                {.alarm = explanation.alarm,
-                 .raised_ms = explanation.raised_ms,
-                 .from_ms = std::isfinite(explanation.since_s)
-                                ? explanation.raised_ms - std::llround(1000.0 * explanation.since_s)
-                                : 0,
-                 .effect = explanation.effect,
-                 .block = explanation.block,
-                 .confidence = explanation.confidence}));
-  if (!explanation.final_name) return;
-  const Memories before = memories(loop);
-  write_down(loop, before,
-             watch.alarms.explained(
-                 utc_ms_(), explanation.alarm, *explanation.final_name,
-                 std::isfinite(explanation.size_percent) ? explanation.size_percent : 0.0),
-             fmt::format("explained: {}", explanation.sentence));
 }
 
 void WatchBoard::restore(std::size_t loop, const Explanation& explanation) {

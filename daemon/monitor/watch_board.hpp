@@ -117,7 +117,8 @@ class WatchBoard {
   // The condition of a process alarm came or went; `why` is for the journal.
   void process_changed(std::size_t loop, const loopwarden::monitor::ProcessChange& change,
                        const std::string& why);
-  // The gap workflow has said why an alarm came: it stands with the alarm, and may give it another name.
+  // It was found why an alarm came, for the first time or once more: the newest stands with the alarm and its incident, and may
+  // give them another name. The journal has a line where that is another one.
   void explained(std::size_t loop, const Explanation& explanation);
   // A window that is full but can't be judged, or whose judgement says that it moves too little to tell.
   void window_not_fit(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
@@ -181,6 +182,7 @@ class WatchBoard {
   std::uint64_t write_down(std::size_t loop, const Memories& before,
                            const loopwarden::monitor::AlarmTransitions& transitions,
                            const std::string& why = {}, const std::string& why_gone = {});
+  void tell_explanation(std::size_t loop, const Explanation& explanation);
   // Journals what became of the loop's incident; returns the last ticket, 0 where nothing did.
   std::uint64_t follow_incident(std::size_t loop);
   std::uint64_t write_incident(std::size_t loop,

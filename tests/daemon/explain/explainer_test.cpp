@@ -260,6 +260,30 @@ TEST_CASE("a history that began anew after the alarm does not replace the minute
   CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4});
 }
 
+TEST_CASE("a repeat takes no first one's room, is not kept for a restart, and may be called off",
+          "[explain]") {
+  Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
+  Explainer explainer = bench.make({.program = {}, .most_waiting = 1});
+  ExplainJob later = bench.job(1);
+  later.repeat = true;
+  later.wait = std::chrono::hours(1);
+  explainer.post(later);
+  ExplainJob over = bench.job(2);
+  over.repeat = true;
+  over.wanted = [] { return false; };
+  explainer.post(over);
+  explainer.post(bench.job(3));
+  explainer.start();
+  REQUIRE(bench.wait(1));
+  CHECK(bench.reports.front().job.loop == 3);
+  CHECK(bench.reports.front().why.empty());
+  while (explainer.status().waiting > 1) {
+  }
+  explainer.stop();
+  CHECK(bench.reports.size() == 1);
+  CHECK_FALSE(read_pending(bench.folder / "evidence"));
+}
+
 TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {
   Bench bench("exec sleep 600");
   Explainer explainer = bench.make();

@@ -20,7 +20,8 @@ TEST_CASE("a load outside is told as it comes and as it goes", "[twin]") {
   CHECK(news.add(now, 1.0) == Kind::load_back);
 }
 
-TEST_CASE("a loop that is not judged is told once it lasts, and that it is judged again", "[twin]") {
+TEST_CASE("a loop that is not judged is told once it lasts, and that it is judged again",
+          "[twin]") {
   TwinNews news;
   const TwinRemarks here{.judging = Judging::here};
   const TwinRemarks outside{.judging = Judging::outside};
