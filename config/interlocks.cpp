@@ -42,4 +42,11 @@ bool too_wide(const control::CompensatorSettings& compensator, Backing backing) 
          compensator.planned.s_high > 2.0 * compensator.planned.s_low;
 }
 
+bool moves_may_act(const monitor::CorrectiveSettings& corrective, Backing backing) noexcept {
+  const bool bounded =
+      std::isfinite(corrective.max_move) && std::isfinite(corrective.max_moves_per_hour);
+  return corrective.enabled && corrective.form == monitor::CorrectiveForm::planned_moves &&
+         (bounded || !backing.hardware);
+}
+
 }  // namespace loopwarden::config

@@ -29,4 +29,7 @@ const char* lacks(const control::CompensatorSettings& compensator, Backing backi
 // On hardware planned_moves acts only where s is known within a factor of two.
 bool too_wide(const control::CompensatorSettings& compensator, Backing backing) noexcept;
 
+// Planned moves as corrective action.
+bool moves_may_act(const monitor::CorrectiveSettings& corrective, Backing backing) noexcept;
+
 }  // namespace loopwarden::config

@@ -12,6 +12,7 @@
 
 #include "config/character.hpp"
 #include "config/controller_reader.hpp"
+#include "config/corrective_reader.hpp"
 #include "config/effect_reader.hpp"
 #include "config/interlocks.hpp"
 #include "config/io_reader.hpp"
@@ -114,6 +115,7 @@ class LoopReader {
     if (start) check_start(*start, io);
     if (jacket) check_jacket(*jacket, io);
     if (compensator_) check_compensator(*compensator_, io);
+    if (corrective_) check_corrective_io(*corrective_, config().monitor.corrective, io);
     // What the converter and the deadband hold back is no windup.
     config().controller.pid.tolerance = config().controller.output.deadband + io.output_resolution;
     config().io = std::move(io.io);
@@ -444,11 +446,10 @@ class LoopReader {
                 "");
     if (twin.given && twin.valid) monitor.twin = resolve(config().file, twin.value);
     if (watched_) return refuse(in, {"corrective_action"});
-    in.maybe_section(
-        "corrective_action",
-        "the jacket goes from shadow to acting when the valve is known to stick, and back if "
-        "that does not help",
-        [&](MapReader& action) { read_corrective_action(action, monitor); });
+    corrective_ = in.maybe_section("corrective_action",
+                                   "the jacket or planned moves act when the valve is known to "
+                                   "stick, and end if that does not help");
+    if (corrective_) read_corrective_action(*corrective_, config().controller, monitor);
   }
 
   // After read_start: what is normal follows from how the loop comes up.
@@ -459,25 +460,6 @@ class LoopReader {
                    "in another one for 10 s: alarm not_normal_mode; any: never",
                    config().normal_mode,
                    {.fallback = watched_ ? "any" : "automatic where start.mode is, else any"});
-  }
-
-  void read_corrective_action(MapReader& in, WindowCut& monitor) {
-    monitor.corrective.enabled = in.flag("enabled", "false: as if it were not there", true);
-    in.set_number("allowed_mean_error",
-                  {"% of PV span", between(0.0, 100.0),
-                   "mean of SP - PV that the jacket may leave, where it was less before"},
-                  monitor.corrective.allowed_mean_error_percent);
-    if (in.describing() || !monitor.corrective.enabled) return;
-    const control::JacketSettings& jacket = config().controller.jacket;
-    using Form = control::JacketForm;
-    if ((jacket.form != Form::bounded && jacket.form != Form::dwell) || !jacket.shadow) {
-      in.error("enabled",
-               "needs controller.jacket with form bounded or dwell and shadow: true, from which it "
-               "is switched on");
-    }
-    if (monitor.specialists.empty()) {
-      in.error("enabled", "needs specialists: they say that the valve sticks");
-    }
   }
 
   // Without a read-back only a stated value or the operator can tell where the output stands.
@@ -520,7 +502,7 @@ class LoopReader {
                            "read_back; add it or state a model of the valve",
                            to_text(in_.place("io"))));
     }
-    const bool may_act = !jacket.shadow || config().monitor.corrective.enabled;
+    const bool may_act = !jacket.shadow || switches_on(config().monitor.corrective);
     if (!may_act) return;
     const JacketInterlocks interlocks = interlocks_of(jacket, backing_of(io.io));
     if (interlocks.paper) {
@@ -540,7 +522,7 @@ class LoopReader {
     const control::CompensatorSettings& c = controller.compensator;
     if (c.kind == control::CompensatorKind::none || c.shadow || in.describing()) return;
     const control::JacketSettings& jacket = controller.jacket;
-    const bool jacket_acts = !jacket.shadow || config().monitor.corrective.enabled;
+    const bool jacket_acts = !jacket.shadow || switches_on(config().monitor.corrective);
     if (jacket.form != control::JacketForm::off && jacket_acts) {
       in.error(
           "kind",
@@ -582,6 +564,7 @@ class LoopReader {
   RangeValue output_limits_;
   RangeValue sp_limits_;
   std::optional<MapReader> compensator_;
+  std::optional<MapReader> corrective_;
 };
 
 }  // namespace

@@ -210,8 +210,10 @@ constexpr std::array kRegisters{
             "with CO at an end of its range since the start"),
     loop_in(Field::records_dropped, 60, u32, "records_dropped", "",
             "cycles that the recorder or the monitor was too slow for"),
-    loop_in(Field::corrective_action, 62, u16, "corrective_action", "",
-            "0 off, 1 waiting, 2 trying: the jacket acts, 3 helping, 4 given up, 5 vetoed"),
+    loop_in(
+        Field::corrective_action, 62, u16, "corrective_action", "",
+        "0 off, 1 waiting, 2 trying: jacket or planned moves act, 3 helping, 4 given up, 5 vetoed, "
+        "6 planned moves are offered, 7 they are in shadow"),
     loop_in(Field::sequence_tail, 63, u16, "sequence_tail", "", "as sequence_head"),
 
     condition_in(
@@ -277,6 +279,15 @@ constexpr std::array kRegisters{
             "5 unknown, 6 model_gap; 0: none is"),
     holding(Field::explanation_age, Area::third, 26, u32, "explanation_age", "s",
             "since it was found"),
+    holding(
+        Field::moves_phase, Area::third, 28, u16, "moves_phase", "",
+        "planned moves: 0 none, 1 watching the loop without them, 2 probing, 3 resting, 4 backing "
+        "off, 5 moving, 6 the loop is given back"),
+    holding(
+        Field::moves_gain, Area::third, 29, u16, "moves_gain", "",
+        "RMS of SP - PV with planned moves over that without, in shadow what it would be; 0: not "
+        "known yet",
+        0.01),
 
     box_bit(Field::running, 0, "running", "the loops run"),
     box_bit(Field::any_alarm_active, 1, "any_alarm_active", "the condition of an alarm is on"),
@@ -327,12 +338,14 @@ constexpr std::array kRegisters{
     loop_coil(Field::unshelve, 13, "unshelve_low_air_supply", kUnshelve, 3),
     loop_coil(Field::unshelve, 14, "unshelve_unknown", kUnshelve, 4),
     loop_coil(Field::veto_corrective_action, 15, "veto_corrective_action",
-              "write 1: the jacket goes back to shadow and stays there, 0: it may act again; reads "
-              "what is set",
+              "write 1: the jacket goes back to shadow and stays there, planned moves end, 0: they "
+              "may act again; reads what is set",
               0),
     bit(Field::acknowledge, Table::coil, Area::third, 0, "acknowledge_model_gap", kAcknowledge, 5),
     bit(Field::reset, Table::coil, Area::third, 1, "reset_model_gap", kReset, 5),
     bit(Field::unshelve, Table::coil, Area::third, 2, "unshelve_model_gap", kUnshelve, 5),
+    bit(Field::calm, Table::coil, Area::third, 3, "calm_stiction",
+        "write 1: planned moves that are offered begin, in shadow first; reads 0"),
 };
 
 constexpr std::array kReserved{

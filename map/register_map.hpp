@@ -20,7 +20,7 @@
 namespace loopwarden::register_map {
 
 inline constexpr std::uint16_t kMagic = 0x4C50;
-inline constexpr std::uint16_t kVersion = 0x0105;  // major, minor
+inline constexpr std::uint16_t kVersion = 0x0106;  // major, minor
 inline constexpr float kFloatTest = 123456.0F;     // 0x47F1 0x2000 in order abcd
 inline constexpr std::uint32_t kIntegerTest = 0x01020304;
 inline constexpr std::int16_t kScaledInvalid = -32768;  // a scaled copy of what is not there
@@ -171,6 +171,8 @@ enum class Field : std::uint8_t {
   explanation_gap_closed,
   explanation_alarm,
   explanation_age,
+  moves_phase,
+  moves_gain,
   jacket_rate_shadow,
   compensator,
   compensator_shadow,
@@ -180,7 +182,8 @@ enum class Field : std::uint8_t {
   acknowledge,
   reset,
   unshelve,
-  veto_corrective_action
+  veto_corrective_action,
+  calm
 };
 
 struct Register {

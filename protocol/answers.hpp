@@ -409,6 +409,10 @@ struct OutcomeKept {
   bool on_disk = false;
 };
 
+struct Noted {
+  bool on_disk = false;
+};
+
 struct RecordFile {
   std::string file{};  // empty: none was being written
 };

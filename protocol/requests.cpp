@@ -127,6 +127,7 @@ PROTOCOL_REQUEST(AcknowledgeIncidentRequest, loop, incident, reason, user, addre
 PROTOCOL_REQUEST(AcknowledgeAllRequest, reason, user, address)
 PROTOCOL_REQUEST(VetoRequest, loop, veto, reason, user, address)
 PROTOCOL_REQUEST(OutcomeRequest, loop, found, note)
+PROTOCOL_REQUEST(NoteRequest, loop, text, about_ms, user, address)
 PROTOCOL_REQUEST(RecordRequest, loop, start, stop)
 PROTOCOL_REQUEST(ReloadRequest, dry_run)
 PROTOCOL_REQUEST(ReloadStateRequest, reload)

@@ -149,6 +149,15 @@ struct OutcomeRequest {
   Maybe<std::string> note{};
 };
 
+// What a person says of a loop at a time, for its trend and its incidents.
+struct NoteRequest {
+  static constexpr const char* kName = "note";
+  using Answer = Noted;
+  std::string loop{}, text{};
+  Maybe<std::uint64_t> about_ms{};  // UTC; absent: now
+  Maybe<std::string> user{}, address{};
+};
+
 struct RecordRequest {
   static constexpr const char* kName = "record";
   using Answer = RecordFile;

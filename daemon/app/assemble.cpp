@@ -134,7 +134,10 @@ void Assembly::make_monitor(const Specialists& specialists) {
                          .corrective = loop.config.monitor.corrective,
                          .orders = &watching.desks.emplace_back(
                              desk_of(loop, loop.channels->monitor_orders, journal)),
-                         .settings_taken = &loop.channels->settings_taken});
+                         .settings_taken = &loop.channels->settings_taken,
+                         .moves_settings = &loop.channels->moves_settings,
+                         .moves = &loop.channels->moves,
+                         .hardware = config::backing_of(loop.config.io).hardware});
   }
   watching.monitor = std::make_unique<monitor::Monitor>(
       monitored, board,

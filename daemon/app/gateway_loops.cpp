@@ -53,6 +53,10 @@ std::uint64_t GatewayLoops::veto(std::size_t loop, bool vetoed, const std::strin
   return parts_.board.set_veto(loop, vetoed ? Veto::back : Veto::none, peer, {}).ticket;
 }
 
+std::uint64_t GatewayLoops::begin_offered(std::size_t loop, const std::string& peer) {
+  return parts_.board.begin_offered(loop, peer, {}).ticket;
+}
+
 bool GatewayLoops::settled(std::uint64_t ticket) {
   return parts_.journal.written(ticket) != journal::Written::not_yet;
 }

@@ -33,6 +33,7 @@ class GatewayLoops final : public gateway::LoopsView {
   std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                 const std::string& peer) override;
   std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) override;
+  std::uint64_t begin_offered(std::size_t loop, const std::string& peer) override;
   bool settled(std::uint64_t ticket) override;
   void write_down(journal::JournalEntry entry) override;
 

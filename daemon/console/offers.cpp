@@ -37,6 +37,7 @@ constexpr std::array kOffers{
     Offer{"set", false, true, Need::control},
     Offer{"alarm", false, true, Need::alarms},
     Offer{"veto", false, true, Need::alarms},
+    Offer{"note", false, true, Need::alarms},
     Offer{"outcome", false, false, Need::nothing},
     Offer{"record", false, false, Need::nothing},
     Offer{"acknowledge_incident", false, true, Need::alarms},

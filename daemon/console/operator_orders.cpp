@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/console/operator_orders.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -85,7 +86,8 @@ model::AlarmAction wanted_action(const std::string& word) {
       {"reset", model::AlarmAction::reset},
       {"shelve", model::AlarmAction::shelve},
       {"unshelve", model::AlarmAction::unshelve}};
-  return meant_by(word, kActions, "action is acknowledge, reset, shelve or unshelve");
+  return meant_by(word, kActions,
+                  "action is acknowledge, reset, shelve or unshelve; of stiction calm, too");
 }
 
 }  // namespace
@@ -103,6 +105,7 @@ LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& re
   if (what == protocol::ReloadStateRequest::kName) return done(reload_state(request));
   if (what == protocol::VetoRequest::kName) return veto(request, sender);
   if (what == protocol::OutcomeRequest::kName) return outcome(request, sender);
+  if (what == protocol::NoteRequest::kName) return note(request, sender);
   // The files are read elsewhere: nobody waits for the disk here.
   const bool dry_run = request.get<protocol::ReloadRequest>().dry_run.value_or(false);
   return done(protocol::ReloadNumber{parts_.reload(sender.peer, dry_run)});
@@ -282,7 +285,8 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
   const std::size_t index = loop_index(parts_, request.loop);
   monitor::AlarmOrder order;
   order.kind = wanted_alarm(request.alarm);
-  order.action = wanted_action(request.action);
+  const bool calms = request.action == "calm" && order.kind == model::AlarmKind::stiction;
+  if (!calms) order.action = wanted_action(request.action);
   order.peer = sender.peer;
   order.reason = short_text(request.reason, "reason");
   if (order.action == model::AlarmAction::shelve) {
@@ -292,7 +296,9 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
     }
     order.shelve_ms = static_cast<std::int64_t>(minutes) * 60'000;
   }
-  const monitor::OrderResult result = parts_.board.act(index, order);
+  const monitor::OrderResult result =
+      calms ? parts_.board.begin_offered(index, order.peer, order.reason)
+            : parts_.board.act(index, order);
   if (!result.accepted) throw RequestError(result.why);
   const monitor::LoopWatch watch = parts_.board.watch(index);
   return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind,
@@ -357,6 +363,20 @@ LocalServer::Answer OperatorOrders::outcome(const protocol::OutcomeRequest& requ
   line.result = "done";
   protocol::OutcomeKept kept{.said = line.old_value};
   return when_written(std::move(kept), parts_.journal.post(std::move(line)), sender);
+}
+
+LocalServer::Answer OperatorOrders::note(const protocol::NoteRequest& request,
+                                         const Sender& sender) {
+  journal::JournalEntry line = line_of(loop_index(parts_, request.loop), sender.peer);
+  line.reason = short_text(request.text, "text");
+  if (line.reason.empty()) throw RequestError("text: what is to be noted");
+  const auto now_ms = static_cast<std::uint64_t>(line.utc_ms);
+  const std::uint64_t about_ms = request.about_ms.value_or(now_ms);
+  if (about_ms > now_ms) throw RequestError("about_ms: a time that has been");
+  line.what = "note";
+  line.new_value = fmt::format("{:%FT%TZ}", fmt::gmtime(static_cast<std::time_t>(about_ms / 1000)));
+  line.result = "done";
+  return when_written(protocol::Noted{}, parts_.journal.post(std::move(line)), sender);
 }
 
 protocol::ReloadState OperatorOrders::reload_state(const protocol::ReloadStateRequest& request) {

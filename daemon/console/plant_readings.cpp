@@ -14,6 +14,7 @@ gateway::LoopReading PlantReadings::read(std::size_t loop) {
   reading.set_point_wanted = channels.set_point_wanted.load(std::memory_order_relaxed);
   reading.standing = rt::unpacked(channels.standing.load(std::memory_order_acquire));
   reading.settings = runtime.settings->get();
+  reading.moves = channels.moves.read();
   reading.orders_refused = channels.orders_refused.load(std::memory_order_relaxed);
   reading.ne107 = health_of(runtime.config, reading.row, reading.watch, parts_.severe_percent);
   reading.simulated = is_simulated(runtime.config);

@@ -56,7 +56,8 @@ protocol::Recording recording_of(const RecordingStatus& recording) {
 // In one line what planned_moves does, and why.
 std::string says(const control::MovesState& moves) {
   using Phase = control::MovePhase;
-  std::string line = control::to_text(moves.phase);
+  std::string line = moves.shadow ? "in shadow, " : "";
+  line += control::to_text(moves.phase);
   switch (moves.phase) {
     case Phase::watching: line += ": the loop without it"; break;
     case Phase::probing: line += ": does the stem follow?"; break;
@@ -76,6 +77,8 @@ std::string says(const control::MovesState& moves) {
 protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtime,
                          const rt::LoopSettings& settings) {
   const auto flag = [&](record::RecordFlag bit) { return (row.flags & bit) != 0; };
+  // Corrective action may have ordered them, whatever the file has.
+  const std::optional<control::MovesState> moves = runtime.channels->moves.read();
   return {.period = row.period_index,
           .time_s = static_cast<double>(row.period_index) * runtime.config.sample_time_s,
           .sp = row.sp,
@@ -99,14 +102,12 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
                      .acting = flag(record::kJacketActs),
                      .rate = static_cast<double>(row.jacket_rate),
                      .shadow_rate = static_cast<double>(row.jacket_rate_shadow)},
-          .compensator = {.kind = control::to_text(settings.controller.compensator.kind),
+          .compensator = {.kind = control::to_text(moves ? control::CompensatorKind::planned_moves
+                                                         : settings.controller.compensator.kind),
                           .acting = flag(record::kCompensatorActs),
                           .added = static_cast<double>(row.compensator),
                           .shadow_added = static_cast<double>(row.compensator_shadow),
-                          .says = settings.controller.compensator.kind ==
-                                          control::CompensatorKind::planned_moves
-                                      ? says(runtime.channels->moves.read())
-                                      : std::string{}},
+                          .says = moves ? says(*moves) : std::string{}},
           .ne107 = {}};
 }
 

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -32,6 +34,27 @@ std::optional<plant::Block> block_of(const std::string& name) {
     if (name == plant::to_text(block)) return block;
   }
   return std::nullopt;
+}
+
+// Of the effect stiction, where it is one of gap's; a number that is null is not known.
+std::optional<commission::Stick> stick_of(const json& effects) {
+  const auto stiction = std::find_if(effects.begin(), effects.end(), [](const json& effect) {
+    return effect.at("name") == "stiction";
+  });
+  if (stiction == effects.end()) return std::nullopt;
+  const auto numbers = [](const json& all) {
+    std::map<std::string, double> known;
+    for (const auto& [name, value] : all.items()) {
+      if (value.is_number()) known[name] = value.get<double>();
+    }
+    return known;
+  };
+  std::map<std::string, std::array<double, 2>> interval;
+  for (const auto& [name, ends] : stiction->at("interval").items()) {
+    if (!ends.at(0).is_number() || !ends.at(1).is_number()) continue;
+    interval[name] = {ends.at(0).get<double>(), ends.at(1).get<double>()};
+  }
+  return commission::stick_of(numbers(stiction->at("parameters")), interval);
 }
 
 double number_of(const json& j) { return j.is_null() ? Explanation::kNone : j.get<double>(); }
@@ -65,6 +88,7 @@ Explanation read_explanation(const std::filesystem::path& folder) {
       e.alternatives = first.at("alternatives").get<std::vector<std::string>>();
       e.remedy = first.at("remedy").get<std::string>();
     }
+    if (e.agrees) e.stick = stick_of(j.at("effects"));
     e.folder = folder;
     return e;
   } catch (const std::exception& e) {

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/rt/order.hpp"
 #include "record/record_row.hpp"
+#include "model/control/planned_moves.hpp"
 #include "model/monitor/ne107.hpp"
 
 namespace loopwarden::daemon::gateway {
@@ -28,6 +30,7 @@ struct LoopReading {
   rt::LoopSettings settings;      // in force, ranges and limits included
   rt::Standing standing;          // what the next order will find
   std::uint32_t orders_refused = 0;
+  std::optional<control::MovesState> moves;  // planned moves, where there are
   monitor::LoopWatch watch;
   loopwarden::monitor::Ne107 ne107 = loopwarden::monitor::Ne107::normal;
   bool simulated = false;
@@ -78,12 +81,13 @@ class LoopsView : public PlantView {
   virtual bool collect_answers() = 0;
   // The loops have ended: orders without an answer are written down as not taken.
   virtual void close_orders() = 0;
-  // The next three wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
+  // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
   virtual std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
   // Of every loop, alarms of these kinds.
   virtual std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                         const std::string& peer) = 0;
   virtual std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) = 0;
+  virtual std::uint64_t begin_offered(std::size_t loop, const std::string& peer) = 0;
   // False while the journal may still come to have all up to the ticket on the disk.
   virtual bool settled(std::uint64_t ticket) = 0;
   virtual void write_down(journal::JournalEntry entry) = 0;

@@ -278,6 +278,10 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
   if (wish.reg->field == Field::veto_corrective_action) {
     return done(loops_.veto(wish.loop, wish.value != 0.0, peer.name));
   }
+  if (wish.reg->field == Field::calm) {
+    if (wish.value != 0.0) done(loops_.begin_offered(wish.loop, peer.name));
+    return;
+  }
   monitor::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.reg->field == Field::shelve_minutes) {
     order.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;

@@ -203,6 +203,8 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::compensator: return static_cast<double>(row().compensator);
     case Field::compensator_shadow: return static_cast<double>(row().compensator_shadow);
     case Field::orders_refused: return of().orders_refused;
+    case Field::moves_phase: return of().moves ? 1.0 + static_cast<double>(of().moves->phase) : 0.0;
+    case Field::moves_gain: return of().moves ? of().moves->gain : 0.0;
     case Field::sp_scaled: return of_pv(row().sp);
     case Field::pv_scaled: return of_pv(row().pv);
     case Field::co_scaled:
@@ -267,7 +269,8 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::acknowledge_all:
     case Field::acknowledge:
     case Field::reset:
-    case Field::unshelve: break;
+    case Field::unshelve:
+    case Field::calm: break;
   }
   return 0.0;
 }

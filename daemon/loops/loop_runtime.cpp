@@ -18,7 +18,8 @@ rt::LoopSettings settings_of(const config::LoopConfig& config, config::Backing b
   return {.controller = config.controller,
           .safety = config.safety,
           .pv_check = config.pv,
-          .jacket_may_act = config::interlocks_of(config.controller.jacket, backing).none()};
+          .jacket_may_act = config::interlocks_of(config.controller.jacket, backing).none(),
+          .moves_may_act = config::moves_may_act(config.monitor.corrective, backing)};
 }
 
 }  // namespace loopwarden::daemon

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "model/commission/planned_moves_of.hpp"
 #include "model/monitor/alarm_kind.hpp"
 #include "model/plant/loop_model.hpp"
 
@@ -28,6 +29,7 @@ struct Explanation {
   double size_percent = kNone;          // % of the CO span; NaN: it has no size
   double low_percent = kNone;           // interval of the size
   double high_percent = kNone;
+  std::optional<commission::Stick> stick{};  // agrees, and has the effect stiction
   double confidence = kNone;
   double gap_closed = kNone;  // share, on minutes that were not fitted; NaN: too near to the noise
   bool agrees = false;

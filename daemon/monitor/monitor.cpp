@@ -76,6 +76,22 @@ std::string why_changed(const model::ProcessChange& change, const RecordRow& row
 
 }  // namespace
 
+std::optional<Monitor::PlannedMoves> Monitor::planned_moves_of(const MonitoredLoop& loop) {
+  if (loop.corrective.form != model::CorrectiveForm::planned_moves) return std::nullopt;
+  if (loop.moves == nullptr || loop.twin == nullptr) return std::nullopt;
+  PlannedMoves planned{.to_loop = loop.moves_settings,
+                       .state = loop.moves,
+                       .hardware = loop.hardware,
+                       .period_s = loop.window.sample_time_s,
+                       .settings = commission::planned_moves_of(*loop.twin),
+                       .explained = nullptr};
+  if (planned.settings) {
+    planned.settings->max_move = loop.corrective.max_move;
+    planned.settings->max_moves_per_hour = loop.corrective.max_moves_per_hour;
+  }
+  return planned;
+}
+
 Monitor::Monitor(const std::vector<MonitoredLoop>& loops, WatchBoard& board, Raised raised)
     : board_(board), raised_(std::move(raised)) {
   tracks_.reserve(loops.size());
@@ -84,6 +100,10 @@ Monitor::Monitor(const std::vector<MonitoredLoop>& loops, WatchBoard& board, Rai
     board.corrective_state(tracks_.size() - 1, track.corrective.state());
     if (const model::ControllerWatch* controller = track.monitor.controller()) {
       board.controller_not_watched(tracks_.size() - 1, controller->why_not());
+    }
+    // What was explained before the start begins nothing by itself.
+    if (track.planned && !loop.corrective.on_order) {
+      track.planned->explained = board.stick(tracks_.size() - 1);
     }
     const LoopWatch known = board.watch(tracks_.size() - 1);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
@@ -133,6 +153,7 @@ void Monitor::round() {
 bool Monitor::take_turn(std::size_t index) {
   Track& track = tracks_[index];
   if (track.corrective.state() != model::CorrectiveState::off) attend(index);
+  track.monitor.calm(track.corrective.calms());
   RecordRow row;
   std::size_t taken = 0;
   bool window = false;
@@ -163,6 +184,7 @@ bool Monitor::take_turn(std::size_t index) {
     }
   }
   if (taken == 0) return false;
+  follow_moves(index, taken);
   cycles_.fetch_add(taken, std::memory_order_relaxed);
   if (const auto remarks = track.monitor.remarks()) {
     board_.twin_says(index, *remarks,
@@ -231,6 +253,28 @@ void Monitor::attend(std::size_t index) {
     track.settings_seen = taken;
   }
   follow(index, track.corrective.veto(board_.veto(index)));
+  if (track.planned && track.orders->has_room()) look_for_stick(index);
+}
+
+void Monitor::look_for_stick(std::size_t index) {
+  Track& track = tracks_[index];
+  const std::shared_ptr<const Explanation> stick = board_.stick(index);
+  const bool fresh = stick && stick != track.planned->explained;
+  if (fresh && track.planned->settings && !track.corrective.moves_run()) {
+    commission::set_stick(*track.planned->settings, *stick->stick);
+    track.corrective.explained(!track.planned->hardware || commission::known_well(*stick->stick));
+  }
+  track.planned->explained = stick;
+  if (board_.take_order(index)) follow(index, track.corrective.ordered());
+}
+
+void Monitor::follow_moves(std::size_t index, std::size_t cycles) {
+  Track& track = tracks_[index];
+  if (!track.planned || track.order != 0 || !track.orders->has_room()) return;
+  if (const std::optional<control::MovesState> state = track.planned->state->read()) {
+    const double passed_s = static_cast<double>(cycles) * track.planned->period_s;
+    follow(index, track.corrective.moves(*state, passed_s));
+  }
 }
 
 void Monitor::correct(std::size_t index, const model::MonitorStep& step, bool came) {
@@ -259,9 +303,19 @@ void Monitor::follow(std::size_t index, const model::CorrectiveStep& step) {
   if (step.order == Order::none) {
     board_.write_down(std::move(lines.front()));
   } else {
-    const rt::Order order{.jacket = step.order == Order::on ? rt::JacketWish::on
-                                                            : rt::JacketWish::shadow};
-    tracks_[index].order = tracks_[index].orders->send(order, std::move(lines));
+    Track& track = tracks_[index];
+    rt::Order order;
+    if (!track.planned) {
+      order.jacket = step.order == Order::on ? rt::JacketWish::on : rt::JacketWish::shadow;
+    } else if (step.order == Order::back) {
+      order.moves = rt::MovesWish::off;
+    } else {
+      order.moves = step.order == Order::on ? rt::MovesWish::on : rt::MovesWish::shadow;
+    }
+    if (order.moves == rt::MovesWish::shadow) {
+      track.planned->to_loop->publish(*track.planned->settings);
+    }
+    track.order = track.orders->send(order, std::move(lines));
   }
 }
 

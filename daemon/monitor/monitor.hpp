@@ -12,11 +12,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "daemon/monitor/history.hpp"
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/orders/order_desk.hpp"
+#include "daemon/rt/control_cycle.hpp"
+#include "base/newest_value.hpp"
 #include "base/spsc_ring.hpp"
 #include "base/thread.hpp"
 #include "record/record_row.hpp"
@@ -39,9 +42,13 @@ struct MonitoredLoop {
   loopwarden::monitor::VerdictRuleSettings rule;
   loopwarden::monitor::NormalMode normal_mode = loopwarden::monitor::NormalMode::any;
   loopwarden::monitor::CorrectiveSettings corrective{};
-  // Where orders for the jacket go, used by the monitor's thread alone. Null: no corrective action.
+  // Where orders for jacket and planned moves go, used by the monitor's thread alone. Null: no corrective action.
   orders::OrderDesk* orders = nullptr;
   const std::atomic<std::uint32_t>* settings_taken = nullptr;  // where there are orders
+  // Where corrective action has planned moves.
+  base::NewestValue<control::PlannedMovesSettings>* moves_settings = nullptr;
+  const rt::MovesBoard* moves = nullptr;
+  bool hardware = false;  // they move something real
 };
 
 struct MonitorStatus {
@@ -81,12 +88,22 @@ class Monitor {
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
  private:
+  struct PlannedMoves {
+    base::NewestValue<control::PlannedMovesSettings>* to_loop;
+    const rt::MovesBoard* state;
+    bool hardware;
+    double period_s;
+    std::optional<control::PlannedMovesSettings> settings;  // nothing: the process has none
+    std::shared_ptr<const Explanation> explained;           // the newest that was looked at
+  };
+  static std::optional<PlannedMoves> planned_moves_of(const MonitoredLoop& loop);
   struct Track {
     explicit Track(const MonitoredLoop& loop)
         : cycles(loop.cycles),
           orders(loop.orders),
           settings_taken(loop.settings_taken),
           settings_seen(settings_taken != nullptr ? settings_taken->load() : 0),
+          planned(planned_moves_of(loop)),
           monitor(loop.window, loop.rule, loop.judge, loop.twin, loop.foreign_controller),
           history(loop.twin == nullptr
                       ? nullptr
@@ -101,8 +118,9 @@ class Monitor {
     orders::OrderDesk* orders;
     const std::atomic<std::uint32_t>* settings_taken;
     std::uint32_t settings_seen;
-    std::uint64_t order = 0;  // newest that is not answered yet; 0: none
-    bool came = false;        // the alarm came, and corrective action has not heard of it yet
+    std::optional<PlannedMoves> planned;  // where corrective action has that form
+    std::uint64_t order = 0;              // newest that is not answered yet; 0: none
+    bool came = false;  // the alarm came, and corrective action has not heard of it yet
     loopwarden::monitor::LoopMonitor monitor;
     std::unique_ptr<History> history;  // where there is a twin
     loopwarden::monitor::CorrectiveAction corrective;
@@ -121,6 +139,9 @@ class Monitor {
               loopwarden::monitor::AlarmReason reason);
   // What the loop made of the last order, and what the operator wants.
   void attend(std::size_t index);
+  // Whether the alarm is explained by now, and a person has ordered what is offered.
+  void look_for_stick(std::size_t index);
+  void follow_moves(std::size_t index, std::size_t cycles);
   void correct(std::size_t index, const loopwarden::monitor::MonitorStep& step, bool came);
   void follow(std::size_t index, const loopwarden::monitor::CorrectiveStep& step);
 

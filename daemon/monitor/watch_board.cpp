@@ -31,6 +31,18 @@ bool same_name(const Explanation& before, const Explanation& now) {
          before.verdict == now.verdict;
 }
 
+const char* what_of(const model::CorrectiveStep& step) noexcept {
+  using Order = model::CorrectiveStep::Order;
+  const bool planned = step.form == model::CorrectiveForm::planned_moves;
+  switch (step.order) {
+    case Order::on: return planned ? "planned moves on" : "jacket on";
+    case Order::back: return planned ? "planned moves off" : "jacket back to shadow";
+    case Order::shadow: return "planned moves in shadow";
+    case Order::none: break;
+  }
+  return "corrective action";
+}
+
 // Suppressed and normal are one to the journal: a loop in manual would fill it.
 bool worth_a_line(const model::AlarmTransition& t) noexcept {
   const auto quiet = [](AlarmState s) {
@@ -259,13 +271,29 @@ model::Veto WatchBoard::veto(std::size_t loop) const {
   return watches_[loop].veto;
 }
 
+std::shared_ptr<const Explanation> WatchBoard::stick(std::size_t loop) const {
+  const std::lock_guard lock(mutex_);
+  const LoopWatch& watch = watches_[loop];
+  const model::Alarm& alarm = watch.alarms.alarm(AlarmKind::stiction);
+  if (!alarm.active() || alarm.is_consequence()) return nullptr;
+  const auto& own = watch.explanations[model::index_of(AlarmKind::stiction)];
+  for (const auto& known : {own, watch.explanation}) {
+    if (known && known->stick && known->ended_ms >= alarm.memory().raised_ms) return known;
+  }
+  return nullptr;
+}
+
+bool WatchBoard::take_order(std::size_t loop) {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(watches_[loop].ordered, false);
+}
+
 void WatchBoard::corrective_state(std::size_t loop, model::CorrectiveState state) {
   const std::lock_guard lock(mutex_);
   watches_[loop].corrective = state;
 }
 
 JournalEntry WatchBoard::corrective_step(std::size_t loop, const model::CorrectiveStep& step) {
-  using Order = model::CorrectiveStep::Order;
   const std::lock_guard lock(mutex_);
   watches_[loop].corrective = step.to;
   JournalEntry entry;
@@ -273,9 +301,7 @@ JournalEntry WatchBoard::corrective_step(std::size_t loop, const model::Correcti
   entry.utc_ms = utc_ms_();
   entry.loop = names_[loop];
   entry.alarm = model::to_text(AlarmKind::stiction);
-  entry.what = step.order == Order::on     ? "jacket on"
-               : step.order == Order::back ? "jacket back to shadow"
-                                           : "corrective action";
+  entry.what = what_of(step);
   entry.old_value = model::to_text(step.from);
   entry.new_value = model::to_text(step.to);
   entry.reason = step.why;
@@ -286,6 +312,9 @@ JournalEntry WatchBoard::corrective_step(std::size_t loop, const model::Correcti
   if (step.rms_after > 0.0) {
     entry.reason +=
         fmt::format("; after: rms {:.3g}, mean {:.3g}", step.rms_after, step.mean_after);
+  }
+  if (step.gain_in_shadow > 0.0) {
+    entry.reason += fmt::format("; in shadow: rms {:.2f} of that without", step.gain_in_shadow);
   }
   return entry;
 }

@@ -48,6 +48,8 @@ struct LoopWatch {
   loopwarden::analysis::ConditionIndices condition;
   loopwarden::monitor::CorrectiveState corrective = loopwarden::monitor::CorrectiveState::off;
   loopwarden::monitor::Veto veto = loopwarden::monitor::Veto::none;  // the operator's
+  bool ordered =
+      false;  // by a person: what corrective action offers; until the monitor has taken it
   // The newest of each alarm, by its name as it was raised, and of all. Copied with what they stand in: shared.
   std::array<std::shared_ptr<const Explanation>, loopwarden::monitor::kAlarmKindCount> explanations;
   std::shared_ptr<const Explanation> explanation;
@@ -138,6 +140,10 @@ class WatchBoard {
   void stick_not_known(std::size_t loop);
   void pass_time();
   loopwarden::monitor::Veto veto(std::size_t loop) const;
+  // What explains the stiction alarm that is on; null: nothing does, with s and j.
+  std::shared_ptr<const Explanation> stick(std::size_t loop) const;
+  // A person has ordered what is offered; once.
+  bool take_order(std::size_t loop);
   void corrective_state(std::size_t loop, loopwarden::monitor::CorrectiveState state);
   // Returns the journal's line, whose result is known once the loop has answered the order.
   journal::JournalEntry corrective_step(std::size_t loop,
@@ -149,6 +155,8 @@ class WatchBoard {
   // Refused where the loop has no corrective action. Followed by the monitor within its round.
   OrderResult set_veto(std::size_t loop, loopwarden::monitor::Veto veto, const std::string& peer,
                        const std::string& reason);
+  // Refused where corrective action offers nothing.
+  OrderResult begin_offered(std::size_t loop, const std::string& peer, const std::string& reason);
   OrderResult act(std::size_t loop, const AlarmOrder& order);
   // Every alarm of the loop's incident that waits. Refused where that is another one, or where none waits.
   OrderResult acknowledge_incident(std::size_t loop, const std::string& id, const std::string& peer,

@@ -122,6 +122,30 @@ OrderResult WatchBoard::set_veto(std::size_t loop, model::Veto veto, const std::
   return result;
 }
 
+OrderResult WatchBoard::begin_offered(std::size_t loop, const std::string& peer,
+                                      const std::string& reason) {
+  OrderResult result;
+  const std::lock_guard lock(mutex_);
+  LoopWatch& watch = watches_[loop];
+  result.accepted = watch.corrective == model::CorrectiveState::offered;
+  if (!result.accepted) {
+    result.why = fmt::format("corrective action of {} is {}: it offers nothing", names_[loop],
+                             model::to_text(watch.corrective));
+  }
+  JournalEntry entry;
+  entry.kind = JournalEntry::Kind::operator_action;
+  entry.utc_ms = utc_ms_();
+  entry.loop = names_[loop];
+  entry.peer = peer;
+  entry.what = "planned moves ordered";
+  entry.reason = reason;
+  entry.result = result.accepted ? "done" : "refused: " + result.why;
+  watch.ordered = result.accepted;
+  const std::uint64_t ticket = journal_.post(std::move(entry));
+  if (result.accepted) result.ticket = ticket;
+  return result;
+}
+
 std::uint64_t WatchBoard::write_order(std::size_t loop, const AlarmOrder& order,
                                       const OrderResult& result) {
   JournalEntry entry;

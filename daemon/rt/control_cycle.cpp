@@ -143,6 +143,7 @@ void ControlCycle::apply(const Order& order) noexcept {
     apply(*order.jacket);
     jacket_since_offer_ = order.jacket;
   }
+  if (order.moves) apply(*order.moves);
   if (order.kp || order.ki || order.kd) {
     set_gains(order, settings_.controller.pid.gains);
     set_gains(order, configured_.controller.pid.gains);
@@ -167,6 +168,17 @@ void ControlCycle::apply(JacketWish wish) noexcept {
   jacket.form =
       wish == JacketWish::off ? control::JacketForm::off : configured_.controller.jacket.form;
   jacket.shadow = wish != JacketWish::on;
+  controller_.configure(settings_.controller);
+}
+
+void ControlCycle::apply(MovesWish wish) noexcept {
+  control::CompensatorSettings& compensator = settings_.controller.compensator;
+  compensator = configured_.controller.compensator;
+  if (wish != MovesWish::off) {
+    compensator = {.kind = control::CompensatorKind::planned_moves,
+                   .shadow = wish == MovesWish::shadow,
+                   .planned = channels_.moves_settings.newest()};
+  }
   controller_.configure(settings_.controller);
 }
 
@@ -343,6 +355,8 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       std::memory_order_relaxed);
   if (const control::PlannedMoves* moves = controller_.compensator().planned_moves()) {
     channels_.moves.publish(moves->state());
+  } else {
+    channels_.moves.none();
   }
   channels_.set_point_wanted.store(controller_.set_point_target(), std::memory_order_relaxed);
   publish_standing();

@@ -24,15 +24,23 @@ namespace loopwarden::daemon::rt {
 class MovesBoard {
  public:
   void publish(const control::MovesState& state) noexcept {
+    shadow_.store(state.shadow, std::memory_order_relaxed);
+    for_good_.store(state.for_good, std::memory_order_relaxed);
     phase_.store(state.phase, std::memory_order_relaxed);
     reason_.store(state.reason, std::memory_order_relaxed);
     settles_off_.store(state.settles_off, std::memory_order_relaxed);
     pays_from_.store(state.pays_from, std::memory_order_relaxed);
     output_.store(state.output, std::memory_order_relaxed);
     gain_.store(state.gain, std::memory_order_relaxed);
+    run_.store(true, std::memory_order_release);
   }
-  control::MovesState read() const noexcept {
+  void none() noexcept { run_.store(false, std::memory_order_relaxed); }
+  // Nothing: there are none.
+  std::optional<control::MovesState> read() const noexcept {
+    if (!run_.load(std::memory_order_acquire)) return std::nullopt;
     control::MovesState state;
+    state.shadow = shadow_.load(std::memory_order_relaxed);
+    state.for_good = for_good_.load(std::memory_order_relaxed);
     state.phase = phase_.load(std::memory_order_relaxed);
     state.reason = reason_.load(std::memory_order_relaxed);
     state.settles_off = settles_off_.load(std::memory_order_relaxed);
@@ -43,6 +51,9 @@ class MovesBoard {
   }
 
  private:
+  std::atomic<bool> run_{false};
+  std::atomic<bool> shadow_{false};
+  std::atomic<bool> for_good_{false};
   std::atomic<control::MovePhase> phase_{control::MovePhase::watching};
   std::atomic<control::GivenBack> reason_{control::GivenBack::no};
   std::atomic<double> settles_off_{0.0};
@@ -75,14 +86,16 @@ struct LoopChannels {
   std::atomic<std::uint8_t> standing{0};
   // Orders that had been let in and could not act any more when they were taken; cycle -> status
   std::atomic<std::uint32_t> orders_refused{0};
-  // Number of the offer in force, 0 before the first: each sets the jacket as its file has it, whatever
+  // Of the next order for planned moves; monitor -> cycle
+  base::NewestValue<control::PlannedMovesSettings> moves_settings;
+  // Number of the offer in force, 0 before the first: each sets jacket and compensator as their file has them, whatever
   // was ordered; cycle -> reload, monitor
   std::atomic<std::uint32_t> settings_taken{0};
   // Number of the offer that waits until the output is inside its limits; 0: none; cycle -> reload
   std::atomic<std::uint32_t> settings_waiting{0};
   std::atomic<double> set_point_wanted{0.0};  // cycle -> operator, Modbus server; PV units
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; below 0: none
-  MovesBoard moves;                           // cycle -> status
+  MovesBoard moves;                           // cycle -> monitor, status
   std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends
 };
 
@@ -117,6 +130,7 @@ class ControlCycle {
   InForce in_force() const noexcept;
   void apply(const Order& order) noexcept;
   void apply(JacketWish wish) noexcept;
+  void apply(MovesWish wish) noexcept;
   Standing standing() const noexcept;
   void publish_standing() noexcept;
   control::Conditions conditions(const hal::Sample& pv, std::uint64_t missed,
@@ -136,7 +150,7 @@ class ControlCycle {
 
   std::uint32_t loop_;
   LoopSettings settings_;
-  LoopSettings configured_;  // the same, with the jacket as its file has it
+  LoopSettings configured_;  // the same, with jacket and compensator as their file has them
   SettingsOffer offer_;
   bool offer_waits_ = false;
   std::optional<JacketWish> jacket_since_offer_;  // the newest order for it since the offer came

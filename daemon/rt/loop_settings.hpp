@@ -15,6 +15,7 @@ struct LoopSettings {
   control::SafetySettings safety;
   hal::PvCheckSettings pv_check;
   bool jacket_may_act = true;  // false: only its shadow, whatever the operator asks for
+  bool moves_may_act = false;  // planned moves, as corrective action
 };
 
 // What a reload hands to the cycle.

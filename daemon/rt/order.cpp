@@ -39,6 +39,11 @@ Refusal judge(const Order& order, const Standing& standing, const LoopSettings& 
       compensator.kind != control::CompensatorKind::none) {
     return Refusal::compensator_acts;
   }
+  if (order.moves == MovesWish::on) {
+    if (!settings.moves_may_act) return Refusal::moves_may_not_act;
+    const control::JacketSettings& in_force = settings.controller.jacket;
+    if (in_force.form != control::JacketForm::off && !in_force.shadow) return Refusal::jacket_acts;
+  }
   const Mode mode = order.mode.value_or(standing.mode);
   // To ask once more for what is so already changes nothing, and is no offence.
   if (mode == Mode::automatic && standing.mode != Mode::automatic) {

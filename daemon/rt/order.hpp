@@ -2,8 +2,8 @@
 // What may be asked of a running loop, and whether it can act: one rule for the command line, the Modbus server and
 // the cycle that takes the order.
 //
-// All parts of an order take effect in one cycle, in the order in which they stand in it: jacket, gains, mode, set
-// point, output. Set point and output are judged by the mode that the order itself asks for. One part that can't act
+// All parts of an order take effect in one cycle, in the order in which they stand in it: jacket, planned moves, gains,
+// mode, set point, output. Set point and output are judged by the mode that the order itself asks for. One part that can't act
 // refuses the whole order.
 //
 // Who orders may say what he believes to be in force. Only the cycle judges that, with what is so at the moment at
@@ -21,6 +21,8 @@
 namespace loopwarden::daemon::rt {
 
 enum class JacketWish : std::uint8_t { off, shadow, on };
+// Planned moves in the place of the compensator of the loop's file, which has none; off: as the file has it.
+enum class MovesWish : std::uint8_t { off, shadow, on };
 
 // What the sender of an order has seen; what is not given does not matter to him.
 struct Expectation {
@@ -33,6 +35,7 @@ inline constexpr double kOutputNotKnown = std::numeric_limits<double>::quiet_NaN
 struct Order {
   std::uint64_t number = 0;  // of its sender, from 1; for the answer
   std::optional<JacketWish> jacket{};
+  std::optional<MovesWish> moves{};  // with LoopChannels::moves_settings
   std::optional<double> kp{};  // of the parallel form, as the two below; until the next reload
   std::optional<double> ki{};
   std::optional<double> kd{};
@@ -51,6 +54,8 @@ enum class Refusal : std::uint8_t {
   no_jacket,
   jacket_may_not_act,
   compensator_acts,
+  moves_may_not_act,
+  jacket_acts,
   output_unknown,
   output_in_automatic,
   output_in_fault,
@@ -72,6 +77,10 @@ constexpr const char* to_text(Refusal refusal) noexcept {
       return "on hardware the jacket acts in another form than paper only, and with max_mean_error";
     case Refusal::compensator_acts:
       return "the compensator acts, and the jacket can't act beside it";
+    case Refusal::moves_may_not_act:
+      return "planned moves act where monitor.corrective_action has that form, with what it asks "
+             "for on hardware";
+    case Refusal::jacket_acts: return "the jacket acts, and planned moves can't act beside it";
     case Refusal::output_unknown:
       return "where the output stands is not known; in manual, set an output first";
     case Refusal::output_in_automatic:

@@ -459,11 +459,13 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
   out.assumptions.push_back(
       std::string("process: ") + to_text(best.form) +
       (cycle ? ", identified together with a valve that sticks" : ", identified from this record"));
-  if (cycle) {
-    const double bias = cycle->level - best.gain.value * cycle->mean_co;
+  if (cycle || !is_integrating(best.form)) {
+    const double level = cycle ? cycle->level : numeric::mean(c.pv);
+    const double mean_co = cycle ? cycle->mean_co : numeric::mean(c.co);
+    const double bias = level - best.gain.value * mean_co;
     model.transmitter_effects.push_back({"output_bias", {{"bias", bias}}});
-    out.assumptions.push_back("level: PV " + number(cycle->level) + " at CO " +
-                              number(cycle->mean_co) + ", as in this record");
+    out.assumptions.push_back("level: PV " + number(level) + " at CO " + number(mean_co) +
+                              ", as in this record");
   }
   auto [co_low, co_high] = known.co.value_or(assumed_range(c.co));
   if (cycle && !known.co) {  // which a band fills: the range is wider than what was used

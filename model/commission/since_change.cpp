@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -220,6 +221,9 @@ class Competition {
   static constexpr double kMomentStep = -0.4;  // as a share of the bounds
   static constexpr double kHardlyMore = 8.0;
   static constexpr int kMoments = 40;
+  static constexpr double kTold = 1.96;     // t
+  static constexpr double kNearest = 0.02;  // of a value, ends of its interval
+  static constexpr double kFarthest = 2.0;
 
   // The kind at place `k` of a hypothesis beside each other one.
   std::vector<Hypothesis> pairs_with(const Hypothesis& of, std::size_t k) const {
@@ -464,10 +468,12 @@ class Competition {
       out.effects.back().confidence = confidence;
       out.effects.back().evidence = numeric::text(
           "With %s, since %.0f s before the last sample (%.0f to %.0f s), the twin explains %.0f "
-          "%% "
-          "of what it leaves alone, on data that were not fitted.",
+          "%% of what it leaves alone, on data that were not fitted.",
           kinds_[won.kinds[k]].name, before_end_s(out.at), before_end_s(out.from.end),
           before_end_s(out.from.begin), 100.0 * out.closed);
+      if (kinds_[won.kinds[k]].block == Block::valve) {
+        out.effects.back().interval = intervals(won, k);
+      }
     }
     std::vector<std::string>& also = out.effects.back().alternatives;
     also.insert(also.end(), alternatives.begin(), alternatives.end());
@@ -476,6 +482,36 @@ class Competition {
 
   double before_end_s(std::size_t sample) const {
     return record_.period_s * static_cast<double>(record_.size() - sample);
+  }
+
+  // Of the parameters of one of its effects.
+  std::map<std::string, std::array<double, 2>> intervals(const Hypothesis& won,
+                                                         std::size_t which) const {
+    const LoopModel model = model_of(won);
+    const auto told = [&](const std::string& name, double value) {
+      LoopModel other = model;
+      other.scenario.faults[which].effect.parameters[name] = value;
+      try {
+        const Hypothesis rival{.kinds = won.kinds,
+                               .x = won.x,
+                               .errors = run_model(other, nullptr, nullptr, nullptr, nullptr)};
+        return ahead(won, rival) > kTold;
+      } catch (const effects::EffectError&) {
+        return true;
+      }
+    };
+    std::map<std::string, std::array<double, 2>> out;
+    for (const auto& [name, value] : model.scenario.faults[which].effect.parameters) {
+      std::array<double, 2> ends{value, value};
+      for (std::size_t end = 0; end < 2; ++end) {
+        for (double off = kNearest; off < kFarthest; off *= 2.0) {
+          ends[end] = end == 0 ? value / (1.0 + off) : value * (1.0 + off);
+          if (told(name, ends[end])) break;
+        }
+      }
+      out[name] = ends;
+    }
+    return out;
   }
 
   gap::FoundEffect found(const Hypothesis& won, std::size_t k) const {

@@ -14,6 +14,9 @@
 // alternatives. A second change is taken in where it halves what is left, by blocks too. Confidence is that of t against the
 // nearest rival that is no alternative, at most kMostSure, and less where not all is closed.
 //
+// The interval of a valve effect's parameter, the others as found, ends where the blocks tell another value from the found one
+// (t above 1.96), of values 2, 4, 8 ... % off; or a factor of 2.3 away.
+//
 // Errors: none: an empty result where nothing closes kLeastClosed.
 // What it can't do: a change that began outside of the bounds by more than the loop's answer; more than two changes, or two at
 // different moments; effects that are none of kinds(): those are the gap workflow's.

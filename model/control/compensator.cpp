@@ -38,7 +38,12 @@ Compensator::Compensator(const CompensatorSettings& settings, double period_s) n
     : settings_(settings), period_s_(period_s), law_(law_of(settings, period_s)) {}
 
 void Compensator::configure(const CompensatorSettings& settings) noexcept {
+  const bool was_shadow = std::exchange(settings_.shadow, false);
+  const bool begins_to_act = was_shadow && !fresh_ && settings_ == settings;
   settings_ = settings;
+  if (auto* const moves = std::get_if<PlannedMoves>(&law_); moves != nullptr && begins_to_act) {
+    return moves->act();
+  }
   law_ = law_of(settings, period_s_);
   fresh_ = true;
 }

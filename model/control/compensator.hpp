@@ -30,7 +30,7 @@ class Compensator {
  public:
   Compensator(const CompensatorSettings& settings, double period_s) noexcept;
 
-  // Starts afresh at the next step.
+  // Starts afresh at the next step; planned moves that were in shadow and are to act go on with what they know.
   void configure(const CompensatorSettings& settings) noexcept;
   // The next step starts afresh from the law's output then.
   void reset() noexcept { fresh_ = true; }

@@ -639,7 +639,10 @@ Correction PlannedMoves::step(const CompensatorInputs& in) noexcept {
   release_ = false;
   leg_s_ += period_s_;
   since_plan_s_ += period_s_;
-  if (phase_ == MovePhase::given_back) {
+  if (engage_) {
+    engage_ = false;
+    engage(in);
+  } else if (phase_ == MovePhase::given_back) {
     if (now_s_ > again_s_ && lost_ == 0) {
       phase_ = MovePhase::watching;
       flips_ = 0;
@@ -667,6 +670,17 @@ Correction PlannedMoves::step(const CompensatorInputs& in) noexcept {
   return {.added = output_ - in.output, .hold_integral = true};
 }
 
+void PlannedMoves::act() noexcept {
+  if (!shadow_) return;
+  shadow_ = false;
+  given_back_ = 0;
+  reason_ = GivenBack::no;
+  again_s_ = 0.0;
+  if (settings_.actuator_lag_s <= 0.0 && seen()) actuator_s_ = kActuator;
+  engage_ = variance_without_ > 0.0;
+  phase_ = MovePhase::watching;
+}
+
 MovesState PlannedMoves::state() const noexcept {
   return {.phase = phase_,
           .reason = reason_,
@@ -678,7 +692,9 @@ MovesState PlannedMoves::state() const noexcept {
           .gain = gain_,
           .s = band(),
           .j = jump(),
-          .moves = moves_};
+          .moves = moves_,
+          .for_good = phase_ == MovePhase::given_back && again_s_ == kNever,
+          .shadow = shadow_};
 }
 
 }  // namespace loopwarden::control

@@ -33,7 +33,8 @@
 // and watched again after ten cycles where not for good; after the third time for good. Reset starts afresh.
 //
 // `read_back` false: x is the stiction law's (Choudhury et al. 2005) stepped with CO. `shadow`: the same on a valve and a process
-// in numbers beside the real ones, the load being the real one; gain() is then what it would have gained.
+// in numbers beside the real ones, the load being the real one; gain is then what it would have gained. act() goes on
+// from there with what was watched and learnt.
 // max_move bounds |w - x| of one move, max_moves_per_hour their number; what is longer goes in several moves.
 //
 // Limits: self-regulating processes with one lag. A loop that does not cycle is left alone. A move is no finer than
@@ -109,6 +110,8 @@ struct MovesState {
   double s = 0.0;               // CO units, as learnt
   double j = 0.0;               // CO units, as learnt
   std::uint32_t moves = 0;      // since it engaged
+  bool for_good = false;        // given back, and not watched again
+  bool shadow = false;
 };
 
 struct CompensatorInputs;
@@ -120,6 +123,7 @@ class PlannedMoves {
 
   void reset(double output) noexcept;
   Correction step(const CompensatorInputs& in) noexcept;
+  void act() noexcept;
   MovesState state() const noexcept;
 
  private:
@@ -271,6 +275,7 @@ class PlannedMoves {
   MovePhase phase_ = MovePhase::watching;
   GivenBack reason_ = GivenBack::no;
   bool release_ = false;
+  bool engage_ = false;         // in the next period
   double output_ = 0.0;         // CO while active
   double leg_s_ = 0.0;          // since the leg began
   double from_ = 0.0;           // stem when the leg began

@@ -463,7 +463,7 @@ Fit Fitter::refine(const Fit& start, int evaluations) const {
   return fit;
 }
 
-Fit Fitter::polish(const Fit& start, std::size_t evaluations) const {
+Fit Fitter::polish(const Fit& start, std::size_t evaluations, Fit* close) const {
   if (!jumps(start.terms)) return start;
   Work work;
   Fit best = start;
@@ -475,6 +475,7 @@ Fit Fitter::polish(const Fit& start, std::size_t evaluations) const {
     choose_load(work, fit);
     if (fit.deviance < best.deviance) best = fit;
     if (fit.load == kLittleLoad) break;
+    if (part == 1 && close != nullptr) *close = search(work, fit, 150);
   }
   return best;
 }
@@ -646,6 +647,29 @@ std::vector<double> Fitter::left_out_innovations(const Fit& fit, std::size_t blo
   return out;
 }
 
+std::array<double, 2> Fitter::likely_places(const Fit& fit, std::size_t at) const {
+  constexpr double kRise = 3.84;  // 95 % of chi squared with one degree of freedom
+  Work work;
+  std::vector<double> x = positions(fit);
+  const double keep = x[at];
+  const auto end = [&](double limit) {
+    double place = keep;
+    for (double step = 0.004; std::abs(place - limit) > 0.0; step *= 1.5) {
+      place = std::clamp(place + std::copysign(step, limit - keep), std::min(keep, limit),
+                         std::max(keep, limit));
+      x[at] = place;
+      Fit moved = fit;
+      if (evaluate(work, fit.terms, with_positions(fit.terms, x), fit.load, &moved) >
+          fit.deviance + kRise) {
+        break;
+      }
+    }
+    return place;
+  };
+  const double low = end(0.0);
+  return {low, end(1.0)};
+}
+
 std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
   const std::vector<double> x = positions(fit);
   const std::size_t searched = x.size();
@@ -670,6 +694,12 @@ std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
     const double by = deviation(first + j);
     const effects::SearchRange& range = term.search[j];
     spread.push_back((range.value(x[first + j] + by) - range.value(x[first + j] - by)) / 2.0);
+  }
+  // A slip more or less makes all slopes of a sticking valve alike: its band is no wider than where it alone is likely.
+  if (term.slips) {
+    const auto [low, high] = likely_places(fit, first);
+    spread[0] =
+        std::min(spread[0], (term.search[0].value(high) - term.search[0].value(low)) / (2.0 * k95));
   }
   if (term.solves_gain) spread.push_back(deviation(searched));
   for (std::size_t j = 0; j < term.linear_columns(); ++j) {

@@ -64,8 +64,9 @@ class Fitter {
                             const std::vector<double>* hint = nullptr) const;
   // The best of where they lead, all parameters jointly.
   Fit settle(const std::vector<Fit>& starts) const;
-  // Where PV jumps with a parameter: all jointly once more, by evolution.
-  Fit polish(const Fit& start, std::size_t evaluations) const;
+  // Where PV jumps with a parameter: all jointly once more, by evolution. Into `close`, where a larger load was chosen, the
+  // fit that was closest to PV before that.
+  Fit polish(const Fit& start, std::size_t evaluations, Fit* close = nullptr) const;
   // All jointly, from where `start` stands.
   Fit refine(const Fit& start, int evaluations) const;
   // Without term `index`, refined.
@@ -114,6 +115,8 @@ class Fitter {
   void lead_on(StickingStart& from, const Sticking& sticking, std::size_t longer) const;
   std::vector<double> first_steps(const Fit& fit) const;
   // What the filter makes of PV's change with each position and each solved number, in this order.
+  // Of position `at` with all others held: where the deviance is not yet clearly higher.
+  std::array<double, 2> likely_places(const Fit& fit, std::size_t at) const;
   Eigen::MatrixXd jacobian(const Fit& fit) const;
   Point with_positions(const Terms& terms, const std::vector<double>& x) const;
   std::vector<double> positions(const Fit& fit) const;

@@ -103,8 +103,9 @@ class Search {
     }
     if (several && !result_.chosen.fit.terms.empty()) add_further();
     prefer_simpler();
-    Hypothesis last = hypothesis(fitter_.polish(result_.chosen.fit, kPolishLast));
-    if (better(last, result_.chosen)) result_.chosen = std::move(last);
+    if (jumps(result_.chosen.fit.terms)) {
+      result_.chosen = firmer(polished(result_.chosen, kPolishLast), result_.chosen);
+    }
     progress_(1.0);
     return std::move(result_);
   }
@@ -199,11 +200,25 @@ class Search {
       return promise(a->fit) > promise(b->fit);
     });
     rough.resize(std::min(rough.size(), kPolished));
-    parallel_(rough.size(), [&](std::size_t i) {
-      *rough[i] = hypothesis(fitter_.polish(rough[i]->fit, kPolish));
-    });
+    parallel_(rough.size(), [&](std::size_t i) { *rough[i] = polished(*rough[i], kPolish); });
     std::sort(made.begin(), made.end(), better);
     return made;
+  }
+
+  // Of two fits of the same names the likelier; where the record does not tell which that is, and rounding would decide,
+  // the one that PV follows more closely in free run.
+  Hypothesis firmer(Hypothesis a, Hypothesis b) const {
+    if (better(b, a)) std::swap(a, b);
+    const bool tells = a.placed != b.placed || !std::isfinite(b.score) ||
+                       b.training_rmse >= a.training_rmse ||
+                       lead_on_blocks_left_out(fitter_, a.fit, b.fit).t > kLeastT;
+    return tells ? a : b;
+  }
+
+  Hypothesis polished(const Hypothesis& rough, std::size_t evaluations) const {
+    Fit close;
+    Hypothesis best = hypothesis(fitter_.polish(rough.fit, evaluations, &close));
+    return close.terms.empty() ? best : firmer(std::move(best), hypothesis(std::move(close)));
   }
 
   bool accepted(const Hypothesis& more, const Hypothesis& less) const {

@@ -85,7 +85,7 @@ constexpr AlarmGuide guide_of(AlarmKind kind) noexcept {
       return {
           "the stem sticks and jumps: packing too tight, deposits, a worn seat",
           "the loop cycles around its set point and wears the valve",
-          "plan the valve's repair; until then the jacket or a slower controller calms the loop"};
+          "plan the valve's repair; until then planned moves or a slower controller calm the loop"};
     case AlarmKind::backlash:
       return {"play between stem and plug or in the linkage",
               "the valve answers late after each reversal; the loop may cycle slowly",

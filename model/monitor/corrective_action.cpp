@@ -32,27 +32,79 @@ CorrectiveAction::Errors CorrectiveAction::newest_mean(std::size_t windows) cons
   return {sum.rms / n, sum.mean / n};
 }
 
+CorrectiveStep::Order CorrectiveAction::order_of(State state) const noexcept {
+  if (acts(state)) return Order::on;
+  return state == State::in_shadow ? Order::shadow : Order::back;
+}
+
 CorrectiveStep CorrectiveAction::go(CorrectiveState to, const char* why) noexcept {
-  const auto acts = [](State s) { return s == State::trying || s == State::helping; };
-  CorrectiveStep step{.why = why, .from = state_, .to = to};
-  if (acts(to) && !acts(state_)) step.order = Order::on;
-  if (!acts(to) && acts(state_)) step.order = Order::back;
+  CorrectiveStep step{.form = settings_.form, .why = why, .from = state_, .to = to};
+  if (order_of(to) != order_of(state_)) step.order = order_of(to);
   state_ = to;
   steady_ = 0;
+  shadow_s_ = 0.0;
+  return step;
+}
+
+CorrectiveStep CorrectiveAction::begin() noexcept {
+  settling_ = 0;
+  if (settings_.on_order && !ordered_) return go(State::offered, "the valve sticks, and is known");
+  return go(State::in_shadow, may_act_ ? "the valve sticks, and is known"
+                                       : "the valve sticks; s is known too roughly to act");
+}
+
+void CorrectiveAction::explained(bool may_act) noexcept {
+  if (!planned() || state_ == State::off || state_ == State::given_up) return;
+  due_ = true;
+  may_act_ = may_act;
+}
+
+CorrectiveStep CorrectiveAction::ordered() noexcept {
+  if (state_ != State::offered) return {};
+  ordered_ = true;
+  return begin();
+}
+
+CorrectiveStep CorrectiveAction::moves(const control::MovesState& state, double passed_s) noexcept {
+  using control::GivenBack;
+  if (state_ == State::in_shadow && state.shadow) {
+    shadow_s_ += passed_s;
+    return shadow_s_ < kShadow_s ? CorrectiveStep{} : shadowed(state);
+  }
+  if (!calms() || state.shadow || !state.for_good) return {};
+  if (state.reason == GivenBack::valve_follows) {
+    due_ = false;
+    return go(State::waiting, "the stem follows a probe: the valve does not stick");
+  }
+  return go(State::given_up, to_text(state.reason));
+}
+
+CorrectiveStep CorrectiveAction::shadowed(const control::MovesState& state) noexcept {
+  if (state.for_good) return go(State::given_up, to_text(state.reason));
+  if (!(state.gain > 0.0) || steady_ < kLeastBaseline || !may_act_) return {};
+  before_ = newest_mean(std::min(steady_, kBaseline));
+  CorrectiveStep step = state.gain <= 1.0 - kLeastGain
+                            ? go(State::trying, "it gains in shadow")
+                            : go(State::given_up, "it gains nothing in shadow");
+  settling_ = kSettling;
+  step.rms_before = before_.rms;
+  step.mean_before = before_.mean;
+  step.gain_in_shadow = state.gain;
   return step;
 }
 
 CorrectiveStep CorrectiveAction::window(const WindowMeasures& m, bool sticks, bool came) noexcept {
   if (state_ == State::off) return {};
-  if (came) {
+  if (came && !planned()) {
     due_ = true;
     if (state_ == State::waiting) steady_ = 0;
   }
   if (!sticks) {
-    due_ = false;
-    const bool ends = acting() || state_ == State::given_up;
+    due_ = ordered_ = false;
+    const bool ends = state_ != State::waiting && state_ != State::vetoed;
     if (ends) return go(State::waiting, "the valve no longer sticks");
   }
+  if (planned() && due_ && state_ == State::waiting) return begin();
   if (settling_ > 0) {
     --settling_;
     return {};
@@ -65,7 +117,7 @@ CorrectiveStep CorrectiveAction::window(const WindowMeasures& m, bool sticks, bo
 }
 
 CorrectiveStep CorrectiveAction::decide() noexcept {
-  if (state_ == State::waiting && due_ && steady_ >= kBaseline) {
+  if (!planned() && state_ == State::waiting && due_ && steady_ >= kBaseline) {
     before_ = newest_mean(kBaseline);
     due_ = false;
     CorrectiveStep step = go(State::trying, "the valve sticks");
@@ -77,7 +129,8 @@ CorrectiveStep CorrectiveAction::decide() noexcept {
   if (!acting() || steady_ < kTrial) return {};
   const Errors after = newest_mean(kTrial);
   const bool falls = after.rms <= (1.0 - kLeastGain) * before_.rms;
-  const bool centred = after.mean <= std::max(before_.mean, settings_.allowed_mean_error_percent);
+  const bool centred =
+      planned() || after.mean <= std::max(before_.mean, settings_.allowed_mean_error_percent);
   CorrectiveStep step;
   if (!falls) {
     step = go(State::given_up, "the error did not fall");
@@ -99,9 +152,9 @@ CorrectiveStep CorrectiveAction::decide() noexcept {
 CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
   steady_ = 0;
   settling_ = 0;
-  if (!acting()) return {};
-  if (controlling) {  // saturated, a gap: the jacket stays, its trial begins anew
-    settling_ = kSettling;
+  if (!acting() && state_ != State::in_shadow) return {};
+  if (controlling) {  // saturated, a gap: it stays, its trial begins anew
+    settling_ = acting() ? kSettling : 0;
     return {};
   }
   due_ = true;  // the alarm stands: once more, from a baseline of its own
@@ -109,7 +162,7 @@ CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
 }
 
 CorrectiveStep CorrectiveAction::refused() noexcept {
-  if (!acting()) return {};
+  if (!acting() && state_ != State::in_shadow) return {};
   settling_ = 0;
   CorrectiveStep step = go(State::given_up, "the loop refused the order");
   step.order = Order::none;
@@ -117,20 +170,20 @@ CorrectiveStep CorrectiveAction::refused() noexcept {
 }
 
 CorrectiveStep CorrectiveAction::reloaded() noexcept {
-  if (!acting()) return {};
+  if (!acting() && state_ != State::in_shadow) return {};
   due_ = true;  // the alarm stands: once more, from a baseline of its own
   settling_ = 0;
-  return go(State::waiting, "a reload has set the jacket anew");
+  return go(State::waiting, "a reload has set the loop anew");
 }
 
 CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {
   const bool vetoed = veto != Veto::none;
   if (state_ == State::off || vetoed == (state_ == State::vetoed)) return {};
-  due_ = !vetoed;  // lifted: if the valve still sticks, it is time
+  if (!planned()) due_ = !vetoed;  // lifted: if the valve still sticks, it is time
   settling_ = 0;
   if (!vetoed) return go(State::waiting, "the operator's veto is lifted");
   CorrectiveStep step = go(State::vetoed, "the operator's veto");
-  if (veto == Veto::hands_off) step.order = Order::none;
+  if (veto == Veto::hands_off && !planned()) step.order = Order::none;
   return step;
 }
 

@@ -45,6 +45,7 @@ AlarmConditions LoopMonitor::conditions() noexcept {
   AlarmConditions all = rule_.conditions();
   const bool named = std::any_of(all.begin(), all.end(), [](const auto& c) { return c.on; });
   if (routine_ && !named) all = routine_->conditions();
+  if (calm_) all = told_;
   // A load that the specialists never saw looks like a valve to them.
   if (twin_quiet() && twin_->judged_here() && load_outside()) {
     for (std::size_t i = 0; i < all.size(); ++i) all[i].on = all[i].on && told_[i].on;
@@ -113,8 +114,8 @@ MonitorStep LoopMonitor::judge_windows(const Cycle& cycle) {
     return step;
   }
   step.judgement = judge_->judge(window);
-  rule_.add(step.judgement);
-  if (step.judgement.result == WindowJudgement::Result::not_enough_movement) {
+  if (!calm_) rule_.add(step.judgement);
+  if (step.judgement.result == WindowJudgement::Result::not_enough_movement && !calm_) {
     step.state = WindowState::not_enough_movement;
     return step;
   }

@@ -74,6 +74,8 @@ class LoopMonitor {
   // No allocation but what the measures and the routine evidence need for a full window.
   MonitorStep add(const Cycle& cycle);
 
+  // Planned moves act: windows and minutes show them, and not the valve, whose conditions stay as they were.
+  void calm(bool acts) noexcept { calm_ = acts; }
   // A condition from before a restart.
   void restore(AlarmKind kind, bool on, double severity_percent) noexcept;
   WindowState state() const noexcept { return builder_.state(); }
@@ -110,6 +112,7 @@ class LoopMonitor {
   std::optional<LoadWatch> load_;              // with the twin
   std::optional<ControllerWatch> controller_;  // with the twin, of a foreign controller
   AlarmConditions told_{};
+  bool calm_ = false;
   static constexpr std::uint64_t kMostBridged = 100;  // cycles
   std::uint64_t next_period_ = 0;
   double last_co_ = std::numeric_limits<double>::quiet_NaN();  // CO units

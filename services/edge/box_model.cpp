@@ -30,8 +30,8 @@ const std::set<std::string> kOfPv{"pv", "sp"};
 const std::set<std::string> kOfCo{"co", "stem", "output"};
 
 // They say what the controller is told; mode and sp also what it does.
-const std::set<std::string> kOrdersToController{"output", "output_scaled",
-                                                "veto_corrective_action"};
+const std::set<std::string> kOrdersToController{"output", "output_scaled", "veto_corrective_action",
+                                                "calm_stiction"};
 
 struct RegisterKind {
   DataType type;

@@ -64,7 +64,7 @@ std::optional<Order> shelve_order(const Metric& metric) {
 }
 
 std::optional<Order> alarm_order(const Metric& metric) {
-  for (const char* action : {"acknowledge", "reset", "unshelve"}) {
+  for (const char* action : {"acknowledge", "reset", "unshelve", "calm"}) {
     const auto alarm = behind(std::string(action) + '_', metric.name);
     if (alarm && is_true(metric.value)) {
       return Order{metric.name, on_alarm(*alarm, action)};

@@ -28,6 +28,7 @@ struct CalmOptions {
   std::string only;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
   std::string picture;
+  bool troubles = false;
   bool json = false;
 };
 
@@ -46,6 +47,10 @@ void print_sticky(const StickyStudy& study) {
         row.name, 100.0 * row.share_falls, 100.0 * row.share_rises_5, row.rms_factor.tenth,
         row.rms_factor.median, row.rms_factor.ninetieth, row.rms_factor.worst, row.whole_rms_factor,
         row.travel_factor, 100.0 * row.share_travel);
+    if (row.share_offered < 1.0) {
+      fmt::print("  of the {:.1f} % that it is offered; the others stay under PI\n",
+                 100.0 * row.share_offered);
+    }
   }
 }
 
@@ -63,6 +68,7 @@ nlohmann::json json_of(const StickyStudy& study) {
                     {"whole_rms_factor", row.whole_rms_factor},
                     {"travel_factor", row.travel_factor},
                     {"share_travel", row.share_travel},
+                    {"share_offered", row.share_offered},
                     {"factors", row.factors}});
   }
   return {{"load", name_of(study.load)}, {"rows", rows}};
@@ -133,6 +139,28 @@ auto with_progress(const char* what, unsigned threads, Study&& study) {
                          }});
 }
 
+int print_troubles(const CalmOptions& options) {
+  const std::vector<TroubleRow> rows = with_progress(
+      "troubles", options.threads,
+      [&](const StudyWork& work) { return study_troubles(options.cases, options.seed, work); });
+  nlohmann::json result = nlohmann::json::array();
+  if (!options.json) {
+    fmt::print("{:<24} {:>22} {:>20}\n", "while it acts", "worse than PI by 30 %",
+               "worst RMS over PI's");
+  }
+  for (const TroubleRow& row : rows) {
+    if (options.json) {
+      result.push_back(
+          {{"trouble", to_text(row.kind)}, {"share_worse", row.share_worse}, {"worst", row.worst}});
+    } else {
+      fmt::print("{:<24} {:>20.1f} % {:>20.2f}\n", to_text(row.kind), 100.0 * row.share_worse,
+                 row.worst);
+    }
+  }
+  if (options.json) fmt::print("{}\n", result.dump(2));
+  return kExitOk;
+}
+
 int run_calm_study(const CalmOptions& options) {
   if (!options.picture.empty()) {
     workbench::OutputFiles files;
@@ -140,6 +168,7 @@ int run_calm_study(const CalmOptions& options) {
     files.commit();
     return kExitOk;
   }
+  if (options.troubles) return print_troubles(options);
   nlohmann::json result = {{"cases", options.cases}, {"seed", options.seed}};
   if (!options.json) {
     fmt::print(
@@ -182,7 +211,11 @@ void add_calm(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(std::size_t{1}, std::size_t{100000}));
   sub->add_option("--seed", options->seed, "of everything random")->capture_default_str();
-  sub->add_option("--only", options->only, "only contestants whose name begins so");
+  sub->add_option(
+      "--only", options->only,
+      "only contestants whose name begins so; 'commissioned' takes most of a minute a loop");
+  sub->add_flag("--troubles", options->troubles,
+                "planned_moves when something goes wrong while they act, and nothing else");
   sub->add_option("--threads", options->threads, "the result does not depend on it")
       ->check(CLI::Range(1U, 1024U));
   sub->add_option("--picture", options->picture,

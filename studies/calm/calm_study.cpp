@@ -9,6 +9,7 @@
 #include "base/parallel.hpp"
 #include "model/numeric/draw.hpp"
 #include "model/numeric/random.hpp"
+#include "studies/calm/calm_commission.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::studies {
@@ -132,6 +133,7 @@ void fit_planned_moves(const StickyLoop& loop, Random& random, CalmTrial& trial,
 Contestant planned_moves(const char* name, bool read_back, ToldWrong wrong) {
   return {name, [=](const StickyLoop& loop, Random& random, CalmTrial& trial) {
             fit_planned_moves(loop, random, trial, read_back, wrong);
+            return true;
           }};
 }
 
@@ -139,6 +141,7 @@ Contestant jacket(const char* name, JacketForm form) {
   return {name, [=](const StickyLoop&, Random&, CalmTrial& trial) {
             trial.model.controller.jacket = {
                 .form = form, .gain_per_s = 1.0, .dead_zone = 0.003 * kOutputSpan};
+            return true;
           }};
 }
 
@@ -147,7 +150,18 @@ Contestant adding(const char* name,
   return {name,
           [settings = std::move(settings)](const StickyLoop& loop, Random&, CalmTrial& trial) {
             trial.model.controller.compensator = settings(loop);
+            return true;
           }};
+}
+
+// Process, load, s and j as the project finds them out.
+bool fit_found_out(const StickyLoop& loop, Random& random, CalmTrial& trial) {
+  const std::optional<control::PlannedMovesSettings> found = found_out(loop, random);
+  if (found) {
+    trial.model.controller.compensator = {.kind = CompensatorKind::planned_moves,
+                                          .planned = *found};
+  }
+  return found.has_value();
 }
 
 }  // namespace
@@ -182,6 +196,7 @@ std::vector<Contestant> contestants() {
       planned_moves("planned_moves without read-back", false, {}),
       planned_moves("planned_moves without read-back, all off", false,
                     {.valve = 0.3, .model = 0.15}),
+      {.name = "commissioned, explained, planned_moves", .fit = fit_found_out, .costly = true},
   };
 }
 
@@ -246,10 +261,13 @@ Spread spread_of(const std::vector<double>& values) {
 StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
                                const std::string& only, const StudyWork& work) {
   std::vector<Contestant> all = contestants();
-  std::erase_if(all, [&](const Contestant& one) { return !one.name.starts_with(only); });
+  std::erase_if(all, [&](const Contestant& one) {
+    return !one.name.starts_with(only) || (only.empty() && one.costly);
+  });
   struct Case {
     TrialResult without;
     std::vector<TrialResult> with;
+    std::vector<bool> offered;
   };
   std::vector<Case> tried(cases);
   const auto run = [&](std::size_t i) {
@@ -258,7 +276,7 @@ StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
     for (const Contestant& one : all) {
       CalmTrial trial = loop.trial;
       Random random = stream(seed ^ 0x5bd1e995ULL, i);
-      one.fit(loop, random, trial);
+      tried[i].offered.push_back(one.fit(loop, random, trial));
       tried[i].with.push_back(run_trial(trial));
     }
   };
@@ -276,10 +294,16 @@ StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
     std::vector<double> whole;
     std::vector<double> travel;
     for (const Case& one : tried) {
+      if (!one.offered[c]) continue;
       row.factors.push_back(ratio(one.with[c].settled.rms_error, one.without.settled.rms_error));
       whole.push_back(ratio(one.with[c].whole_rms_error, one.without.whole_rms_error));
       travel.push_back(
           ratio(one.with[c].settled.travel_per_hour, one.without.settled.travel_per_hour));
+    }
+    row.share_offered = static_cast<double>(row.factors.size()) / static_cast<double>(cases);
+    if (row.factors.empty()) {
+      study.rows.push_back(std::move(row));
+      continue;
     }
     row.share_falls = share_of(row.factors, [](double factor) { return factor < 1.0; });
     row.share_rises_5 =

@@ -37,10 +37,11 @@ StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load);
 // A positioner with a lag of up to 2 s in place of the friction.
 CalmTrial random_healthy_loop(std::uint64_t seed, std::size_t index);
 
-// One compensator, fitted to a loop; `random` for what it is told wrong.
+// One compensator, fitted to a loop; `random` for what it is told wrong. False: it is not offered, and PI goes on.
 struct Contestant {
   std::string name;
-  std::function<void(const StickyLoop& loop, numeric::Random& random, CalmTrial& trial)> fit;
+  std::function<bool(const StickyLoop& loop, numeric::Random& random, CalmTrial& trial)> fit;
+  bool costly = false;  // takes part only where it is asked for: most of a minute a loop
 };
 std::vector<Contestant> contestants();
 
@@ -61,7 +62,8 @@ struct StickyRow {
   double whole_rms_factor = 0.0;  // median; the same with set-point moves and settling
   double travel_factor = 0.0;     // median; stem travel over that without
   double share_travel = 0.0;      // stem travel above that without, 0 to 1
-  std::vector<double> factors;    // of each case
+  double share_offered = 0.0;     // 0 to 1; all else is of these
+  std::vector<double> factors;    // of each case that it is offered
 };
 
 struct StickyStudy {

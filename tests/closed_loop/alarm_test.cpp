@@ -11,6 +11,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "daemon/journal/journal.hpp"
 #include "tests/support/biased_specialists.hpp"
@@ -187,7 +188,17 @@ TEST_CASE("a loop that changes raises model_gap, and its explanation comes by it
   daemon.start();
   const std::string socket = " --socket " + (daemon.folder() / "control.sock").string();
   const auto explained = [&] { return daemon.explain("FIC-101", "model_gap"); };
+  // Only a loop that moves tells another gain from a load.
+  const auto start = std::chrono::steady_clock::now();
+  double set_point = 5.0;
+  const auto move_set_point = [&] {
+    const auto minutes = (std::chrono::steady_clock::now() - start) / std::chrono::seconds(3);
+    const double wanted = minutes % 2 == 0 ? 5.0 : 6.0;
+    if (wanted == std::exchange(set_point, wanted)) return;
+    run(LOOPWARDEN_CLI " set FIC-101 --sp " + std::to_string(wanted) + socket);
+  };
   const auto is_explained = [&] {
+    move_set_point();
     hurry_children_of(daemon.pid());
     return explained().at("explanation").is_object();
   };

@@ -292,6 +292,47 @@ TEST_CASE("Corrective action needs a jacket in shadow that is bounded, and speci
             .find("needs specialists") != std::string::npos);
 }
 
+TEST_CASE("Planned moves as corrective action need a twin, a read-back and, on hardware, bounds",
+          "[config][loop]") {
+  const std::string wired =
+      with(kModbusLoop, "    command:",
+           "    read_back: {table: holding, address: 101, type: u16, scale: 0.001}\n    command:");
+  const auto file = [&](const std::string& keys,
+                        const std::string& monitor = "twin: /twin.yaml, ") {
+    return wired + "monitor: {" + monitor + "corrective_action: {form: planned_moves" + keys +
+           "}}\n";
+  };
+  const std::string bounds = ", max_move: 1.5, max_moves_per_hour: 40";
+  const monitor::CorrectiveSettings read_in =
+      read(file(bounds + ", on_order: true")).monitor.corrective;
+  CHECK(read_in.form == monitor::CorrectiveForm::planned_moves);
+  CHECK(read_in.on_order);
+  CHECK(read_in.max_move == 1.5);
+  CHECK(read_in.max_moves_per_hour == 40.0);
+  CHECK_THAT(said_of_loop(file(", max_move: 1.5")),
+             Catch::Contains("missing key 'max_moves_per_hour'"));
+  CHECK_THAT(said_of_loop(kModbusLoop +
+                          "monitor: {twin: /twin.yaml, corrective_action: {form: "
+                          "planned_moves" +
+                          bounds + "}}\n"),
+             Catch::Contains("needs a read_back"));
+  CHECK_THAT(said_of_loop(file(bounds, "specialists: /s, ")), Catch::Contains("monitor.twin"));
+  CHECK_THAT(said_of_loop(file(bounds + ", allowed_mean_error: 1")),
+             Catch::Contains("is of form jacket"));
+  CHECK_THAT(said_of_loop(with(file(bounds), "  kp: 0.35\n",
+                               "  compensator: {kind: backlash, gap: 0.3, limit: 0.3}\n  kp: "
+                               "0.35\n")),
+             Catch::Contains("takes the place of controller.compensator"));
+  // A jacket in shadow stays in shadow.
+  const std::string jacket =
+      "  jacket: {form: dwell, shadow: true, valve_position: {model: [{effect: backlash, deadband: "
+      "0.4}]}}\n  kp: 0.35\n";
+  CHECK(said_of_loop(with(file(bounds), "  kp: 0.35\n", jacket)).empty());
+  CHECK_THAT(
+      said_of_loop(kModbusLoop + "monitor: {specialists: /s, corrective_action: {max_move: 1}}\n"),
+      Catch::Contains("is of form planned_moves"));
+}
+
 TEST_CASE("On hardware a compensator needs a limit, and does not act beside the jacket",
           "[config][loop]") {
   const auto said = [](const std::string& compensator, const std::string& jacket = "") {

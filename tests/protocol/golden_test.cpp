@@ -160,6 +160,8 @@ std::map<std::string, std::string> answers() {
   bench.lines(20);
   ask("journal", {{"request", "journal"}, {"most", 20}});
   ask("outcome", {{"request", "outcome"}, {"found", "stiction"}, {"note", "packing tight"}});
+  ask("note", {{"request", "note"}, {"text", "pump changed"}});
+  ask("note_refused", {{"request", "note"}, {"text", ""}});
   ask("outcome_refused", {{"request", "outcome"}, {"found", "rust"}});
   return told;
 }
@@ -193,6 +195,7 @@ const std::map<std::string, Again> kAgain{
     {"acknowledge_all", again<protocol::AllAcknowledged>},
     {"veto", again<protocol::Vetoed>},
     {"outcome", again<protocol::OutcomeKept>},
+    {"note", again<protocol::Noted>},
     {"record_started", again<protocol::RecordFile>},
     {"record_stopped", again<protocol::RecordFile>},
     {"reload", again<protocol::ReloadNumber>},

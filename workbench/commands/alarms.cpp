@@ -229,6 +229,24 @@ void print_process_alarm(const Options& options, const protocol::Explained& answ
   if (!answer.disk_answers) fmt::print("the disk does not answer: the history can't be read\n");
 }
 
+// How the loop may be calm until the valve is repaired.
+void print_calm(DaemonClient& daemon, const Options& options, const protocol::Explained& answer) {
+  const std::string& state = answer.monitor.corrective_action;
+  const bool sticks = answer.explanation && answer.explanation->effect == "stiction";
+  if (state == "off" && sticks) {
+    fmt::print(
+        "calm until it is repaired: monitor.corrective_action: {{form: planned_moves}} in the "
+        "loop's "
+        "file\n\n");
+  } else if (state == "offered") {
+    fmt::print("calm until it is repaired: loopwarden alarms calm {} stiction\n\n", options.loop);
+  } else if (state != "off") {
+    const protocol::LoopAnswer loop = protocol::ask(daemon, protocol::LoopRequest{options.loop});
+    const std::string says = loop.status.cycle ? loop.status.cycle->compensator.says : "";
+    fmt::print("corrective action: {}{}{}\n\n", state, says.empty() ? "" : "; ", says);
+  }
+}
+
 void print_window(const protocol::Monitor& m) {
   fmt::print("newest window ({}): ", m.window_state);
   std::string separator;
@@ -246,7 +264,8 @@ void print_window(const protocol::Monitor& m) {
           : std::string("not measured"));
 }
 
-void print_valve_alarm(const Options& options, const protocol::Explained& answer) {
+void print_valve_alarm(DaemonClient& daemon, const Options& options,
+                       const protocol::Explained& answer) {
   const protocol::Alarm& alarm = answer.alarm;
   const std::string size =
       std::isfinite(alarm.severity_percent)
@@ -258,6 +277,7 @@ void print_valve_alarm(const Options& options, const protocol::Explained& answer
   if (alarm.consequence) fmt::print("explained by low_air_supply\n");
   print_guide(answer);
   if (answer.explanation) print_explanation(*answer.explanation);
+  if (options.alarm == "stiction") print_calm(daemon, options, answer);
   print_window(answer.monitor);
   if (answer.evidence) {
     fmt::print(
@@ -280,7 +300,7 @@ int run_explain(const Options& options) {
     return kExitOk;
   }
   is_process_alarm(options.alarm) ? print_process_alarm(options, answer)
-                                  : print_valve_alarm(options, answer);
+                                  : print_valve_alarm(daemon, options, answer);
   for (const protocol::JournalLine& line : answer.history) {
     fmt::print("{}\n", journal_line(line));
   }
@@ -347,14 +367,15 @@ void add_alarms(Program& program) {
   action("reset", "reset", "reset an alarm that is latched");
   action("shelve", "shelve", "put an alarm aside for a limited time");
   action("unshelve", "unshelve", "take an alarm off the shelf");
+  action("calm", "calm", "begin the planned moves that a stiction alarm offers, in shadow first");
   action("explain", "explain", "what an alarm means, what was measured, and its history");
 
   for (const bool veto : {true, false}) {
-    Command verb =
-        command.verb(veto ? "veto" : "allow",
-                     veto ? "stop a loop's corrective action: the jacket goes back to shadow"
-                          : "lift the veto of a loop's corrective action",
-                     [&o, veto] { return run_veto(o, veto); });
+    Command verb = command.verb(
+        veto ? "veto" : "allow",
+        veto ? "stop a loop's corrective action: jacket back to shadow, planned moves off"
+             : "lift the veto of a loop's corrective action",
+        [&o, veto] { return run_veto(o, veto); });
     verb.required("loop", o.loop, "tag of the loop");
     verb.option("--reason", o.reason, "why, for the journal");
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden demo: walks through what ./demo shows, on a daemon that runs config/examples/demo: the
-// set point moves, the valve begins to stick, the jacket is switched on, and a table sums it up.
+// set point moves, the valve begins to stick, planned moves calm the loop, and a table sums it up.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -44,10 +44,11 @@ struct DemoOptions {
 struct Phase {
   const char* name;   // in the table; empty: not measured
   const char* story;  // what the viewer sees
-  double until_s;
-  double measured_from_s = 0.0;                 // after things have settled
+  double lasts_s;
+  double settles_s = 0.0;                       // of it, not measured
   std::optional<protocol::SetRequest> order{};  // at its start, without the loop
   bool worth_a_look = false;                    // the page is opened at its start, if at all
+  bool until_calm = false;                      // it ends when planned moves act
 };
 
 // The times go with the fault schedule of config/examples/demo/models/plant1-sticking.yaml.
@@ -55,31 +56,29 @@ std::vector<Phase> phases() {
   return {
       {.name = "",
        .story = "Plant 1 at rest on 3 L/min; the loop is in automatic.",
-       .until_s = 10.0,
+       .lasts_s = 10.0,
        .order = {{.mode = "auto"}}},
       {.name = "healthy valve",
        .story = "Set point to 5 L/min: a healthy valve follows.",
-       .until_s = 140.0,
-       .measured_from_s = 90.0,
+       .lasts_s = 130.0,
+       .settles_s = 80.0,
        .order = {{.set_point = 5.0}}},
-      {.name = "", .story = "The packing tightens: stiction grows.", .until_s = 260.0},
+      {.name = "", .story = "The packing tightens: stiction grows.", .lasts_s = 120.0},
       {.name = "",
        .story = "Set point to 6 L/min: the valve sticks, then jumps.",
-       .until_s = 360.0,
+       .lasts_s = 100.0,
        .order = {{.set_point = 6.0}},
        .worth_a_look = true},
-      {.name = "sticking",
-       .story = "Limit cycle: CO a saw-tooth, PV square.",
-       .until_s = 860.0,
-       .measured_from_s = 360.0},
+      {.name = "sticking", .story = "Limit cycle: CO a saw-tooth, PV square.", .lasts_s = 500.0},
       {.name = "",
-       .story = "The stickband jacket is switched on.",
-       .until_s = 960.0,
-       .order = {{.jacket = "on"}}},
-      {.name = "sticking, jacket",
-       .story = "Same valve, same tuning, with the jacket.",
-       .until_s = 1960.0,
-       .measured_from_s = 960.0},
+       .story = "The twin explains the alarm, and planned moves run in shadow until what they gain "
+                "is known.",
+       .lasts_s = 3600.0,
+       .until_calm = true},
+      {.name = "planned moves",
+       .story = "Same valve, same tuning, with planned moves.",
+       .lasts_s = 1000.0,
+       .settles_s = 100.0},
   };
 }
 
@@ -113,10 +112,15 @@ class Demo {
       }
       if (!screen_) say(fmt::format("{:6.0f} s  {}", now_s(), phase.story));
       if (phase.worth_a_look) open_page();
-      if (!play(phase)) return false;
+      const double began_s = now_s();
+      if (!play(phase, began_s)) return false;
       left_automatic_ = !in_automatic();
       if (left_automatic_) return false;
-      if (*phase.name != '\0') measured_.push_back(measure(phase));
+      if (phase.until_calm && !acts_) {
+        say("The alarm was not explained in time: other work has this computer.");
+        break;
+      }
+      if (*phase.name != '\0') measured_.push_back(measure(phase, began_s));
     }
     record_ = protocol::ask(daemon_, protocol::RecordRequest{.loop = loop_, .stop = true}).file;
     return true;
@@ -194,7 +198,7 @@ class Demo {
         active_.count(incident.name) != 0 ? incident.name : *active_.begin();
     const protocol::Explained explained =
         protocol::ask(daemon_, protocol::ExplainRequest{.loop = loop_, .alarm = telling});
-    fmt::print("{} is still there, jacket or not: {}.\n{}.\n", telling, explained.cause,
+    fmt::print("{} is still there, calm or not: {}.\n{}.\n", telling, explained.cause,
                explained.action);
     if (loop.explanation) {
       fmt::print("What the newest minutes against the twin say: {}\nThe picture: {}/report.html\n",
@@ -262,8 +266,22 @@ class Demo {
     }
   }
 
-  bool play(const Phase& phase) {
-    while (now_s() < phase.until_s) {
+  // What corrective action does, as the journal has it.
+  void watch_steps() {
+    const protocol::Journal journal =
+        protocol::ask(daemon_, protocol::JournalRequest{.loop = loop_, .most = 50});
+    for (auto line = journal.lines.rbegin(); line != journal.lines.rend(); ++line) {
+      if (line->id <= newest_line_) continue;
+      newest_line_ = line->id;
+      if (line->what.rfind("planned moves", 0) != 0 && line->what != "corrective action") continue;
+      acts_ = line->what == "planned moves on" && line->result == "done";
+      alarms_.push_back(fmt::format("{:6.0f} s  {}: {}", now_s(), line->what, line->reason));
+      if (!screen_) say(alarms_.back());
+    }
+  }
+
+  bool play(const Phase& phase, double began_s) {
+    while (now_s() < began_s + phase.lasts_s && !(phase.until_calm && acts_)) {
       if (interrupted() || !draw(phase.story)) return false;
     }
     return true;
@@ -273,6 +291,7 @@ class Demo {
   bool draw(const std::string& story) {
     trend_.update(daemon_);
     watch_alarms();
+    watch_steps();
     if (!screen_) {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
       return true;
@@ -293,15 +312,15 @@ class Demo {
     return screen_->key(std::chrono::milliseconds(100)).value_or(' ') != 'q';
   }
 
-  Measured measure(const Phase& phase) const {
+  Measured measure(const Phase& phase, double began_s) const {
     const protocol::Trend& t = trend_.rows();
     const auto index_of = [&](double time_s) {
       const auto period = static_cast<std::uint64_t>(time_s / t.sample_time_s);
       return static_cast<std::size_t>(std::lower_bound(t.period.begin(), t.period.end(), period) -
                                       t.period.begin());
     };
-    const std::size_t first = index_of(phase.measured_from_s);
-    const std::size_t count = index_of(phase.until_s) - first;
+    const std::size_t first = index_of(began_s + phase.settles_s);
+    const std::size_t count = index_of(began_s + phase.lasts_s) - first;
     const auto part = [&](const std::vector<double>& values) {
       return std::span<const double>(values).subspan(first, count);
     };
@@ -321,7 +340,9 @@ class Demo {
   std::string record_;
   std::vector<Measured> measured_;
   std::set<std::string> active_;     // alarms
-  std::vector<std::string> alarms_;  // what was told of them
+  std::vector<std::string> alarms_;  // what was told of them, and done
+  std::int64_t newest_line_ = 0;     // of the journal
+  bool acts_ = false;                // planned moves do
   bool left_automatic_ = false;
   std::optional<Screen> screen_;
 };

@@ -54,6 +54,7 @@ struct GapOptions {
   bool clip_co = false;          // CO is what the controller asked for before its limits
   bool controller_known = true;  // false: SP says nothing about CO
   bool stem = false;             // the valve alone: its stem in the place of PV
+  bool identified = false;       // the model, from this record itself
   std::optional<analysis::StickingCycle> cycle{};  // that the model was identified with
   std::vector<double> pv_range{},
       co_range{};                 // of the record, where it is not in the model's units
@@ -139,8 +140,9 @@ gap::Options search_options(const GapOptions& options) {
   out.search.load = !left_out("load");
   out.search.allowances = !left_out("allowances");
   out.search.without = options.without;
+  // What was identified from changes says nothing of PV's level.
+  out.search.level_of_record = options.identified;
   if (options.cycle) {
-    out.search.level_of_record = true;
     // Beside the valve that the process was identified with, a second name is the assumed process's misfit.
     out.search.several = false;
     out.search.sticks = {options.cycle->s.value, options.cycle->j.value / options.cycle->s.value,
@@ -478,6 +480,7 @@ int run_gap_on_assumed_model(GapOptions options) {
     }
     options.model = (out / "model.assumed.yaml").string();
     options.controller_known = assumed.controller_known;
+    options.identified = true;
     options.cycle = assumed.identification.cycle;
     files.add(options.model, config::write_model(*assumed.model, heading));
     files.commit();

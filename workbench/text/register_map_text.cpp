@@ -89,9 +89,9 @@ std::string map_markdown() {
     }
     if (map::layout(table).third_stride > 0) {
       text += fmt::format("\n## {}s of a loop, third block\n", name);
-      text += table == Table::coil ? "\nNone is in use yet.\n" : kMapThirdRegisters;
-      if (table == Table::holding_register) table_rows(text, table, Area::third);
-      reserved_rows(text, table);
+      if (table == Table::holding_register) text += kMapThirdRegisters;
+      table_rows(text, table, Area::third);
+      if (table == Table::holding_register) reserved_rows(text, table);
     }
   }
   return text;

@@ -23,6 +23,7 @@ http::Response loop(Context& context, const Call& call);
 http::Response windows(Context& context, const Call& call);
 http::Response loop_alarm(Context& context, const Call& call);
 http::Response act_on_alarm(Context& context, const Call& call);
+http::Response note(Context& context, const Call& call);
 http::Response acknowledge_incident(Context& context, const Call& call);
 
 // order.cpp

@@ -24,7 +24,11 @@ json with_evidence(json answer, files::ReportStore& store) {
 
 const protocol::LoopDescription& loop_at(const std::shared_ptr<const BoxState>& state,
                                          std::string_view tag) {
-  const protocol::LoopDescription* loop = state ? state->find(tag) : nullptr;
+  if (!state) {
+    throw protocol::DaemonError(protocol::DaemonError::Kind::down,
+                                "nothing has been heard of the daemon yet");
+  }
+  const protocol::LoopDescription* loop = state->find(tag);
   if (loop == nullptr) throw ApiError(404, "there is no loop of that name");
   return *loop;
 }
@@ -95,6 +99,20 @@ http::Response act_on_alarm(Context& context, const Call& call) {
     order.minutes = static_cast<std::uint64_t>(whole_at(body, "minutes", 1, 1440));
   }
   return json_response(context.orders.ask(order));
+}
+
+http::Response note(Context& context, const Call& call) {
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_to_act_on(state, call);
+  const json body = object_of(call.request, {"text", "about_ms"});
+  protocol::NoteRequest request{.loop = loop.tag,
+                                .text = text_at(body, "text", kLongestReason),
+                                .user = call.who.user,
+                                .address = call.request.peer};
+  if (body.contains("about_ms")) {
+    request.about_ms = static_cast<std::uint64_t>(whole_at(body, "about_ms", 0, kLastMoment_ms));
+  }
+  return json_response(context.orders.ask(request));
 }
 
 }  // namespace loopwarden::page::api

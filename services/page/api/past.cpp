@@ -97,6 +97,8 @@ std::string past_json(const history::Past& past, const history::Stretch& stretch
   append_list(text, "mode", past.curves.mode, [](std::string& to, std::int16_t mode) {
     mode < 0 ? to += "null," : to += fmt::format("{},", mode);
   });
+  append_list(text, "sample", past.curves.sample,
+              [](std::string& to, std::uint8_t sample) { to += sample != 0 ? "1," : "0,"; });
   return text + "}";
 }
 
@@ -164,9 +166,10 @@ http::Response past(Context& context, const Call& call) {
   const Box::Now now = context.now();
   const protocol::LoopDescription& loop = loop_at(now.state, call.request.part(2));
   const history::Stretch stretch = stretch_of(call.request);
-  const auto points = static_cast<std::size_t>(
-      whole_in(call.request, "points", 2, static_cast<std::int64_t>(history::kMostPoints))
-          .value_or(1000));
+  const auto points =
+      static_cast<std::size_t>(whole_in(call.request, "points", history::kRowsPerBucket,
+                                        static_cast<std::int64_t>(history::kMostPoints))
+                                   .value_or(1000));
   const history::Past past = context.history.past(
       folder_of(context, loop), stretch, points, [&](const std::optional<history::Block>& newest) {
         return newer_rows(context, now, *now.state, loop, newest);

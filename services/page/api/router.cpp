@@ -61,6 +61,7 @@ constexpr std::array kRoutes{
           act_on_alarm},
     Route{Of::box, Method::post, "api/loops/*/incidents/*", Pool::orders, Role::operator_,
           acknowledge_incident},
+    Route{Of::box, Method::post, "api/loops/*/notes", Pool::orders, Role::operator_, note},
     Route{Of::box, Method::post, "api/loops/*/order", Pool::orders, Role::operator_, order},
 };
 

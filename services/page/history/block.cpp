@@ -10,21 +10,21 @@ namespace {
 Extremes one_value(double value) {
   const float narrow =
       std::isfinite(value) ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
-  return {narrow, narrow, true};
+  return {narrow, narrow, narrow, narrow, true};
+}
+
+void take_extremes(Extremes& all, const Extremes& later) {
+  all.low = later.low;
+  all.high = later.high;
+  all.low_first = later.low_first;
 }
 
 void append(Extremes& all, const Extremes& later) {
+  all.last = later.last;
   if (std::isnan(later.low)) return;
-  if (std::isnan(all.low)) {
-    all = later;
-    return;
-  }
-  const bool low_is_later = later.low < all.low;
-  const bool high_is_later = later.high > all.high;
-  if (low_is_later && high_is_later) {
-    all = later;
-    return;
-  }
+  const bool low_is_later = std::isnan(all.low) || later.low < all.low;
+  const bool high_is_later = std::isnan(all.high) || later.high > all.high;
+  if (low_is_later && high_is_later) return take_extremes(all, later);
   if (low_is_later) {
     all.low = later.low;
     all.low_first = false;

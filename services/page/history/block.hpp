@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows in a row as their extremes. No files.
+// Rows in a row as their ends and extremes. No files.
 #pragma once
 
 #include <array>
@@ -13,10 +13,12 @@ namespace loopwarden::page::history {
 enum Column : std::size_t { kPv, kSp, kCo, kStem };
 inline constexpr std::size_t kColumns = 4;
 
-// Least and greatest value of one column; NaN: there was none.
+// One column of a block. NaN: the first or last row had none, or no row had one.
 struct Extremes {
+  float first;
   float low;
   float high;
+  float last;
   bool low_first;  // the least came before the greatest
 };
 

@@ -9,33 +9,44 @@ namespace loopwarden::page::history {
 
 namespace {
 
-// So long that a whole bucket is empty: then there are never more rows than two for each bucket.
+// So long that a whole bucket is empty: its rows are the gap's.
 constexpr double kGapBuckets = 2.0;
+
+float first(const Extremes& e) { return e.first; }
+float earlier(const Extremes& e) { return e.low_first ? e.low : e.high; }
+float later(const Extremes& e) { return e.low_first ? e.high : e.low; }
+float last(const Extremes& e) { return e.last; }
+float none(const Extremes&) { return std::numeric_limits<float>::quiet_NaN(); }
 
 }  // namespace
 
-void Decimator::put(std::int64_t t_ms, const Block& block, bool second) {
+void Decimator::put(std::int64_t t_ms, const Block& block, Pick pick, bool sample) {
   // Two rows within a millisecond are one on every screen, but both are told.
   if (!curves_.t_ms.empty() && t_ms <= curves_.t_ms.back()) t_ms = curves_.t_ms.back() + 1;
   curves_.t_ms.push_back(t_ms);
   for (std::size_t i = 0; i < kColumns; ++i) {
-    const Extremes& e = block.columns[i];
-    curves_.columns[i].push_back(e.low_first != second ? e.low : e.high);
+    curves_.columns[i].push_back(pick(block.columns[i]));
   }
   curves_.mode.push_back(block.mode);
+  curves_.sample.push_back(sample ? 1 : 0);
 }
 
 void Decimator::put_gap(std::int64_t t_ms) {
-  put(t_ms, Block{}, false);
-  for (auto& column : curves_.columns) column.back() = std::numeric_limits<float>::quiet_NaN();
+  put(t_ms, Block{}, none, false);
   curves_.mode.back() = -1;
 }
 
 void Decimator::flush() {
   if (!bucket_) return;
-  const std::int64_t span_ms = bucket_->last_ms - bucket_->first_ms;
-  put(bucket_->first_ms + span_ms / 4, *bucket_, false);
-  if (bucket_->rows > 1) put(bucket_->first_ms + span_ms * 3 / 4, *bucket_, true);
+  const Block& b = *bucket_;
+  put(b.first_ms, b, first, true);
+  if (b.rows < 2) return;
+  const std::int64_t span_ms = b.last_ms - b.first_ms;
+  if (b.rows > 2) {
+    put(b.first_ms + span_ms / 3, b, earlier, false);
+    put(b.first_ms + span_ms * 2 / 3, b, later, false);
+  }
+  put(b.last_ms, b, last, true);
 }
 
 void Decimator::add(const Block& block) {

@@ -15,11 +15,14 @@ struct Curves {
   std::vector<std::int64_t> t_ms;                    // UTC, rising
   std::array<std::vector<float>, kColumns> columns;  // NaN: none, and all of them at a gap
   std::vector<std::int16_t> mode;                    // -1 at a gap
+  std::vector<std::uint8_t> sample;                  // 1: the row's values were measured together
 };
 
-// From many rows to few so that every spike stays: each bucket gives two rows, which have each column's extremes in their
-// order of time, at a quarter and three quarters of its span. A gap of two buckets' width or more is one row without
-// values.
+// From many rows to few so that the picture is what was: each bucket gives its first row, each column's extremes in their
+// order of time at a third and two thirds of its span, and its last row. A gap of two buckets' width or more is one row
+// without values.
+inline constexpr std::size_t kRowsPerBucket = 4;
+
 class Decimator {
  public:
   // A width of 0: every row as it is, and a row for each gap.
@@ -32,7 +35,8 @@ class Decimator {
 
  private:
   void flush();
-  void put(std::int64_t t_ms, const Block& block, bool second);
+  using Pick = float (*)(const Extremes&);
+  void put(std::int64_t t_ms, const Block& block, Pick pick, bool sample);
   void put_gap(std::int64_t t_ms);
 
   std::int64_t from_ms_;

@@ -114,14 +114,14 @@ Past History::past(const std::filesystem::path& folder, const Stretch& stretch, 
   std::erase_if(parts.tail, [&](const Block& row) {
     return row.first_ms < stretch.from_ms || row.first_ms > stretch.to_ms;
   });
-  points = std::clamp<std::size_t>(points, 2, kMostPoints);
+  points = std::clamp<std::size_t>(points, kRowsPerBucket, kMostPoints);
   if (parts.rows() <= points) {
     past.curves = curves(parts, stretch, 0.0);
     // Gaps have rows of their own.
     if (past.curves.t_ms.size() <= points) return past;
   }
-  past.bucket_ms =
-      static_cast<double>(stretch.to_ms - stretch.from_ms + 1) / static_cast<double>(points / 2);
+  past.bucket_ms = static_cast<double>(stretch.to_ms - stretch.from_ms + 1) /
+                   static_cast<double>(points / kRowsPerBucket);
   past.curves = curves(parts, stretch, *past.bucket_ms);
   return past;
 }

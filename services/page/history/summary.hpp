@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Extremes of a segment's rows, in blocks of two sizes, and a bounded store of them.
+// A segment's rows as ends and extremes, in blocks of two sizes, and a bounded store of them.
 #pragma once
 
 #include <array>

@@ -8,7 +8,7 @@ import {fill, texts} from './texts.js';
 
 const VIEWS = {
   '': () => import('./views/overview.js'), loop: () => import('./views/loop.js'), alarms: () => import('./views/alarms.js'),
-  journal: () => import('./views/journal.js'), reports: () => import('./views/reports.js'),
+  journal: () => import('./views/journal.js'), trends: () => import('./views/trends.js'), reports: () => import('./views/reports.js'),
   system: () => import('./views/system.js'), fleet: () => import('./views/fleet.js'), valve: () => import('./views/valve.js'), login: () => import('./views/login.js'),
 };
 

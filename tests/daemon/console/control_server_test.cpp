@@ -320,6 +320,26 @@ TEST_CASE("who acts on an alarm waits for the disk, and the thread of the socket
   }
 }
 
+TEST_CASE("what corrective action offers is begun at the stiction alarm, and nowhere else") {
+  Bench bench;
+  const auto calm = [&](const char* alarm) {
+    return bench.ask(json{
+        {"request", "alarm"},
+        {"loop", "FIC-101"},
+        {"alarm", alarm},
+        {"action", "calm"},
+        {"reason",
+         "until July"}}.dump());
+  };
+  CHECK(calm("stiction").value("error", "").find("offers nothing") != std::string::npos);
+  bench.board.corrective_state(0, loopwarden::monitor::CorrectiveState::offered);
+  CHECK(calm("backlash").at("ok") == false);
+  CHECK_FALSE(bench.board.take_order(0));
+  CHECK(calm("stiction").at("ok") == true);
+  CHECK(bench.board.take_order(0));
+  CHECK_FALSE(bench.board.take_order(0));
+}
+
 TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the journal has it all") {
   Bench bench;
   bench.board.window_judged(0, {}, {}, stiction_on());

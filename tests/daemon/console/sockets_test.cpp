@@ -13,6 +13,7 @@
 #include <spdlog/spdlog.h>
 
 #include <catch2/catch.hpp>
+#include <fmt/chrono.h>
 
 #include "base/local_socket.hpp"
 #include "tests/daemon/console/console_bench.hpp"
@@ -165,6 +166,36 @@ TEST_CASE("what a fitter found stands in the journal with what was said", "[cons
              Catch::Contains("found is stiction, backlash, air, nothing, other"));
   CHECK_THAT(error_of(bench.ask(R"({"request": "outcome", "loop": "FIC-999", "found": "air"})")),
              Catch::Contains("FIC-999"));
+}
+
+TEST_CASE("a note stands in the journal with who, the time it is about and its words",
+          "[console][sockets]") {
+  Bench bench(kAll);
+  bench.run(1);
+  const std::int64_t about_ms = bench.now_ms - 3'600'000;
+  const json note{{"request", "note"},
+                  {"loop", "FIC-101"},
+                  {"text", "pump changed"},
+                  {"about_ms", about_ms},
+                  {"user", "anna"}};
+  REQUIRE(bench.ask(note.dump(), SocketName::page).at("on_disk") == true);
+  const json line = bench.ask(R"({"request": "journal", "most": 1})").at("lines").at(0);
+  CHECK(line.at("what") == "note");
+  CHECK(line.at("kind") == "operator");
+  CHECK(line.at("loop") == "FIC-101");
+  CHECK(line.at("reason") == "pump changed");
+  CHECK(line.at("peer") == "anna by page (uid 1000)");
+  CHECK(line.at("utc_ms") == bench.now_ms);
+  CHECK(line.at("new") == fmt::format("{:%FT%TZ}", fmt::gmtime(about_ms / 1000)));
+  const auto refused = [&](json change) {
+    json wrong = note;
+    wrong.update(change);
+    return error_of(bench.ask(wrong.dump(), SocketName::page));
+  };
+  CHECK_THAT(refused({{"text", ""}}), Catch::Contains("what is to be noted"));
+  CHECK_THAT(refused({{"text", std::string(201, 'x')}}), Catch::Contains("at most 200 bytes"));
+  CHECK_THAT(refused({{"about_ms", bench.now_ms + 1}}), Catch::Contains("a time that has been"));
+  CHECK_THAT(refused({{"loop", "FIC-999"}}), Catch::Contains("FIC-999"));
 }
 
 TEST_CASE("who asks for what he may not is in the log, which he can't fill", "[console][sockets]") {

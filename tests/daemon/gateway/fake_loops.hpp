@@ -74,6 +74,10 @@ class FakeLoops final : public daemon::gateway::LoopsView {
     vetoes.emplace_back(loop, vetoed);
     return posted();
   }
+  std::uint64_t begin_offered(std::size_t loop, const std::string&) override {
+    begun.push_back(loop);
+    return posted();
+  }
   bool settled(std::uint64_t ticket) override { return ticket <= on_disk; }
   void write_down(daemon::journal::JournalEntry entry) override {
     lines.push_back(std::move(entry));
@@ -89,6 +93,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   std::vector<std::string> acknowledged_by;
   std::vector<loopwarden::monitor::AlarmKind> acknowledged_kinds;  // that the last of them meant
   std::vector<std::pair<std::size_t, bool>> vetoes;
+  std::vector<std::size_t> begun;
   std::uint64_t newest_ticket = 0;
   std::uint64_t on_disk = ~std::uint64_t{0};  // tickets up to this one
   std::function<void()> on_action;            // within each action

@@ -415,8 +415,9 @@ TEST_CASE("one request that writes mode and output is judged by the mode that it
 }
 
 TEST_CASE(
-    "jacket and compensator have registers of their own, in a block that can't be written but for "
-    "model_gap",
+    "jacket and compensator have registers of their own, in a block whose holding registers can't "
+    "be "
+    "written but for model_gap",
     "[gateway][map]") {
   Bench bench;
   record::RecordRow& row = bench.plant.readings[1].row;
@@ -447,7 +448,6 @@ TEST_CASE(
     CHECK(bench.bank.write(Table::holding_register, address, Words{0, 0}, kMaster) ==
           Exception::illegal_address);
   }
-  CHECK(bench.bank.write(Table::coil, 32768 + 3, Words{1}, kMaster) == Exception::illegal_address);
   Words beyond(1);
   CHECK(bench.bank.read(Table::holding_register, 32768 + 64, beyond) == Exception::illegal_address);
   CHECK(bench.bank.read(Table::coil, 32768 + 8, beyond) == Exception::illegal_address);
@@ -545,6 +545,23 @@ TEST_CASE("the veto of a corrective action is a coil that keeps what was written
   CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{0});
   bench.plant.readings[1].watch.veto = loopwarden::monitor::Veto::back;
   CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{1});
+}
+
+TEST_CASE("what corrective action offers is begun by a coil, and what it gains can be read",
+          "[gateway][map]") {
+  Bench bench;
+  const auto calm = [&](std::uint16_t value) {
+    return bench.bank.write(Table::coil, 32768 + 4 + 3, Words{value}, kMaster);
+  };
+  CHECK(calm(0) == Exception::none);
+  CHECK(bench.plant.begun.empty());
+  CHECK(calm(1) == Exception::none);
+  CHECK(bench.plant.begun == std::vector<std::size_t>{1});
+  const auto gain = [&] { return bench.read(Table::holding_register, 32768 + 32 + 28, 2); };
+  CHECK(gain() == Words{0, 0});
+  bench.plant.readings[1].moves =
+      control::MovesState{.phase = control::MovePhase::resting, .gain = 0.237};
+  CHECK(gain() == Words{3, 24});
 }
 
 TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {

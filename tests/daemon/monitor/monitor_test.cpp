@@ -78,6 +78,13 @@ struct Bench {
     monitored.front().corrective = corrective;
     monitored.front().orders = &desk;
     monitored.front().settings_taken = &settings_taken;
+    if (corrective.form == model::CorrectiveForm::planned_moves) {
+      monitored.front().twin = &twin;
+      monitored.front().history_s = 100.0;
+      monitored.front().moves_settings = &moves_settings;
+      monitored.front().moves = &moves;
+      monitored.front().hardware = true;
+    }
     monitor = std::make_unique<Monitor>(monitored, *board);
   }
   RecordRow row(std::size_t loop) {
@@ -146,6 +153,9 @@ struct Bench {
   rt::OrderBox box;
   std::atomic<std::uint8_t> standing{0};
   std::atomic<std::uint32_t> settings_taken{0};
+  plant::LoopModel twin;
+  base::NewestValue<control::PlannedMovesSettings> moves_settings;
+  rt::MovesBoard moves;
   orders::OrderDesk desk{
       box,
       standing,
@@ -635,6 +645,100 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
                            "jacket on: waiting > trying: not taken: the daemon ended before the "
                            "loop's next cycle"});
   }
+}
+
+TEST_CASE("planned moves: from the explained alarm through a shadow to a loop that is calm",
+          "[monitor][corrective]") {
+  Bench bench;
+  const bool on_order = GENERATE(false, true);
+  bench.make_monitor({.enabled = true,
+                      .form = model::CorrectiveForm::planned_moves,
+                      .on_order = on_order,
+                      .max_move = 2.0,
+                      .max_moves_per_hour = 30.0});
+  const auto corrective = [&] { return bench.board->watch(0).corrective; };
+  rt::OrderBox& box = bench.box;
+  rt::Order order;
+  const auto answered = [&](rt::MovesWish wish) {
+    REQUIRE(box.orders.try_pop(order));
+    CHECK(order.moves == wish);
+    CHECK_FALSE(order.jacket);
+    box.answers.try_push({order.number, rt::Refusal::none});
+    bench.monitor->round();
+  };
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(3 * kWindow);
+  CHECK(corrective() == model::CorrectiveState::waiting);
+  CHECK_FALSE(bench.board->begin_offered(0, "anna", "").accepted);
+
+  Explanation e;
+  e.alarm = AlarmKind::stiction;
+  e.raised_ms = e.ended_ms = bench.now_ms;
+  e.effect = "stiction";
+  e.stick = commission::Stick{.s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}};
+  bench.board->explained(0, e);
+  bench.run(kWindow);
+  if (on_order) {
+    CHECK(corrective() == model::CorrectiveState::offered);
+    CHECK_FALSE(box.orders.try_pop(order));
+    CHECK(bench.board->begin_offered(0, "anna", "until the shutdown").accepted);
+    bench.monitor->round();
+  }
+  answered(rt::MovesWish::shadow);
+  CHECK(corrective() == model::CorrectiveState::in_shadow);
+  const control::PlannedMovesSettings settings = bench.moves_settings.newest();
+  CHECK(settings.gain == bench.twin.process.gain);
+  CHECK(settings.s == 0.8);
+  CHECK(settings.s_high == 0.9);
+  CHECK(settings.max_move == 2.0);
+
+  bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
+  bench.run(7 * kWindow);  // 673 s
+  answered(rt::MovesWish::on);
+  CHECK(corrective() == model::CorrectiveState::trying);
+
+  // The windows no longer show the valve: the alarm stays all the same.
+  bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.3});
+  bench.judges[0]->says = {};
+  bench.judges[0]->says.result = GENERATE(model::WindowJudgement::Result::no_fault,
+                                          model::WindowJudgement::Result::not_enough_movement);
+  bench.run(5 * kWindow);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+
+  // Repaired: the stem follows a probe, and windows judge the valve again.
+  bench.moves.publish({.phase = control::MovePhase::given_back,
+                       .reason = control::GivenBack::valve_follows,
+                       .for_good = true});
+  bench.run(1);
+  answered(rt::MovesWish::off);
+  CHECK(corrective() == model::CorrectiveState::waiting);
+  bench.moves.none();
+  bench.judges[0]->says.result = model::WindowJudgement::Result::no_fault;
+  bench.run(3 * kWindow);
+  CHECK_FALSE(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).active());
+  CHECK_FALSE(box.orders.try_pop(order));
+}
+
+TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly",
+          "[monitor][corrective]") {
+  Bench bench;
+  bench.make_monitor({.enabled = true, .form = model::CorrectiveForm::planned_moves});
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(3 * kWindow);
+  Explanation e;
+  e.alarm = AlarmKind::stiction;
+  e.ended_ms = bench.now_ms;
+  e.effect = "stiction";
+  e.stick = commission::Stick{.s = 0.8, .j = 0.3, .s_interval = {0.4, 0.9}, .j_interval = {}};
+  bench.board->explained(0, e);
+  bench.run(kWindow);
+  rt::Order order;
+  REQUIRE(bench.box.orders.try_pop(order));
+  bench.box.answers.try_push({order.number, rt::Refusal::none});
+  bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
+  bench.run(10 * kWindow);
+  CHECK(bench.board->watch(0).corrective == model::CorrectiveState::in_shadow);
+  CHECK_FALSE(bench.box.orders.try_pop(order));
 }
 
 TEST_CASE("what the ring had no room for is counted and breaks the window", "[monitor]") {

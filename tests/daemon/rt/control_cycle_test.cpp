@@ -19,6 +19,7 @@ using daemon::rt::Event;
 using daemon::rt::EventCode;
 using daemon::rt::JacketWish;
 using daemon::rt::LoopSettings;
+using daemon::rt::MovesWish;
 using daemon::rt::Order;
 using daemon::rt::Refusal;
 
@@ -899,6 +900,59 @@ TEST_CASE("the jacket and a compensator never act together") {
   loop.order({.jacket = JacketWish::shadow});
   loop.run(1);
   CHECK(loop.answer() == Refusal::none);
+}
+
+TEST_CASE("planned moves are ordered into shadow, to act and off, and a reload ends them") {
+  auto settings = plain_settings();
+  settings.moves_may_act = true;
+  Loop loop(settings);
+  loop.channels.moves_settings.publish(
+      {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3});
+  const auto state = [&] { return loop.channels.moves.read(); };
+  loop.run(2);
+  CHECK_FALSE(state());
+  loop.order({.moves = MovesWish::shadow});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::none);
+  REQUIRE(state());
+  CHECK(state()->shadow);
+  loop.order({.moves = MovesWish::on});
+  loop.run(1);
+  CHECK(loop.answer() == Refusal::none);
+  REQUIRE(state());
+  CHECK_FALSE(state()->shadow);
+  SECTION("off") {
+    loop.order({.moves = MovesWish::off});
+    loop.run(1);
+    CHECK(loop.answer() == Refusal::none);
+  }
+  SECTION("a reload") {
+    loop.channels.settings.publish({settings, 1});
+    loop.run(1);
+  }
+  CHECK_FALSE(state());
+}
+
+TEST_CASE("planned moves don't act where the file does not allow it, nor beside the jacket") {
+  auto settings = plain_settings();
+  SECTION("not allowed") {
+    Loop loop(settings);
+    loop.order({.moves = MovesWish::shadow});
+    loop.run(1);
+    CHECK(loop.answer() == Refusal::none);
+    loop.order({.moves = MovesWish::on});
+    loop.run(1);
+    CHECK(loop.answer() == Refusal::moves_may_not_act);
+    CHECK(loop.channels.moves.read()->shadow);
+  }
+  SECTION("the jacket acts") {
+    settings.moves_may_act = true;
+    settings.controller.jacket.form = control::JacketForm::bounded;
+    Loop loop(settings);
+    loop.order({.moves = MovesWish::on});
+    loop.run(1);
+    CHECK(loop.answer() == Refusal::jacket_acts);
+  }
 }
 
 TEST_CASE("an uncertain PV counts as bad unless the configuration says otherwise") {

@@ -212,7 +212,8 @@ TEST_CASE("planned moves neither allocate nor lock, whatever they do", "[real_ti
     acted = acted || (loop.step(k * kPeriodNs).flags & record::kCompensatorActs) != 0;
   }
   CHECK(acted);
-  CHECK(loop.channels.moves.read().phase != control::MovePhase::watching);
+  REQUIRE(loop.channels.moves.read());
+  CHECK(loop.channels.moves.read()->phase != control::MovePhase::watching);
   check_no_offence();
 }
 

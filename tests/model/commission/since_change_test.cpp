@@ -57,6 +57,18 @@ TEST_CASE("a fault of the valve is none of the process", "[commission][since]") 
   CHECK(play.closed > 0.8);
 }
 
+TEST_CASE("the size of a fault of the valve has an interval", "[commission][since]") {
+  const auto sticks = named({{{"stiction", {{"s", 0.9}, {"j", 0.4}}}, Block::valve}});
+  REQUIRE(sticks.effects.size() == 1);
+  REQUIRE(sticks.effects[0].spec.name == "stiction");
+  for (const auto& [name, value] : sticks.effects[0].spec.parameters) {
+    const auto& [low, high] = sticks.effects[0].interval.at(name);
+    CHECK(low < value);
+    CHECK(value < high);
+    CHECK(high < 2.0 * low);
+  }
+}
+
 TEST_CASE("two changes at once are both named", "[commission][since]") {
   const auto both = named({{{"gain_change", {{"factor", 0.7}}}, Block::process},
                            {{"stiction", {{"s", 0.9}, {"j", 0.4}}}, Block::valve}});

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/control/loop_controller.hpp"
@@ -247,6 +248,49 @@ TEST_CASE("a shadow changes nothing and says what it would gain", "[control][pla
   CHECK(with.state.phase == MovePhase::resting);
   CHECK(with.state.gain > 0.0);
   CHECK(with.state.gain < 0.5);
+}
+
+TEST_CASE("planned moves that are to act after a shadow go on with what they know",
+          "[control][planned_moves]") {
+  const plant::LoopModel m = loop("choudhury");
+  CompensatorSettings settings = moves();
+  settings.shadow = true;
+  settings.planned.s *= 1.2;
+  plant::Plant plant(m, m.scenario.seed);
+  const double start = plant.output_for(7.0);
+  plant.reset(start);
+  ControllerSettings controller = m.controller;
+  controller.compensator = settings;
+  LoopController c(controller, m.sample_time_s, 7.0, 0.0);
+  c.assume_output(start);
+  c.request_mode(Mode::automatic);
+  c.request_set_point(8.0);
+  double co = start;
+  const auto step = [&] {
+    const ControllerOutput out = c.step({.process_variable = plant.process_variable(),
+                                         .read_back = plant.stem(),
+                                         .read_back_valid = true});
+    plant.step(out.output);
+    return std::exchange(co, out.output);
+  };
+  const auto state = [&] { return c.compensator().planned_moves()->state(); };
+  for (int k = 0; k < 30000; ++k) step();
+  REQUIRE(state().gain > 0.0);
+  const double learnt = state().s;
+  CHECK(learnt == Approx(kS).epsilon(0.1));
+
+  controller.compensator.shadow = false;
+  c.configure(controller);
+  const double before = step();
+  CHECK(co == Approx(before).margin(0.02));
+  CHECK(state().phase == MovePhase::probing);
+  CHECK_FALSE(state().shadow);
+  CHECK(state().s == Approx(learnt));
+  // Other settings begin anew.
+  controller.compensator.planned.load = 0.01;
+  c.configure(controller);
+  step();
+  CHECK(state().phase == MovePhase::watching);
 }
 
 TEST_CASE("units and direction of action change nothing but their numbers",

@@ -2,6 +2,7 @@
 #include "model/monitor/corrective_action.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <string>
 
 namespace corrective_action_test {
@@ -169,6 +170,158 @@ TEST_CASE("a reload begins it anew where it acts, and nowhere else", "[monitor][
   REQUIRE(action.state() == State::given_up);
   CHECK_FALSE(action.reloaded().changed());
   CHECK_FALSE(CorrectiveAction().reloaded().changed());
+}
+
+namespace {
+
+using loopwarden::control::GivenBack;
+using loopwarden::control::MovePhase;
+using loopwarden::control::MovesState;
+
+CorrectiveSettings planned(bool on_order = false) {
+  return {.enabled = true, .form = CorrectiveForm::planned_moves, .on_order = on_order};
+}
+
+MovesState in_shadow(double gain) {
+  return {.phase = MovePhase::resting, .gain = gain, .shadow = true};
+}
+
+MovesState ended(GivenBack reason, bool shadow = false, bool for_good = true) {
+  return {.phase = MovePhase::given_back, .reason = reason, .for_good = for_good, .shadow = shadow};
+}
+
+// In shadow, with a baseline of this RMS.
+CorrectiveAction shadowing(double rms = 10.0, bool may_act = true) {
+  CorrectiveAction action(planned());
+  action.explained(may_act);
+  CHECK(windows(action, 1, errors(rms)).order == Order::shadow);
+  CHECK(action.state() == State::in_shadow);
+  windows(action, kLeastBaseline, errors(rms));
+  return action;
+}
+
+CorrectiveAction calming(double rms = 10.0) {
+  CorrectiveAction action = shadowing(rms);
+  CHECK(action.moves(in_shadow(0.2), kShadow_s).order == Order::on);
+  CHECK(action.calms());
+  return action;
+}
+
+}  // namespace
+
+TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow",
+          "[monitor][corrective]") {
+  CorrectiveAction action(planned());
+  CHECK_FALSE(windows(action, 3 * kWait, errors(10.0), true).changed());
+  action.explained(true);
+  const CorrectiveStep begin = windows(action, 1, errors(10.0));
+  CHECK(begin.order == Order::shadow);
+  CHECK(begin.form == CorrectiveForm::planned_moves);
+  CHECK_FALSE(action.calms());
+  windows(action, 12, errors(10.0, 1.0));
+  CHECK_FALSE(action.moves(in_shadow(0.3), kShadow_s - 1.0).changed());
+  SECTION("it gains: they act") {
+    const CorrectiveStep step = action.moves(in_shadow(0.3), 1.0);
+    CHECK(step.to == State::trying);
+    CHECK(step.order == Order::on);
+    CHECK(step.gain_in_shadow == 0.3);
+    CHECK(step.rms_before == Approx(std::hypot(10.0, 1.0)));
+  }
+  SECTION("it gains nothing") {
+    CHECK(action.moves(in_shadow(0.96), 1.0).to == State::given_up);
+    CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
+    action.explained(true);  // of the same alarm
+    CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
+  }
+  SECTION("what it gains is not known yet") {
+    CHECK_FALSE(action.moves(in_shadow(0.0), 100.0).changed());
+    CHECK(action.moves(in_shadow(0.3), 100.0).order == Order::on);
+  }
+  SECTION("given back in shadow") {
+    CHECK_FALSE(action.moves(ended(GivenBack::stem_stands, true, false), 1.0).changed());
+    const CorrectiveStep step = action.moves(ended(GivenBack::no_gain, true), 1.0);
+    CHECK(step.to == State::given_up);
+    CHECK(step.order == Order::back);
+  }
+  SECTION("a set point that always moves is no baseline") {
+    CorrectiveAction moving(planned());
+    moving.explained(true);
+    windows(moving, 20, errors(10.0, 0.0, 5.0));
+    CHECK_FALSE(moving.moves(in_shadow(0.3), 2.0 * kShadow_s).changed());
+  }
+}
+
+TEST_CASE("planned moves that know the valve too roughly stay in shadow", "[monitor][corrective]") {
+  CorrectiveAction action = shadowing(10.0, false);
+  CHECK_FALSE(action.moves(in_shadow(0.2), 10.0 * kShadow_s).changed());
+  CHECK(action.state() == State::in_shadow);
+}
+
+TEST_CASE("planned moves that are only offered begin by a person's order",
+          "[monitor][corrective]") {
+  CorrectiveAction action(planned(true));
+  CHECK_FALSE(action.ordered().changed());
+  action.explained(true);
+  const CorrectiveStep offered = windows(action, 1, errors(10.0));
+  CHECK(offered.to == State::offered);
+  CHECK(offered.order == Order::none);
+  CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
+  SECTION("ordered") {
+    CHECK(action.ordered().order == Order::shadow);
+    CHECK_FALSE(action.ordered().changed());
+    // Begun anew after manual without another order: it was for this alarm.
+    CHECK(action.interrupted(false).order == Order::back);
+    CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
+  }
+  SECTION("the alarm went") {
+    CHECK(action.window(errors(1.0), false, false).to == State::waiting);
+    CHECK_FALSE(action.ordered().changed());
+    CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
+  }
+}
+
+TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
+          "[monitor][corrective]") {
+  CorrectiveAction action = calming(10.0);
+  SECTION("RMS fell; what stays of the error is within it") {
+    const CorrectiveStep step = windows(action, kDecision, errors(1.0, 4.0));
+    CHECK(step.to == State::helping);
+    CHECK(step.rms_after == Approx(std::hypot(1.0, 4.0)));
+  }
+  SECTION("RMS did not fall") {
+    CHECK(windows(action, kDecision, errors(9.6)).order == Order::back);
+    CHECK(action.state() == State::given_up);
+  }
+  SECTION("repaired: not again before another alarm is explained") {
+    windows(action, kDecision, errors(1.0));
+    const CorrectiveStep step = action.moves(ended(GivenBack::valve_follows), 1.0);
+    CHECK(step.order == Order::back);
+    CHECK(step.to == State::waiting);
+    CHECK_FALSE(windows(action, 20, errors(1.0)).changed());
+    action.explained(true);
+    CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
+  }
+  SECTION("given back") {
+    CHECK_FALSE(action.moves(ended(GivenBack::read_back_lost, false, false), 1.0).changed());
+    CHECK(action.moves(ended(GivenBack::no_gain), 1.0).to == State::given_up);
+  }
+  SECTION("what the shadow did before is of no account") {
+    CHECK_FALSE(action.moves(ended(GivenBack::no_gain, true), 1.0).changed());
+  }
+  SECTION("vetoed, and the veto lifted: the valve is still known") {
+    CHECK(action.veto(Veto::back).order == Order::back);
+    CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
+    action.veto(Veto::none);
+    CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
+  }
+  SECTION("a reload") {
+    CHECK(action.reloaded().order == Order::back);
+    CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
+  }
+  SECTION("refused") {
+    CHECK(action.refused().to == State::given_up);
+    CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
+  }
 }
 
 }  // namespace corrective_action_test

@@ -330,10 +330,10 @@ TEST_CASE("alarms, shelves, vetoes and evidence", "[edge]") {
   const Command command = read_command(
       {wanted("acknowledge_low_air_supply", true), wanted("reset_stiction", true),
        wanted("shelve_unknown", std::uint64_t{30}), wanted("shelve_stiction", std::uint64_t{0}),
-       wanted("veto_corrective_action", false),
+       wanted("veto_corrective_action", false), wanted("calm_stiction", true),
        wanted("request/evidence", std::string("stiction"))},
       true);
-  REQUIRE(command.orders.size() == 5);
+  REQUIRE(command.orders.size() == 6);
   CHECK(request_of(command.orders[0]) ==
         json{{"request", "alarm"}, {"alarm", "low_air_supply"}, {"action", "acknowledge"}});
   CHECK(request_of(command.orders[1]) ==
@@ -343,6 +343,8 @@ TEST_CASE("alarms, shelves, vetoes and evidence", "[edge]") {
   CHECK(request_of(command.orders[3]) ==
         json{{"request", "alarm"}, {"alarm", "stiction"}, {"action", "unshelve"}});
   CHECK(request_of(command.orders[4]) == json{{"request", "veto"}, {"veto", false}});
+  CHECK(request_of(command.orders[5]) ==
+        json{{"request", "alarm"}, {"alarm", "stiction"}, {"action", "calm"}});
   CHECK(command.evidence == std::vector<std::string>{"stiction"});
 }
 

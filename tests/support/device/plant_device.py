@@ -201,7 +201,8 @@ class Server:
 async def run_plant(args, device):
     plant = await asyncio.create_subprocess_exec(
         "/usr/bin/python3", f"{HERE}/plant_process.py", "--speed", str(args.speed),
-        "--start", str(args.start), stdin=asyncio.subprocess.PIPE,
+        "--start", str(args.start), "--stick", str(args.stick), "--jump", str(args.jump),
+        "--load", str(args.load), "--seed", str(args.seed), stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE)
     while line := await plant.stdout.readline():
         pv, stem = line.split()
@@ -253,6 +254,9 @@ async def main():
     parser.add_argument("--fail-safe", type=float, default=0.0, help="CO units")
     parser.add_argument("--start", type=float, default=0.0, help="CO units")
     parser.add_argument("--speed", type=float, default=1.0, help="plant seconds per second")
+    for name in ("stick", "jump", "load"):
+        parser.add_argument(f"--{name}", type=float, default=0.0, help="of plant_process.py")
+    parser.add_argument("--seed", type=int, default=1, help="of the load")
     args = parser.parse_args()
 
     logging.getLogger("pymodbus").setLevel(logging.CRITICAL)

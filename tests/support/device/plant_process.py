@@ -3,12 +3,16 @@
 """A flow loop's valve and process in a process of its own, for the test device.
 
 Reads the valve's command, one number a line, from standard input; writes "PV STEM" lines to
-standard output every period. Valve: first-order lag. Process: gain, first-order lag, dead time.
+standard output every period. Valve: stiction (He 2007: it bears (S + J)/2 and slips until (S - J)/2 is
+left), then a first-order lag. Process: gain, first-order lag, dead time; the load is a random walk that
+forgets in 300 s.
 """
 
 import argparse
 import collections
+import math
 import os
+import random
 import select
 import sys
 import time
@@ -20,13 +24,19 @@ def main():
     parser.add_argument("--time-constant", type=float, default=1.69376, help="s")
     parser.add_argument("--dead-time", type=float, default=2.6256, help="s")
     parser.add_argument("--stem-lag", type=float, default=0.1, help="s")
+    parser.add_argument("--stick", type=float, default=0.0, help="S, CO units; 0: it does not stick")
+    parser.add_argument("--jump", type=float, default=0.0, help="J, CO units")
+    parser.add_argument("--load", type=float, default=0.0, help="PV units/sqrt(s) of the plant")
+    parser.add_argument("--seed", type=int, default=1, help="of the load")
     parser.add_argument("--speed", type=float, default=1.0, help="plant seconds per second")
     parser.add_argument("--start", type=float, default=0.0, help="CO at which it is at rest")
     args = parser.parse_args()
 
     period = 0.01
     step = period * args.speed
-    stem = command = args.start
+    bears, left = (args.stick + args.jump) / 2, (args.stick - args.jump) / 2
+    chance, load = random.Random(args.seed), 0.0
+    stem = goes_to = command = args.start
     pv = args.gain * stem
     on_the_way = collections.deque([stem] * max(1, round(args.dead_time / step)))
     pending = b""
@@ -44,10 +54,13 @@ def main():
             *lines, pending = (pending + received).split(b"\n")
             if lines:
                 command = float(lines[-1])
-        stem += (command - stem) * min(1.0, step / args.stem_lag)
+        if abs(command - goes_to) > bears:
+            goes_to = command - math.copysign(left, command - goes_to)
+        stem += (goes_to - stem) * min(1.0, step / args.stem_lag)
         on_the_way.append(stem)
         pv += (args.gain * on_the_way.popleft() - pv) * min(1.0, step / args.time_constant)
-        sys.stdout.write(f"{pv:.9g} {stem:.9g}\n")
+        load += -load * step / 300.0 + args.load * math.sqrt(step) * chance.gauss(0.0, 1.0)
+        sys.stdout.write(f"{pv + load:.9g} {stem:.9g}\n")
         sys.stdout.flush()
 
 

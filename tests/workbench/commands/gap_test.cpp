@@ -212,7 +212,23 @@ TEST_CASE("a measured limit cycle is named without a model", "[gap][program][lon
   CHECK(answer["effects"][0]["name"] == "stiction");
   CHECK(answer["effects"][0]["parameters"]["s"] > 4.5);
   CHECK(answer["effects"][0]["parameters"]["s"] < 7.0);
+  CHECK(answer["effects"][0]["interval"]["s"][0] > 4.0);
+  CHECK(answer["effects"][0]["interval"]["s"][1] < 8.0);
   CHECK(closed(answer["gap"]) > 0.7);
+}
+
+TEST_CASE("the level of PV is the record's where the process was identified from it",
+          "[gap][program][long]") {
+  // A temperature around 318 whose process is known by its changes alone.
+  const fs::path record = fs::path(LOOPWARDEN_SOURCE_DIR) / "data/measured/rse_1704_tcv701.csv";
+  const TemporaryFolder folder;
+  const ShellOutcome outcome =
+      loopwarden("gap " + record.string() + " --out " + (folder / "found").string());
+  INFO(outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  const nlohmann::json answer = nlohmann::json::parse(read_file(folder / "found/gap.json"));
+  CHECK(answer["gap"]["before"]["rmse"] < 2.0);
+  for (const nlohmann::json& effect : answer["effects"]) CHECK(effect["name"] != "output_bias");
 }
 
 TEST_CASE("a measured valve that sticks beside a load is named first", "[gap][program][long]") {

@@ -73,7 +73,8 @@ function frame(ctx, {left, top, width, height}, x, y, units) {
   ctx.fillText(units[1], left, top - 3);
 }
 
-// PV over CO of a stretch, older parts paler: a sticking valve draws a parallelogram, a healthy one a line.
+// PV over CO of a stretch, older parts paler: a sticking valve draws a parallelogram, a healthy one a line. Extremes, which were not at
+// the same time, are no points of it.
 export function drawPhase(canvas, history, [from_ms, to_ms], ranges, units) {
   const width = canvas.parentNode.clientWidth, height = Math.min(320, Math.max(220, width * 0.62));
   canvas.style.height = `${height}px`;
@@ -82,7 +83,7 @@ export function drawPhase(canvas, history, [from_ms, to_ms], ranges, units) {
   frame(ctx, area, x, y, units);
   const rows = [];
   for (let i = 0; i < history.t.length; ++i) {
-    if (history.t[i] >= from_ms && history.t[i] <= to_ms) rows.push(i);
+    if (history.t[i] >= from_ms && history.t[i] <= to_ms && (history.sample?.[i] !== 0 || history.co[i] === null)) rows.push(i);
   }
   ctx.strokeStyle = colour('measured');
   ctx.lineWidth = 1.2;

@@ -16,8 +16,8 @@ export const CONDITIONS = ['control_performance', 'valve', 'actuator', 'position
 export const FLAGS = {at_low: 1, at_high: 2, rate_limited: 4, late_cycle: 8, jacket_acts: 16, output_lost: 32,
   compensator_acts: 64};
 
-// A code that a newer daemon has and this page does not is `other`, never what is normal.
-export const named = (names, code) => names[code ?? 0] ?? 'other';
+// A code that a newer daemon has and this page does not is `other`, one that is not there `not_known`: never what is normal.
+export const named = (names, code) => (typeof code === 'number' ? names[code] ?? 'other' : 'not_known');
 
 // hal::Quality has the numbers of the OPC quality byte.
 export function quality(code) {
@@ -28,7 +28,7 @@ export function quality(code) {
 const WAITS = new Set(['unacknowledged', 'returned_unacknowledged', 'latched_unacknowledged']);
 export const waits = (state) => WAITS.has(state);
 // What an operator sees: a suppressed alarm is one that could not come.
-export const shown = (state) => state !== 'normal' && state !== 'suppressed';
+export const shown = (state) => state !== 'normal' && state !== 'suppressed' && state !== 'not_known';
 
 const ACTIONS = {
   unacknowledged: ['acknowledge', 'shelve'],

@@ -12,6 +12,15 @@ export function decimalsFor(range) {
   return Math.min(6, Math.max(0, 3 - Math.ceil(Math.log10(span) - 1e-9)));
 }
 
+// Decimals that show each mark of an axis as it is: 0.25 has two.
+export function decimalsOfStep(step) {
+  for (let decimals = 0; decimals < 6; ++decimals) {
+    const scaled = step * 10 ** decimals;
+    if (Math.abs(scaled - Math.round(scaled)) < 1e-6 * scaled) return decimals;
+  }
+  return 6;
+}
+
 export function fixed(value, decimals) {
   if (typeof value !== 'number' || !Number.isFinite(value)) return NONE;
   const text = value.toFixed(decimals);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stretches of a loop's history as the server gives them: columns over `t` (UTC, ms). Pure.
 
-export const COLUMNS = ['pv', 'sp', 'co', 'stem', 'mode'];
+// `sample`: 1 where a row's values were measured together, 0 where they are extremes of a stretch.
+export const COLUMNS = ['pv', 'sp', 'co', 'stem', 'mode', 'sample'];
 
 function first(times, at) { // place of the first time that is not before `at`
   let a = 0, b = times.length;

@@ -125,7 +125,8 @@ export class Live extends EventTarget {
     this.#asked = performance.now();
     try {
       const describe = await get('/api/describe');
-      if (describe.up === false && this.describe) return;
+      // Of a daemon that was never heard of nothing is known, not that it has no loops.
+      if (describe.up === false && (this.describe || !describe.loops?.length)) return;
       const same = JSON.stringify(describe.loops?.map((l) => l.tag)) === JSON.stringify(this.describe?.loops?.map((l) => l.tag));
       this.describe = {...describe, loops: describe.loops ?? []};
       if (!same) {

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // What stays on every view: the head with alarms, clock and user, the way to the views, the word that values are old.
+import {BellButton} from './bell_button.js';
 import {actions} from './dialog.js';
 import {waits} from './codes.js';
 import {el, icon, setAttribute, setText} from './dom.js';
 import {WallClock, duration} from './format.js';
-import {linesOf} from './incidents.js';
+import {linesOf, partOf} from './incidents.js';
 import {live} from './live.js';
 import {remember} from './memory.js';
 import {readColours} from './spark.js';
+import {tabIcon, tabTitle} from './tab.js';
 import {changeName, fill, texts} from '../texts.js';
 
-const VIEWS = [['', 'overview'], ['alarms', 'alarms'], ['journal', 'journal'], ['reports', 'reports'], ['system', 'system'], ['fleet', 'fleet']];
+const VIEWS = [['', 'overview'], ['alarms', 'alarms'], ['trends', 'trends'], ['journal', 'journal'], ['reports', 'reports'], ['system', 'system'], ['fleet', 'fleet']];
+
+const keyOf = (line) => `${line.loop}\n${line.incident?.id ?? line.name}\n${line.raised_ms}`;
 
 let clock = new WallClock('UTC');
 export const wall = () => clock;
@@ -19,8 +23,10 @@ export class Shell {
   #links = new Map();
   #known = null; // alarms that have been told
   #title = texts.brand;
+  #calls = []; // alarms that wait
 
   constructor(root) {
+    this.bell = new BellButton((ms) => clock.time(ms).slice(0, 5));
     document.documentElement.lang = texts.language;
     this.main = el('main', {id: 'content', tabindex: -1});
     this.status = el('div', {class: 'unseen', role: 'status', 'aria-live': 'polite'});
@@ -29,7 +35,7 @@ export class Shell {
     this.bannerAge = el('span', {class: 'age', 'aria-hidden': 'true'});
     root.append(
       el('a', {class: 'skip', href: '#content', click: (event) => { event.preventDefault(); this.main.focus(); }}, texts.skip),
-      this.#head(), this.#nav(), this.banner, this.main, this.status);
+      this.#head(), this.#nav(), this.banner, this.bell.question, this.main, this.status);
     actions.say = (text) => this.say(text);
     readColours();
     live.addEventListener('stale', () => this.#stale());
@@ -52,7 +58,7 @@ export class Shell {
     this.user = el('span', {class: 'user'});
     return el('header', {class: 'head'},
       el('a', {class: 'brand', href: '#/'}, icon('valve'), el('span', {}, texts.brand)), this.host, this.note, this.link,
-      el('span', {class: 'stretch'}), this.summary,
+      el('span', {class: 'stretch'}), this.summary, this.bell.node,
       el('span', {class: 'now'}, this.clock, this.zone), this.#theme(), this.user);
   }
 
@@ -92,8 +98,9 @@ export class Shell {
 
   title(text) {
     this.#title = text;
-    const n = linesOf(live.alarms, live.incidents).filter((line) => waits(line.state)).length; // of alarms that are not known: none
-    document.title = `${n ? `(${n}) ` : ''}${text} – ${texts.brand}`;
+    const n = this.#calls.length, icon = tabIcon(n, this.#calls.some(({grave}) => grave === 'high') ? 'high' : 'low', Boolean(live.stale));
+    document.title = tabTitle(text, n, Boolean(live.stale));
+    setAttribute(document.querySelector('link[rel=icon]'), 'href', icon);
   }
 
   // For a screen reader, and sparingly.
@@ -142,7 +149,8 @@ export class Shell {
 
   #box() {
     const parts = [];
-    if (live.describe?.loops.some((loop) => loop.simulated)) parts.push(texts.simulated);
+    const loops = live.describe?.loops ?? [], n = loops.filter((loop) => loop.simulated).length;
+    if (n) parts.push(n === loops.length ? texts.simulated : fill(texts.simulatedSome, {n, all: loops.length}));
     if ((live.describe?.accelerate ?? 1) !== 1) parts.push(fill(texts.accelerated, {factor: live.describe.accelerate}));
     this.note.hidden = !parts.length;
     setText(this.note, parts.join(', '));
@@ -154,6 +162,7 @@ export class Shell {
     setText(this.zoneName, clock.zone);
     setText(this.zoneOffset, clock.offsetText(now));
     this.zone.title = fill(texts.head.zone, {zone: clock.zone, offset: clock.offsetText(now)});
+    this.#ring();
     if (live.stale) setText(this.bannerAge, fill(texts.stale.for, {long: duration(Math.max(0, Math.round((now - live.stale.since_ms) / 1000)))}));
   }
 
@@ -162,6 +171,7 @@ export class Shell {
     this.#signs();
     document.body.classList.toggle('stale', Boolean(stale));
     setText(this.link.lastChild, stale ? texts.head.old : texts.head.live);
+    this.#alarms();
     this.banner.hidden = !stale;
     if (!stale) {
       this.banner.replaceChildren();
@@ -178,20 +188,29 @@ export class Shell {
     this.#signs();
     const lines = linesOf(live.alarms, live.incidents);
     const wait = lines.filter((line) => waits(line.state)), active = lines.filter((line) => line.active && line.state !== 'shelved');
-    const parts = [wait.length ? fill(texts.head.alarmsWait, {n: wait.length}) : null, active.length ? fill(texts.head.alarmsActive, {n: active.length}) : null];
     // In the shape and colour of the gravest that waits, else of the gravest that is on.
-    const grave = (wait.length ? wait : active).some((line) => line.grave(live.describe?.alarms?.severe_percent ?? 5) === 'high') ? 'high' : 'low';
-    this.summary.replaceChildren(icon(wait.length || active.length ? grave : 'ok'),
-      el('span', {}, parts.filter(Boolean).join(', ') || texts.head.alarmsNone));
+    const severe = live.describe?.alarms?.severe_percent ?? 5, grave = (wait.length ? wait : active).some((line) => line.grave(severe) === 'high') ? 'high' : 'low';
+    const parts = [wait.length ? fill(texts.head.alarmsWait, {n: wait.length}) : null, active.length ? fill(texts.head.alarmsActive, {n: active.length}) : null].filter(Boolean).join(', ');
+    const old = parts ? fill(texts.head.alarmsLast, {alarms: parts}) : texts.head.alarmsOld;
+    this.summary.replaceChildren(icon(live.stale ? 'bad' : parts ? grave : 'ok'), el('span', {}, live.stale ? old : parts || texts.head.alarmsNone));
     this.summary.className = `summary ${wait.length ? `waits ${grave}` : active.length ? 'active' : ''}`.trim();
     this.badge.className = `badge ${grave}`;
     this.badge.hidden = !wait.length;
     setText(this.badge, String(wait.length));
+    this.#calls = wait.map((line) => ({key: keyOf(line), grave: line.grave(severe), title: `${line.loop}: ${changeName(line.name)}`, body: clock.dateTime(line.raised_ms),
+      href: `#/alarms/${encodeURIComponent(line.loop)}/${encodeURIComponent(partOf(line))}`}));
     this.title(this.#title);
-    const keys = new Map(wait.map((line) => [`${line.loop}\n${line.incident?.id ?? line.name}\n${line.raised_ms}`, line]));
+    this.#ring();
+    const keys = new Map(wait.map((line) => [keyOf(line), line]));
     const fresh = this.#known ? [...keys].filter(([key]) => !this.#known.has(key)).map(([, line]) => line) : [];
     this.#known = live.alarmsKnown ? new Set(keys.keys()) : null;
     if (fresh.length === 1) this.say(fill(texts.announce.alarm, {loop: fresh[0].loop, alarm: changeName(fresh[0].name)}));
     else if (fresh.length) this.say(fill(texts.announce.alarms, {n: fresh.length}));
+  }
+
+  // That nothing is heard of the box is called out as an alarm is.
+  #ring() {
+    const {stale, session} = live, silent = stale ? [{key: `stale ${stale.since_ms}`, grave: 'high', title: texts.stale.title, body: clock.dateTime(stale.since_ms), href: '#/system'}] : [];
+    this.bell.update(live.alarmsKnown || stale ? this.#calls.concat(silent) : null, Boolean(session) && session.box !== false && !session.must_login);
   }
 }

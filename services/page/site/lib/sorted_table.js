@@ -6,7 +6,7 @@ import {sorted} from './fleet.js';
 export class SortedTable {
   // columns: [{key, head, class, row (is the row's head), value(row), cell(row), falls (begins with the greatest)}];
   // a column without `value` does not sort. keyOf(row): the same row in the next answer.
-  constructor(label, columns, keyOf, sort, attributes = {class: 'lines'}) {
+  constructor(label, columns, keyOf, sort, attributes = {class: 'lines as-cards'}) {
     Object.assign(this, {columns, keyOf, sort, falls: columns.find((column) => column.key === sort)?.falls ?? false, rows: []});
     this.heads = columns.map((column) => this.#head(column));
     this.body = el('tbody', {role: 'rowgroup'});
@@ -41,6 +41,6 @@ export class SortedTable {
 
   #row(row) {
     return el('tr', {role: 'row', 'data-key': this.keyOf(row)}, this.columns.map((column) =>
-      el(column.row ? 'th' : 'td', {class: column.class, scope: column.row ? 'row' : null, role: column.row ? 'rowheader' : 'cell'}, ...[column.cell(row) ?? ''].flat())));
+      el(column.row ? 'th' : 'td', {class: column.class, scope: column.row ? 'row' : null, role: column.row ? 'rowheader' : 'cell', 'data-head': column.head}, ...[column.cell(row) ?? ''].flat())));
   }
 }

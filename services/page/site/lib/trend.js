@@ -2,7 +2,7 @@
 // Curves over time in one or more panes with one span and one cursor, drawn by uPlot.
 import {actions} from './dialog.js';
 import {el, icon, setText, svg} from './dom.js';
-import {NONE, decimalsFor, fixed} from './format.js';
+import {NONE, decimalsFor, decimalsOfStep, fixed} from './format.js';
 import {extent, kept, nearest, scaleOf, timeMarks} from './history.js';
 
 const FONT = '12px system-ui, sans-serif';
@@ -29,7 +29,7 @@ export class Trend {
   // panes: [{label, unit, range, high, curves: [{key, name, ink, dash}]}]; x: {clock} for UTC ms on a wall clock,
   // {unit} for seconds. onSpan([from, to]): the reader wants another span. keys: id of the text on keys.
   constructor(uPlot, box, {panes, x, onSpan, onCursor, keys, limits = () => null, least = 1000}) {
-    Object.assign(this, {uPlot, box, panes, x, onSpan, onCursor, limits, least, bands: [], laneCount: 0, data: {t: []}, span: [0, 1], at: null});
+    Object.assign(this, {uPlot, box, panes, x, onSpan, onCursor, limits, least, bands: [], notes: [], laneCount: 0, data: {t: []}, span: [0, 1], at: null});
     this.plots = panes.map((pane, i) => this.#pane(pane, i, keys));
     this.observer = new ResizeObserver(() => this.#resize());
     this.observer.observe(box);
@@ -69,7 +69,7 @@ export class Trend {
         dash: curve.dash, points: {show: false}, spanGaps: false}))],
       hooks: {
         drawClear: [(u) => this.#tint(u)],
-        draw: [(u) => { if (number === 0) this.#lanes(u); }],
+        draw: [(u) => { if (number === 0) this.#lanes(u); this.#flags(u); }],
         setCursor: [(u) => this.#follow(u)],
         setSelect: [(u) => this.#selected(u)],
       },
@@ -88,8 +88,7 @@ export class Trend {
     return scaleOf(extent(this.data, pane.curves.map((curve) => curve.key), ...this.span), pane.range);
   }
   #decimals(splits) {
-    const step = splits.length > 1 ? Math.abs(splits[1] - splits[0]) : 1;
-    return Math.min(6, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+    return decimalsOfStep(splits.length > 1 ? Math.abs(splits[1] - splits[0]) : 1);
   }
 
   // --- the axis of time ---
@@ -153,6 +152,27 @@ export class Trend {
     ctx.restore();
   }
 
+  // A note is a stroke with its number at its foot.
+  #flags(u) {
+    const {ctx, bbox} = u, dots = devicePixelRatio, [from, to] = this.span;
+    ctx.save();
+    ctx.strokeStyle = colour('accent');
+    ctx.fillStyle = colour('accent');
+    ctx.font = `600 ${11 * dots}px system-ui, sans-serif`;
+    ctx.lineWidth = dots;
+    ctx.setLineDash([2 * dots, 3 * dots]);
+    for (const {at_ms, number} of this.notes) {
+      if (at_ms < from || at_ms > to) continue;
+      const x = Math.round(u.valToPos(at_ms, 'x', true));
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+      ctx.fillText(String(number), x + 3 * dots, bbox.top + bbox.height - 4 * dots);
+    }
+    ctx.restore();
+  }
+
   // --- the cursor ---
   #follow(u) {
     if (this.following) return;
@@ -188,9 +208,11 @@ export class Trend {
     const values = this.plots.flatMap(({heads}) => heads.map(({curve, value}) => `${curve.name} ${value.textContent}`));
     actions.say([this.time.textContent, ...values].join(', '));
   }
-  // A decimated row may lack a column that its neighbour has.
+  // A decimated row may lack a column that its neighbour has; where loops share the axis most rows are another's.
   #near(column, row) {
-    return column?.[row] ?? column?.[row - 1] ?? null;
+    let at = row;
+    while (at > 0 && column?.[at] === undefined) --at;
+    return column?.[at] ?? column?.[at - 1] ?? null;
   }
 
   // --- what the reader does ---
@@ -278,10 +300,8 @@ export class Trend {
   }
 
   // --- what is shown ---
-  show(data, span, bands = this.bands) {
-    this.data = data;
-    this.span = span;
-    this.bands = bands;
+  show(data, span, bands = this.bands, notes = this.notes) {
+    Object.assign(this, {data, span, bands, notes});
     this.laneCount = bands.reduce((most, band) => Math.max(most, band.lane + 1), 0);
     for (const {u, pane} of this.plots) {
       u.batch(() => {

@@ -3,9 +3,10 @@
 import {actions, ask, field} from '../lib/dialog.js';
 import {decimalsFor, fixed} from '../lib/format.js';
 import {el, facts, unit} from '../lib/dom.js';
-import {get, loopPath, post} from '../lib/api.js';
+import {get, loopPath, post, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {MODES} from '../lib/codes.js';
+import {wall} from '../lib/shell.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.acting;
@@ -71,11 +72,23 @@ export async function order(loop, what) {
   });
 }
 
+// Who set what is in force, by the journal's newest line of it; null: it does not say.
+async function authorOf(tag, what) {
+  try {
+    const {lines} = await get(`/api/journal${query({loop: tag, most: 50})}`);
+    return lines.find((line) => line.what.replaceAll(' ', '_') === what && line.result === 'done') ?? null;
+  } catch {
+    return null;
+  }
+}
+
+// The value in force, who set it, and the one that was asked for.
 function confirm(loop, q, value) {
-  const old = el('span', {}, shownValue(q, q.now));
+  const old = el('span', {}, shownValue(q, q.now)), author = el('span', {}), rows = facts([[t.tag, loop.tag], [t.what, q.name], [t.now, old], [t.author, author], [t.yours, el('strong', {}, shownValue(q, value))]]);
+  author.closest('.facts > div').hidden = true;
   ask({
     title: t.confirmTitle, grave: true, label: fill(t.apply, {tag: loop.tag, value: shownValue(q, value)}),
-    body: [el('p', {}, t.confirm), facts([[t.tag, loop.tag], [t.what, q.name], [t.old, old], [t.new, el('strong', {}, shownValue(q, value))]])],
+    body: [el('p', {}, t.confirm), rows],
     accept: async () => {
       let answer;
       try {
@@ -85,6 +98,9 @@ function confirm(loop, q, value) {
         // The operator decides anew, on the value that is in force now.
         q.now = error.body.now;
         old.textContent = shownValue(q, q.now);
+        const line = await authorOf(loop.tag, q.what);
+        author.textContent = line ? fill(t.setBy, {who: line.peer || texts.journal.daemon, time: wall().dateTime(line.utc_ms)}) : texts.notKnown;
+        author.closest('.facts > div').hidden = false;
         throw new Error(fill(t.conflict, {value: shownValue(q, q.now)}));
       }
       if (answer.state === 'refused') throw new Error(fill(t.refused, {why: answer.why}));

@@ -14,7 +14,8 @@ import {acknowledgeIncident, act, operator} from './acting.js';
 import {changeOf} from './journal.js';
 import {explanationPart} from './loop_parts.js';
 import {reportOf} from './reports.js';
-import {signOf} from './overview.js';
+import {askNote, fetchNotes, mayNote, showNotes} from '../lib/trend_notes.js';
+import {signOf} from '../lib/state.js';
 import {changeName as nameOf, fill, texts} from '../texts.js';
 
 const t = texts.alarm;
@@ -31,14 +32,21 @@ function stateCell(state, grave) {
 // Of an incident, also where the alarms have its name: an operator may look at each.
 const raisedBy = (line) => el('small', {class: 'raised-by'}, fill(t.raisedBy, {alarms: line.alarms.map((alarm) => nameOf(alarm.alarm)).join(', ')}));
 
+// Of a line that waits, for whoever may: no other view has to be opened first.
+function acknowledgeButton(line) {
+  if (!mayAct() || !waits(line.state)) return '';
+  const name = nameOf(line.name), press = () => (line.incident ? acknowledgeIncident(line.incident, name) : act(line.loop, line.alarm.alarm, 'acknowledge'));
+  return el('button', {type: 'button', 'aria-label': `${t.acknowledge}: ${line.loop}, ${name}`, click: press}, t.acknowledge);
+}
+
 function listOf(chosen) {
   const lines = arrangedAlarms(linesOf(live.alarms, live.incidents));
-  if (!lines.length) return el('p', {class: 'nothing'}, t.nothing);
-  const columns = [{head: t.state}, {head: t.alarm, row: true}, {head: t.loop}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}];
-  const node = table(t.caption, columns, lines.map((line) => [[stateCell(line.state, line.grave(severe())), el('small', {}, texts.priority[line.grave(severe())])],
-    el('span', {}, el('a', {href: hrefOf(line.loop, partOf(line)), class: 'choose'}, nameOf(line.name)), line.firstOut ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null,
+  if (!lines.length) return el('p', {class: 'nothing'}, live.stale ? texts.notKnownNow : live.alarmsKnown ? t.nothing : texts.loading);
+  const columns = [{head: t.state}, {head: t.loop}, {head: t.alarm, row: true}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}];
+  const node = table(t.caption, columns, lines.map((line) => [[stateCell(line.state, line.grave(severe())), el('small', {}, texts.priority[line.grave(severe())]), acknowledgeButton(line)],
+    el('a', {href: `#/loop/${encodeURIComponent(line.loop)}`}, line.loop), el('span', {}, el('a', {href: hrefOf(line.loop, partOf(line)), class: 'choose'}, nameOf(line.name)), line.firstOut ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null,
       line.alarms.length > 1 || line.alarms[0].alarm !== line.name ? raisedBy(line) : null),
-    el('a', {href: `#/loop/${encodeURIComponent(line.loop)}`}, line.loop), sizeText(line.size), wall().dateTime(line.raised_ms)]), {captionHidden: true, class: 'lines as-cards alarms'});
+    typeof line.size === 'number' ? sizeText(line.size) : '', wall().dateTime(line.raised_ms)]), {captionHidden: true, class: 'lines as-cards alarms'});
   node.querySelectorAll('tbody tr').forEach((row, i) => {
     const line = lines[i], is = line.loop === chosen?.loop && (partOf(line) === chosen?.alarm || line.alarms.some((alarm) => alarm.alarm === chosen?.alarm));
     row.classList.toggle('chosen', is);
@@ -98,7 +106,10 @@ class IncidentDetail {
     this.guide = el('div', {});
     this.why = el('div', {});
     this.alarms = el('div', {});
-    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.alarms);
+    this.noted = el('div', {});
+    const note = el('button', {type: 'button', click: () => askNote(chosen.loop, live.overview?.now_ms ?? Date.now(), () => this.load())}, `${texts.notes.title} …`);
+    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.alarms,
+      el('h3', {}, texts.notes.plural), this.noted, mayNote() ? note : null);
   }
 
   async load() {
@@ -111,8 +122,9 @@ class IncidentDetail {
       const line = linesOf(live.alarms, live.incidents).find((one) => one.incident && one.loop === loop);
       // Where the explanation has found another cause than the alarms say, it has the remedy as well.
       const telling = incident?.alarms.find((alarm) => alarm === incident.name) ?? (typeof incident?.confidence === 'number' ? null : incident?.alarms.at(-1));
-      const guide = telling && await get(loopPath(loop, 'alarms', telling), this.scope.signal);
+      const [guide, notes] = await Promise.all([telling && get(loopPath(loop, 'alarms', telling), this.scope.signal), fetchNotes([loop], this.scope.signal).catch(() => [])]);
       if (this.scope.over) return;
+      if (incident) showNotes(this.noted, notes, [1000 * incident.from_s, Infinity]);
       const key = JSON.stringify([incident, line?.alarms, ours, report?.id, live.session.can]);
       if (key === this.key) return;
       this.key = key;
@@ -124,7 +136,7 @@ class IncidentDetail {
   }
 
   #fill(incident, line, explanation, report) {
-    if (!incident || !line) { this.about.replaceChildren(el('p', {class: 'nothing'}, t.nothing)); this.why.replaceChildren(); this.alarms.replaceChildren(); return; }
+    if (!incident || !line) { this.about.replaceChildren(el('p', {class: 'nothing'}, live.alarmsKnown ? t.gone : texts.loading)); this.why.replaceChildren(); this.alarms.replaceChildren(); return; }
     const name = nameOf(incident.name), time = (s) => wall().dateTime(1000 * s);
     this.head.textContent = `${name} – ${incident.loop}`;
     const button = el('button', {type: 'button', class: 'main', click: () => acknowledgeIncident(incident, name)}, t.acknowledge);
@@ -199,10 +211,10 @@ class Detail {
 }
 
 export function show(main, {parts}, scope) {
-  const list = el('section', {class: 'panel list'}), side = el('div', {class: 'side'});
+  const list = el('section', {class: 'panel list told'}), side = el('div', {class: 'side'});
   let chosen = null, detail = null, inner = null, key = '';
   const showList = () => {
-    const fresh = JSON.stringify([live.alarms, live.incidents, chosen, live.describe?.alarms]);
+    const fresh = JSON.stringify([live.alarms, live.incidents, live.alarmsKnown, live.stale, live.session.can, chosen, live.describe?.alarms]);
     if (fresh === key) return;
     key = fresh;
     const held = document.activeElement?.getAttribute?.('href'), inside = list.contains(document.activeElement);
@@ -228,6 +240,7 @@ export function show(main, {parts}, scope) {
   scope.on(live, 'alarms', () => { showList(); if (chosen) detail.load(); });
   scope.on(live, 'acted', () => { if (chosen) detail.load(); });
   scope.on(live, 'describe', showList);
+  scope.on(live, 'stale', showList);
   scope.follow = (wanted) => {
     choose(wanted.parts);
     (chosen ? detail.head : main.querySelector('h1')).focus({preventScroll: !matchMedia('(max-width: 1100px)').matches});

@@ -8,7 +8,7 @@ import {el, icon, setText, svg, unseen} from '../lib/dom.js';
 import {get, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {priority, waits} from '../lib/codes.js';
-import {signOf} from './overview.js';
+import {signOf} from '../lib/state.js';
 import {wall} from '../lib/shell.js';
 import {changeName, fill, texts} from '../texts.js';
 
@@ -126,7 +126,7 @@ class FleetView {
       {key: 'tag', head: t.loop, row: true, value: (row) => row.tag, cell: (row) => [el('a', {href: valveHref(row)}, row.tag), el('small', {}, `${row.group} · ${row.edge}${row.online ? '' : ` · ${t.away}`}`)]},
       {key: 'alarm', head: t.alarm, value: (row) => changeName(row.alarm), cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
       {key: 'since', head: t.since, class: 'time', falls: true, value: (row) => row.since_ms, cell: (row) => [at(row.since_ms), el('small', {}, fill(t.for, {long: duration((this.answer.now_ms - row.since_ms) / 1000)}))]},
-    ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'since', {class: 'lines'});
+    ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'since');
     this.silent = new SortedTable(t.silentCaption, [
       {key: 'edge', head: t.box, row: true, value: (row) => row.edge, cell: boxCell},
       {key: 'state', head: t.state, value: (row) => (row.online ? 1 : 0), cell: (row) => el('span', {class: 'state low'}, el('span', {class: 'sign'}, icon(row.online ? 'low' : 'bad')), el('span', {}, row.online ? t.saysNothing : t.away))},
@@ -179,21 +179,23 @@ class FleetView {
     this.#groups(groups);
     this.#figures(answer.groups.filter((one) => !answer.group || one.group === answer.group));
     this.top = Math.max(LEAST_TOP_PERCENT, ...answer.valves.list.flatMap((row) => row.weeks.filter((v) => v !== null)));
-    this.#list('faults', this.faults, answer.faults, t.noFault);
-    this.#list('valves', this.valves, answer.valves, t.noSick);
-    this.#list('silent', this.silent, answer.silent, t.noSilent);
-    this.#list('versions', this.versions, answer.versions, t.noDifference);
+    // Of a box that is silent nothing is known, so nothing of it is called well.
+    const unheard = answer.silent.all, heard = (text) => (unheard ? fill(t.ofHeard, {text, n: count(unheard)}) : text);
+    this.#list('faults', this.faults, answer.faults, heard(t.noFault), !unheard);
+    this.#list('valves', this.valves, answer.valves, heard(t.noSick), !unheard);
+    this.#list('silent', this.silent, answer.silent, t.noSilent, true);
+    this.#list('versions', this.versions, answer.versions, heard(t.noDifference), !unheard);
     this.oneGroup = groups.length === 1;
     this.rates.show(answer.alarm_rate.list.filter((row) => !row.group || !answer.group || row.group === answer.group));
     setText(this.usual, answer.versions.usual.filter((one) => !answer.group || one.group === answer.group)
       .map((one) => fill(t.usual, {group: one.group, version: one.version ?? texts.notKnown, model: hash(one.model_hash)})).join('; '));
   }
 
-  #list(name, table, {all, list}, nothing) {
+  #list(name, table, {all, list}, nothing, known) {
     const rows = matching(list, this.search.value, (row) => [row.group, row.edge, row.tag ?? '', row.alarm ? changeName(row.alarm) : '', row.version ?? '']);
     table.node.hidden = !rows.length;
     this.none[name].hidden = rows.length > 0;
-    this.none[name].replaceChildren(...(all ? [t.nothing] : [icon('ok'), nothing]));
+    this.none[name].replaceChildren(...(all ? [t.nothing] : [icon(known ? 'ok' : 'low'), nothing]));
     if (rows.length) table.show(rows);
     if (name === 'valves') setText(this.shownWorst, fill(t.shown, {n: count(rows.length), all: count(all)}));
   }

@@ -43,7 +43,7 @@ export async function show(main, {options}, scope) {
     field(`${t.from} (${wall().zone})`, el('input', {type: 'datetime-local', name: 'from', step: 1})),
     field(`${t.to} (${wall().zone})`, el('input', {type: 'datetime-local', name: 'to', step: 1})),
     el('div', {class: 'buttons'}, el('button', {type: 'submit', class: 'main'}, t.apply), el('button', {type: 'reset'}, t.reset), csv));
-  const list = el('div', {}), older = el('button', {hidden: true, click: () => more()}, t.older), trouble = el('p', {class: 'trouble', role: 'alert', hidden: true});
+  const list = el('div', {}, el('p', {class: 'nothing'}, texts.loading)), older = el('button', {hidden: true, click: () => more()}, t.older), trouble = el('p', {class: 'trouble', role: 'alert', hidden: true});
   main.append(el('h1', {tabindex: -1}, t.title), el('section', {class: 'panel'}, form), el('section', {class: 'panel'}, trouble, list, older));
   let lines = [], asked = 0;
 
@@ -60,6 +60,7 @@ export async function show(main, {options}, scope) {
         : el('p', {class: 'nothing'}, t.nothing));
     } catch (error) {
       if (error.name === 'AbortError') return;
+      if (!lines.length) list.replaceChildren(el('p', {class: 'nothing'}, texts.notKnownNow));
       trouble.textContent = error.message;
       trouble.hidden = false;
     }

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // One loop: faceplate, trend, and what is known of its valve.
-import {ALARM_STATES, FAULTS, FLAGS, MODES, NE107, named, priority, quality, shown} from '../lib/codes.js';
+import {FAULTS, FLAGS, MODES, named, priority, quality, shown} from '../lib/codes.js';
+import {SPANS_S, SpanChoice} from '../lib/span.js';
 import {Trend, loadPlotter, zoomButton} from '../lib/trend.js';
+import {askNote, fetchNotes, mayNote, showNotes} from '../lib/trend_notes.js';
 import {bandsOf, lanes} from '../lib/bands.js';
 import {bar, drawPhase} from '../lib/charts.js';
+import {curvesText} from '../lib/curves.js';
 import {byTag} from '../lib/order.js';
 import {decimalsFor, duration, fixed, quantity} from '../lib/format.js';
 import {el, icon, scroller, setAttribute, setText, table, unseen} from '../lib/dom.js';
@@ -11,16 +14,16 @@ import {extent, kept, merged, trimmed} from '../lib/history.js';
 import {field} from '../lib/dialog.js';
 import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
+import {pictureOf, save} from '../lib/picture.js';
 import {wall} from '../lib/shell.js';
-import {conditionTable, explanationPart, healthTable, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
-import {operator, order} from './acting.js';
+import {calmPart, conditionTable, explanationPart, healthTable, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
+import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
-import {signOf} from './overview.js';
+import {actsOf, modeOf, ne107Of, signOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.loop;
 const tt = texts.trend;
-const SPANS_S = [60, 600, 3600, 28800, 86400, 604800, 0];
 
 const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, title), what);
 
@@ -31,19 +34,21 @@ class Faceplate {
     this.pv = bar({name: v.pv, range: loop.pv_range, unit: loop.pv_unit});
     this.sp = bar({name: v.sp, range: loop.pv_range, unit: loop.pv_unit, limits: loop.sp_limits});
     this.co = bar({name: v.co, range: loop.co_range, unit: loop.co_unit, limits: loop.output_limits});
+    this.acts = el('p', {class: 'acts'});
     this.mode = el('span', {class: 'mode big'});
     this.asked = el('span', {class: 'soft'});
     this.notes = el('ul', {class: 'notes'});
     this.stem = el('span', {class: 'value'});
+    this.#act(actsOf(null, 0, loop, true));
     this.node = el('section', {class: 'panel faceplate', 'aria-label': t.faceplate}, el('h2', {class: 'unseen'}, t.faceplate),
-      el('div', {class: 'mode-line'}, el('span', {class: 'soft'}, t.mode), this.mode, this.asked),
+      this.acts, el('div', {class: 'mode-line'}, el('span', {class: 'soft'}, t.mode), this.mode, this.asked),
       el('div', {class: 'bars'}, this.pv.node, this.sp.node, this.co.node),
       loop.stem ? el('p', {class: 'stem-line'}, `${v.stem} `, this.stem) : null, this.notes, this.#hands());
   }
 
   #hands() {
     const {session} = live;
-    if (this.loop.control === 'elsewhere') return el('p', {class: 'soft small'}, t.controlledElsewhere);
+    if (this.loop.control === 'elsewhere') return null;
     if (!session.can?.control) {
       return el('p', {class: 'soft small'}, session.login && !operator() && live.describe.page?.control ? t.needsOperator : t.noControl);
     }
@@ -53,13 +58,14 @@ class Faceplate {
   }
 
   update(o, i) {
-    const mode = MODES[o.mode[i]], asked = MODES[o.requested_mode?.[i]];
+    const mode = modeOf(o, i, this.loop), asked = MODES[o.requested_mode?.[i]];
+    this.#act(actsOf(o, i, this.loop, Boolean(live.stale)));
     this.pv.set(o.pv[i], o.sp[i]);
     this.sp.set(o.sp[i]);
     this.co.set(o.co[i], o.stem[i]);
     setText(this.mode, mode ? texts.modes[mode] : texts.notKnown);
     setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode big odd' : 'mode big');
-    setText(this.asked, asked && asked !== mode ? fill(t.requested, {mode: texts.modes[asked]}) : '');
+    setText(this.asked, asked && mode && asked !== mode ? fill(t.requested, {mode: texts.modes[asked]}) : '');
     setText(this.stem, quantity(o.stem[i], this.loop.co_range, this.loop.co_unit));
     if (this.outputHand) {
       this.outputHand.disabled = mode === 'automatic';
@@ -68,28 +74,34 @@ class Faceplate {
     const words = [], fault = named(FAULTS, o.fault[i]);
     if (fault && fault !== 'none') words.push([texts.faults[fault], fault === 'starting' || fault === 'stop' ? null : 'bad']);
     if (o.quality[i] !== null && quality(o.quality[i]) !== 'good') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
-    if (live.stands(i)) words.push([texts.stale.loop, 'bad']);
+    if (live.stands(i) && !live.stale) words.push([texts.stale.loop, 'bad']);
     for (const [name, bit] of Object.entries(FLAGS)) if (o.flags[i] & bit && texts.flags[name]) words.push([texts.flags[name], null]);
     const key = JSON.stringify(words);
     if (key === this.said) return;
     this.said = key;
     this.notes.replaceChildren(...words.map(([text, sign]) => el('li', {class: sign ? 'odd' : null}, sign ? icon(sign) : null, text)));
   }
+
+  #act({key, odd, word, detail}) {
+    if (this.acts.shown === detail) return;
+    this.acts.shown = detail;
+    setAttribute(this.acts, 'data-acts', key);
+    this.acts.replaceChildren(el('strong', {class: odd ? 'odd' : null}, word), el('span', {class: 'soft small'}, detail));
+  }
 }
 
 class LoopTrend {
   constructor(loop, scope, uPlot, options) {
-    Object.assign(this, {loop, scope, history: null, asked: 0, lines: [], before: [], follow: true, span_s: 600});
-    const from = Number(options.from), to = Number(options.to);
-    if (from > 0 && to > from) this.fixedSpan = [from, to];
+    Object.assign(this, {loop, scope, history: null, asked: 0, lines: [], notes: [], choice: SpanChoice.of(options)});
     this.box = el('div', {class: 'panes'});
     this.note = el('p', {class: 'soft small'});
     this.csv = el('a', {class: 'button', download: `${loop.tag}.csv`}, tt.csv);
     this.numbers = el('div', {});
     this.spans = SPANS_S.map((s) => el('button', {type: 'button', class: 'chip-button', 'aria-pressed': 'false', click: () => this.pick(s)}, tt.spans[s]));
-    this.followButton = el('button', {type: 'button', class: 'chip-button', 'aria-pressed': 'true', click: () => this.pick(this.span_s, true)}, tt.now);
+    this.followButton = el('button', {type: 'button', class: 'chip-button', 'aria-pressed': 'true', click: () => this.pick(this.choice.span_s)}, tt.now);
+    this.noted = el('div', {});
     this.node = el('section', {class: 'panel trend'}, el('h2', {class: 'unseen'}, t.trend), this.#tools(), this.box,
-      el('p', {class: 'unseen', id: 'trend-keys'}, tt.keys), el('div', {class: 'under'}, this.note, el('span', {class: 'stretch'}), this.#jump(), this.csv), this.numbers);
+      el('p', {class: 'unseen', id: 'trend-keys'}, tt.keys), el('div', {class: 'under'}, this.note, el('span', {class: 'stretch'}), this.#jump(), this.#ways(), this.csv), this.noted, this.numbers);
     this.canvas = el('canvas', {role: 'img', 'aria-label': texts.phase.label});
     this.phase = panel(t.phase, el('div', {class: 'phase'}, this.canvas));
     this.trend = new Trend(uPlot, this.box, {panes: this.#panes(), x: {clock: wall()}, keys: 'trend-keys', least: 2000 * loop.sample_time_s / (live.describe.accelerate || 1),
@@ -128,47 +140,48 @@ class LoopTrend {
     return details;
   }
 
+  // Out of this trend: a note, others beside it, a picture.
+  #ways() {
+    const {tag} = this.loop, now = () => this.trend.at ?? Math.min(this.span()[1], this.newest());
+    return [mayNote() ? el('button', {type: 'button', click: () => askNote(tag, now(), () => this.load())}, `${texts.notes.title} …`) : null,
+      el('a', {class: 'button', href: `#/trends${query({curves: curvesText([{tag, quantity: 'pv'}, {tag, quantity: 'sp'}])})}`}, tt.others),
+      el('button', {type: 'button', click: () => save(pictureOf(this.box, [tag, this.span().map((ms) => wall().dateTime(ms)).join(' – ')]), `${tag}.png`)}, tt.png)];
+  }
+
   // The newest time that the box told, carried on by this computer's clock between its words.
   newest() {
     const told = this.history?.newest_ms ?? live.overview?.now_ms ?? Date.now();
     return live.stale || !live.overview ? told : Math.max(told, live.overview.now_ms);
   }
 
-  span() {
-    if (this.fixedSpan) return this.fixedSpan;
-    const to = this.newest();
-    return [this.span_s ? to - 1000 * this.span_s : Math.min(this.history?.oldest_ms ?? to - 600_000, to - 60_000), to];
-  }
+  span() { return this.choice.span(this.newest(), this.history?.oldest_ms); }
 
-  pick(seconds, keep = false) {
-    if (!keep) this.before.push(this.fixedSpan);
-    this.span_s = seconds;
-    this.fixedSpan = null;
+  pick(seconds) {
+    this.choice.pick(seconds);
     this.load();
   }
 
-  // null: the span before; 'all': all there is.
   want(span) {
-    if (span === 'all') { this.pick(0); return; }
-    if (span === null) this.fixedSpan = this.before.pop() ?? null;
-    else { this.before.push(this.fixedSpan); this.fixedSpan = span; }
-    if (this.before.length > 20) this.before.shift();
+    this.choice.want(span);
+    if (!this.choice.fixed) { this.load(); return; }
     this.#draw();
     clearTimeout(this.soon);
     this.soon = setTimeout(() => this.load(), 120);
   }
 
-  points() { return Math.round(Math.min(4000, Math.max(400, 2 * this.box.clientWidth))); }
+  points() { return Math.round(Math.min(4000, Math.max(800, 4 * this.box.clientWidth))); }
 
   async load() {
     clearTimeout(this.timer);
     const mine = ++this.asked, span = this.span().map(Math.round);
     try {
-      const history = await get(loopPath(this.loop.tag, 'history') + query({from_ms: span[0], to_ms: span[1], points: this.points()}), this.scope.signal);
-      const lines = await get(`/api/journal${query({loop: this.loop.tag, kind: 'alarm', most: 200})}`, this.scope.signal).catch(() => ({lines: this.lines}));
+      const [history, lines, notes] = await Promise.all([get(loopPath(this.loop.tag, 'history') + query({from_ms: span[0], to_ms: span[1], points: this.points()}), this.scope.signal),
+        get(`/api/journal${query({loop: this.loop.tag, kind: 'alarm', most: 200})}`, this.scope.signal).catch(() => ({lines: this.lines})),
+        fetchNotes([this.loop.tag], this.scope.signal).catch(() => this.notes)]);
       if (mine !== this.asked) return;
       this.history = history;
       this.lines = lines.lines;
+      this.notes = notes;
       this.loaded = performance.now();
       this.#draw();
       this.#numbers();
@@ -182,7 +195,7 @@ class LoopTrend {
   // While it follows, what is new: rows where every sample is shown, else all of it when a bucket is full.
   #next() {
     clearTimeout(this.timer);
-    if (this.scope.over || this.fixedSpan) return;
+    if (this.scope.over || this.choice.fixed) return;
     const fine = this.history && this.history.bucket_s === null;
     const pause = fine ? 1000 : Math.min(30_000, Math.max(3000, 1000 * (this.history?.bucket_s ?? 3)));
     this.timer = setTimeout(() => {
@@ -218,13 +231,14 @@ class LoopTrend {
   #draw() {
     if (!this.history) return;
     const span = this.span(), {bucket_s} = this.history;
-    this.trend.show(this.history, span, this.bands());
+    this.trend.show(this.history, span, this.bands(), this.notes);
+    showNotes(this.noted, this.notes, span);
     const empty = !this.history.t.some((at) => at >= span[0] && at <= span[1]);
     setText(this.note, [empty ? tt.empty : bucket_s === null ? tt.every : fill(tt.bucket, {step: duration(bucket_s)}),
       fill(tt.reaches, {time: wall().dateTime(this.history.oldest_ms)})].join('. ').replace('..', '.'));
     this.csv.href = loopPath(this.loop.tag, 'history.csv') + query({from_ms: Math.round(span[0]), to_ms: Math.round(span[1])});
-    setAttribute(this.followButton, 'aria-pressed', String(!this.fixedSpan));
-    this.spans.forEach((button, k) => setAttribute(button, 'aria-pressed', String(!this.fixedSpan && SPANS_S[k] === this.span_s)));
+    setAttribute(this.followButton, 'aria-pressed', String(!this.choice.fixed));
+    this.spans.forEach((button, k) => setAttribute(button, 'aria-pressed', String(!this.choice.fixed && SPANS_S[k] === this.choice.span_s)));
     this.box.dataset.from = Math.round(span[0]);
     this.box.dataset.to = Math.round(span[1]);
     this.box.dataset.rows = this.history.t.length;
@@ -259,7 +273,7 @@ function header(loop) {
   const node = el('div', {class: 'title'}, el('h1', {tabindex: -1}, loop.tag), el('span', {class: 'about'}, loop.description ?? ''), ne107, alarms,
     el('span', {class: 'stretch'}), to(tags[at - 1], 'back', t.previous), to(tags[at + 1], 'on', t.next));
   const update = (o, i) => {
-    const [letter, meaning] = texts.ne107[NE107[o.ne107[i]]] ?? ['–', texts.notKnown];
+    const [letter, meaning] = ne107Of(o, i, Boolean(live.stale));
     if (ne107.shown !== letter) {
       ne107.shown = letter;
       setAttribute(ne107, 'class', `ne107 wide ne-${letter}${loop.simulated ? ' sim' : ''}`);
@@ -285,7 +299,10 @@ function described(tag, scope) {
 }
 
 export async function show(main, {parts: [tag = ''], options}, scope) {
-  main.append(el('p', {class: 'nothing'}, texts.loading));
+  const waiting = el('p', {class: 'nothing'}), say = () => setText(waiting, live.stale ? texts.notKnownNow : texts.loading);
+  say();
+  scope.on(live, 'stale', say);
+  main.append(el('h1', {tabindex: -1}, tag), waiting);
   const [uPlot, loop] = await Promise.all([loadPlotter(), described(tag, scope)]);
   if (scope.over) return;
   if (!loop) {
@@ -295,9 +312,10 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const head = header(loop), faceplate = new Faceplate(loop);
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
-  const places = {condition: el('div', {}), measures: el('div', {}), windows: el('div', {}), health: el('div', {}), explanation: el('div', {}), twin: el('div', {})};
+  const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
+  places.calm = el('div', {});
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
-    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
+    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
       el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
   const i = live.places.get(tag);
   const update = () => {
@@ -307,6 +325,7 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   };
   scope.on(live, 'overview', update);
   scope.on(live, 'alarms', update);
+  scope.on(live, 'stale', update);
   update();
   await trend.load();
   followDetails(loop, places, scope);
@@ -336,6 +355,8 @@ function followDetails(loop, places, scope) {
       put('windows', windows.windows, () => windowTable(windows.windows));
       put('explanation', [now.explanation, report?.id], () => (now.explanation ? explanationPart(now.explanation, report?.id ?? null)
         : el('p', {class: 'nothing'}, loop.twin ? texts.explain.none : texts.explain.noTwin)));
+      const begin = live.session.can?.alarms ? () => act(loop.tag, 'stiction', 'calm') : null;
+      put('calm', [now.monitor.corrective_action, now.compensator?.says, now.explanation?.effect, Boolean(begin)], () => calmPart(now, begin) ?? '');
     } catch (error) {
       if (error.name !== 'AbortError' && !places.condition.key) places.condition.replaceChildren(el('p', {class: 'trouble'}, fill(texts.failed, {why: error.message})));
     }

@@ -17,7 +17,7 @@ export function conditionTable(condition) {
     const value = condition?.[name], [title, means, cannot] = t[name];
     return [title, known(value) ? el('span', {class: value < 50 ? 'value poor' : 'value'}, fixed(value, 0)) : texts.notKnown,
       meter(known(value) ? value / 100 : NaN, value < 50 ? 'poor' : ''), means, cannot];
-  })));
+  }), {class: 'as-cards'}));
 }
 
 export function measureTable(m) {
@@ -52,7 +52,7 @@ export function windowTable(windows) {
     ...classes.map((name) => ({head: verdictText(name), class: 'number'}))];
   return scroller(texts.loop.windows, table(t.caption, columns, [...windows].reverse().map((w) => [
     wall().dateTime(w.time_ms), w.verdict ? verdictText(w.verdict) : fill(t.suppressed, {why: w.suppressed}),
-    percent(w.severity_percent, 1), ...classes.map((name) => classCell(w, name))]), {class: 'windows'}));
+    percent(w.severity_percent, 1), ...classes.map((name) => classCell(w, name))]), {class: 'windows as-cards'}));
 }
 
 export function healthTable(loop) {
@@ -82,6 +82,16 @@ export function twinPart(said, loop) {
     said.why ? [t.controller, fill(t.notWatched, {why: said.why})] : null]),
   table(t.untested, [{head: t.change, row: true}, {head: t.lastTested, class: 'number'}],
     said.untested.map((one) => [t.changes[one.change] ?? one.change, fill(one.tested ? t.ago : t.never, {long: age(one.for_s)})]), {class: 'pairs'}));
+}
+
+// What keeps the loop calm until its valve is repaired; null: nothing does, and nothing is offered.
+export function calmPart(loop, begin) {
+  const t = texts.calm, state = loop.monitor.corrective_action, says = loop.compensator?.says;
+  if (state === 'off' && !says) {
+    return loop.explanation?.effect === 'stiction' ? el('p', {class: 'soft'}, t.couldBe) : null;
+  }
+  return el('div', {class: 'calm'}, facts([[t.action, t.states[state] ?? state], says ? [t.moves, says] : null]),
+    state === 'offered' && begin ? el('div', {class: 'hands'}, el('button', {type: 'button', class: 'main', click: begin}, texts.alarm.calm)) : null);
 }
 
 // `report`: its id among the reports, or null.

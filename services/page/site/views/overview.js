@@ -1,52 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // All loops, the worst first, as tiles or as a table. Every loop keeps its node; with each set of values only what
 // changed is written, of the loops that are on the screen, and pictures are drawn in the same frame.
-import {ALARM_KINDS, ALARM_STATES, FAULTS, FLAGS, MODES, NE107, named, priority, quality, shown, waits} from '../lib/codes.js';
 import {el, icon, setAttribute, setText, unit, unseen} from '../lib/dom.js';
 import {NONE, decimalsFor, fixed} from '../lib/format.js';
 import {live} from '../lib/live.js';
 import {recall, remember} from '../lib/memory.js';
 import {FILTERS, arranged, counts} from '../lib/order.js';
 import {draw} from '../lib/spark.js';
+import {modeOf, ne107Of, stateOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.overview;
 const COLUMNS = [['tag', t.tag], ['alarm', t.state], ['mode', t.mode], ['pv', texts.values.pv], ['sp', texts.values.sp], ['co', texts.values.co],
   ['condition', t.condition], [null, t.trend]];
 const loopHref = (tag) => `#/loop/${encodeURIComponent(tag)}`;
-
-// The alarm of a loop that is shown: what the daemon's columns name, with its size where the list has it.
-function alarmOf(o, i, tag) {
-  const state = named(ALARM_STATES, o.alarm[i]);
-  if (!shown(state)) return null;
-  const kind = named(ALARM_KINDS, o.alarm_kind[i]);
-  const listed = live.alarms.find((alarm) => alarm.loop === tag && alarm.alarm === kind);
-  return {state, kind, grave: priority(listed ?? {alarm: kind}, live.describe.alarms?.severe_percent ?? 5), size: listed?.severity_percent};
-}
-
-export function signOf(state, grave) {
-  if (state === 'shelved') return 'shelved';
-  return state === 'returned_unacknowledged' || state === 'latched_acknowledged' ? 'gone' : grave;
-}
-
-// One line on how a loop is: [words, sign, look].
-function stateOf(o, i, tag) {
-  const fault = named(FAULTS, o.fault[i]);
-  if (fault !== 'none' && fault !== 'starting' && fault !== 'stop') return [texts.faults[fault], 'bad', 'high'];
-  const alarm = alarmOf(o, i, tag);
-  if (alarm && alarm.state !== 'shelved') {
-    const size = typeof alarm.size === 'number' ? ` ${fixed(alarm.size, 1)} %` : '';
-    const look = waits(alarm.state) ? `${alarm.grave} waits` : alarm.state === 'acknowledged' ? `${alarm.grave} seen` : 'gone';
-    return [`${texts.alarms[alarm.kind] ?? alarm.kind}${size}, ${texts.alarmStates[alarm.state]}`, signOf(alarm.state, alarm.grave), look];
-  }
-  if (o.quality[i] !== null && quality(o.quality[i]) !== 'good') return [`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad', 'low'];
-  if (live.stands(i)) return [texts.stale.loop, 'bad', 'low'];
-  if (fault !== 'none') return [texts.faults[fault], null, ''];
-  if (o.flags[i] & FLAGS.at_low) return [texts.flags.at_low, null, 'soft'];
-  if (o.flags[i] & FLAGS.at_high) return [texts.flags.at_high, null, 'soft'];
-  if (alarm) return [`${texts.alarms[alarm.kind] ?? alarm.kind}, ${texts.alarmStates.shelved}`, 'shelved', 'soft'];
-  return [t.calm, null, ''];
-}
 
 // The nodes of one loop that change, in a tile as in a row.
 class Item {
@@ -78,20 +45,21 @@ class Item {
 
   #row() {
     const {loop} = this, cell = (...what) => el('td', {role: 'cell'}, what);
-    const number = (name, u) => el('td', {role: 'cell', class: 'number'}, this.values[name], unit(u));
+    const number = (name, u) => el('td', {role: 'cell', class: 'number', 'data-head': texts.values[name]}, this.values[name], unit(u));
     return el('tr', {role: 'row', class: 'line'},
       el('th', {scope: 'row', role: 'rowheader'}, el('a', {href: loopHref(loop.tag)}, loop.tag), el('span', {class: 'about'}, loop.description ?? '')),
       el('td', {role: 'cell', class: 'how'}, this.ne107, this.state), cell(this.mode), number('pv', loop.pv_unit), number('sp', loop.pv_unit), number('co', loop.co_unit),
-      el('td', {role: 'cell', class: 'number'}, this.condition), el('td', {role: 'cell', class: 'trend'}, this.canvas, unseen(t.spark)));
+      el('td', {role: 'cell', class: 'number condition', 'data-head': t.condition}, this.condition), el('td', {role: 'cell', class: 'trend'}, this.canvas, unseen(t.spark)));
   }
 
   update(o) {
     const {i, loop} = this;
     for (const name of ['pv', 'sp', 'co']) setText(this.values[name], fixed(o[name][i], this.decimals[name]));
-    const mode = MODES[o.mode[i]];
+    const mode = modeOf(o, i, loop);
     setText(this.mode, mode ? texts.modes[mode] : NONE);
     setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode odd' : 'mode');
-    const [words, sign, look] = stateOf(o, i, loop.tag);
+    const [words, sign, look] = stateOf(o, i, {loop, listed: (kind) => live.alarms.find((alarm) => alarm.loop === loop.tag && alarm.alarm === kind),
+      severe: live.describe.alarms?.severe_percent ?? 5, stands: live.stands(i), stale: Boolean(live.stale)});
     setText(this.words, words);
     if (this.signShown !== sign) {
       this.signShown = sign;
@@ -99,7 +67,7 @@ class Item {
     }
     setAttribute(this.state, 'class', `state ${look}`.trim());
     setAttribute(this.node, 'data-look', look || null);
-    const [letter, meaning] = texts.ne107[NE107[o.ne107[i]]] ?? [NONE, texts.notKnown];
+    const [letter, meaning] = ne107Of(o, i, Boolean(live.stale));
     if (this.letter !== letter) {
       this.letter = letter;
       this.ne107.replaceChildren(el('abbr', {title: `${texts.loop.ne107}: ${meaning}`}, letter));
@@ -135,6 +103,7 @@ class Overview {
     scope.on(live, 'describe', () => this.#build());
     scope.on(live, 'overview', () => this.update());
     scope.on(live, 'alarms', () => this.update());
+    scope.on(live, 'stale', () => this.update());
     scope.on(live, 'theme', () => { for (const item of this.items) item.drawn = ''; this.update(); });
     scope.on(window, 'beforeprint', () => { if (live.overview) for (const item of this.items) item.update(live.overview); });
     scope.on(this.list, 'keydown', (event) => this.#keys(event));
@@ -178,7 +147,7 @@ class Overview {
     this.room = 0;
     this.arrangedAt = 0;
     this.items = live.describe ? live.describe.loops.map((loop, i) => new Item(loop, i, this.asTable)) : [];
-    this.nothing = el('p', {class: 'nothing', hidden: true}, live.describe ? t.empty : texts.loading);
+    this.nothing = el('p', {class: 'nothing', hidden: true});
     if (this.asTable) {
       this.heads = COLUMNS.map(([key, text]) => this.#head(key, text));
       this.body = el('tbody', {role: 'rowgroup'});
@@ -262,7 +231,11 @@ class Overview {
 
   update() {
     const o = live.overview;
-    if (!o || !live.describe) { this.nothing.hidden = false; return; }
+    if (!o || !live.describe) {
+      this.nothing.hidden = false;
+      setText(this.nothing, live.stale ? texts.notKnownNow : live.describe && !live.describe.loops.length ? t.empty : texts.loading);
+      return;
+    }
     this.#arrange(o);
     for (const node of this.visible) this.nodes.get(node)?.update(o);
   }

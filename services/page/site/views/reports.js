@@ -25,6 +25,7 @@ function rowOf(report) {
 }
 
 export async function show(main, _, scope) {
+  main.append(el('h1', {tabindex: -1}, t.title), el('p', {class: 'nothing'}, texts.loading));
   const reports = await get('/api/reports', scope.signal), kinds = [...new Set(reports.map((report) => report.kind))];
   const list = el('div', {});
   const columns = [{head: t.name, row: true}, {head: t.kind}, {head: t.loop}, {head: t.made}, {head: t.size, class: 'number'}];
@@ -35,6 +36,6 @@ export async function show(main, _, scope) {
   };
   const filter = el('select', {'aria-label': t.filter, change: () => fillList(filter.value)}, el('option', {value: ''}, t.all),
     kinds.map((kind) => el('option', {value: kind}, t.kinds[kind] ?? kind)));
-  main.append(el('div', {class: 'title'}, el('h1', {tabindex: -1}, t.title), el('span', {class: 'stretch'}), reports.length ? filter : null), el('section', {class: 'panel'}, list));
+  main.replaceChildren(el('div', {class: 'title'}, el('h1', {tabindex: -1}, t.title), el('span', {class: 'stretch'}), reports.length ? filter : null), el('section', {class: 'panel'}, list));
   fillList('');
 }

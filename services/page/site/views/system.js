@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 import {el, facts, icon, scroller, table} from '../lib/dom.js';
 import {NONE, bytes, count, counter, duration, microseconds, percent} from '../lib/format.js';
-import {get} from '../lib/api.js';
+import {get, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
+import {changeOf} from './journal.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.system;
-const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, title), what);
+const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, title), ...what);
 const hex = (crc) => (typeof crc === 'number' ? crc.toString(16).padStart(8, '0') : crc ?? NONE);
 
-const unfolded = new Set(); // titles of histograms that the reader has opened
+const LOOKED_AT = 200, CHANGES = 5; // lines of the journal
+const LOW_SHARE = 0.05; // of the disk
+const unfolded = new Set(); // titles of what the reader has opened
+
+const folded = (title, ...what) => el('details', {open: unfolded.has(title), toggle: (event) => { if (event.target.open) unfolded.add(title); else unfolded.delete(title); }}, el('summary', {}, title), what);
 
 // Bin k holds what took from 2^k to 2^(k+1) µs; the first also what took less, the last also what took more.
 function histogram(title, h) {
@@ -21,19 +26,21 @@ function histogram(title, h) {
     n ? percent(100 * n / total, n / total < 0.001 ? 4 : 2) : '']).slice(from, to + 1);
   return el('div', {class: 'histogram'}, el('h3', {}, title),
     facts([[t.median, microseconds(h.p50)], [t.p99, microseconds(h.p99)], [t.p999, microseconds(h.p99_9)], [t.worst, microseconds(h.worst)]]),
-    el('details', {open: unfolded.has(title), toggle: (event) => { if (event.target.open) unfolded.add(title); else unfolded.delete(title); }}, el('summary', {}, t.histogram), table(`${title}: ${t.histogram}`, [{head: t.bin, row: true, class: 'number'}, {head: '', class: 'gauge'}, {head: t.count, class: 'number'}, {head: t.share, class: 'number'}], rows, {captionHidden: true, class: 'pairs'})));
+    folded(`${title}: ${t.histogram}`, table(`${title}: ${t.histogram}`, [{head: t.bin, row: true, class: 'number'}, {head: '', class: 'gauge'}, {head: t.count, class: 'number'}, {head: t.share, class: 'number'}], rows, {captionHidden: true, class: 'pairs'})));
 }
 
-function warningsOf(d, loops) {
+function warningsOf(d, loops, disk) {
   const c = d.configuration ?? {}, list = [];
   const add = (when, text, values = {}) => { if (when) list.push(fill(text, values)); };
   add(d.real_time_missing, t.noRealTime, {text: d.real_time_missing});
-  add(d.overruns > 0, t.overrunsWarn, {n: count(d.overruns)});
+  add(d.overruns > 0, t.overrunsWarn, {n: count(d.overruns), all: count(d.ticks)});
   add(d.events_dropped > 0, t.eventsLost, {n: count(d.events_dropped)});
   add(d.journal?.error, t.journalError, {text: d.journal?.error});
   add(d.journal?.damaged > 0, t.journalDamaged, {n: d.journal?.damaged});
   add(d.evidence?.error, t.evidenceError, {text: d.evidence?.error});
   add(d.recorder?.disk_wait_s > 1, t.diskWait, {long: duration(d.recorder?.disk_wait_s)});
+  add(disk && disk.free_bytes < LOW_SHARE * disk.bytes, t.diskFull, {free: bytes(disk?.free_bytes), all: bytes(disk?.bytes)});
+  for (const feeder of d.feeders ?? []) add(!feeder.connected, t.feederAway, {name: feeder.name});
   for (const waiting of c.waiting_for_restart ?? []) add(true, t.waitingRestart, waiting);
   for (const waiting of c.waiting_for_output ?? []) add(true, t.waitingOutput, waiting);
   add(c.refused?.length, t.refusedFile, {text: [c.refused].flat().join('; ')});
@@ -49,7 +56,7 @@ function busTable(loops) {
   const h = texts.health, names = ['transactions', 'timeouts', 'device_exceptions', 'invalid_replies', 'reconnects', 'write_errors'];
   const columns = [{head: texts.overview.tag, row: true}, {head: h.connected}, ...names.map((name) => ({head: h[name], class: 'number'}))];
   return scroller(t.buses, table(t.busCaption, columns, loops.map(({loop, io}) => [el('a', {href: `#/loop/${encodeURIComponent(loop)}`}, loop), io.connected ? texts.yes : texts.no,
-    ...names.map((name) => count(io[name]))]), {captionHidden: true, class: 'lines'}));
+    ...names.map((name) => count(io[name]))]), {captionHidden: true, class: 'lines as-cards'}));
 }
 
 function pairsOf(object) {
@@ -57,38 +64,70 @@ function pairsOf(object) {
     .map(([name, value]) => [name.replaceAll('_', ' '), counter(name, value)]);
 }
 
-function parts(answer) {
-  const d = answer.daemon ?? {}, loops = answer.loops ?? [], c = d.configuration ?? {}, disk = answer.disk ?? {};
-  const warnings = warningsOf(d, loops);
-  return [
-    el('div', {class: 'wider'}, panel(t.warnings, warnings.length ? el('ul', {class: 'warnings'}, warnings.map((text) => el('li', {}, icon('low'), text))) : el('p', {class: 'calm'}, icon('ok'), t.noWarnings))),
-    panel(t.versions, facts([[t.version, d.version ?? NONE], [t.configHash, el('code', {}, hex(d.config_hash))], [t.modelHash, el('code', {}, hex(d.model_hash))],
-      [t.filesInForce, c.files_in_force ? texts.yes : texts.no], [t.started, `${wall().dateTime(live.describe?.started_ms)} (${fill(t.uptime, {long: duration(d.uptime_s)})})`],
-      [t.zone, live.session.time_zone], [t.host, live.session.host ?? NONE], live.describe?.state_directory ? [t.stateDirectory, el('code', {}, live.describe.state_directory)] : null])),
+// What has changed of the box, the newest first; of its loops the journal tells.
+async function changesOf(signal) {
+  const answers = await Promise.all([{kind: 'system'}, {text: 'reload'}].map((which) => get(`/api/journal${query({...which, most: LOOKED_AT})}`, signal)));
+  const lines = new Map(answers.flatMap((answer) => answer.lines).filter((line) => !line.loop).map((line) => [line.id, line]));
+  return [...lines.values()].sort((a, b) => b.id - a.id).slice(0, CHANGES);
+}
+
+function changesPart(lines) {
+  if (!lines) return el('p', {class: 'soft'}, texts.notKnownNow);
+  if (!lines.length) return el('p', {class: 'soft'}, t.noChanges);
+  return el('ul', {class: 'changes'}, lines.map((line) => el('li', {}, el('span', {class: 'soft time'}, wall().dateTime(line.utc_ms)),
+    el('span', {}, [line.what, changeOf(line), line.peer, line.result, line.reason].filter(Boolean).join(', ')))));
+}
+
+// Whether the box is well, first of all.
+function healthPart(answer, warnings) {
+  if (!answer?.daemon) {
+    const since = answer?.daemon_state?.since_ms;
+    return [el('p', {class: 'verdict bad'}, icon('bad'), since ? fill(t.notKnownSince, {time: wall().dateTime(since)}) : t.notKnown), answer?.daemon_state?.why ? el('p', {class: 'soft'}, answer.daemon_state.why) : null];
+  }
+  if (!warnings.length) return [el('p', {class: 'verdict'}, icon('ok'), fill(t.well, {time: wall().dateTime(live.describe?.started_ms)}))];
+  return [el('p', {class: 'verdict'}, icon('low'), fill(warnings.length === 1 ? t.oneWarning : t.someWarnings, {n: warnings.length})),
+    el('ul', {class: 'warnings'}, warnings.map((text) => el('li', {}, icon('low'), text)))];
+}
+
+function counters(d, loops, page) {
+  return folded(t.counters, el('div', {class: 'cards'},
     el('div', {class: 'across'}, panel(t.cycle, facts([[t.ticks, count(d.ticks)], [t.overruns, count(d.overruns)], [t.skipped, count(d.skipped_ticks)]]),
       el('div', {class: 'two'}, d.wake_up_us ? histogram(t.wake, d.wake_up_us) : null, d.work_us ? histogram(t.work, d.work_us) : null))),
-    panel(t.disk, facts([disk.free_bytes !== undefined ? [t.free, fill(t.freeOf, {free: bytes(disk.free_bytes), all: bytes(disk.bytes)})] : null,
-      [t.journal, fill(t.journalWritten, {n: count(d.journal?.written), waiting: count(d.journal?.waiting), lost: count(d.journal?.lost)})],
+    panel(t.disk, facts([[t.journal, fill(t.journalWritten, {n: count(d.journal?.written), waiting: count(d.journal?.waiting), lost: count(d.journal?.lost)})],
       [t.evidence, fill(t.journalWritten, {n: count(d.evidence?.written), waiting: count(d.evidence?.waiting), lost: count(d.evidence?.lost)})], [t.logLost, count(d.log_lines_lost)]])),
     panel(t.monitor, facts([[t.windows, count(d.monitor?.windows)], [t.backlog, count(d.monitor?.backlog)], [t.dropped, count(d.monitor?.dropped)],
       [t.explanations, fill(t.explained, {n: count(d.explanations?.explained), waiting: count(d.explanations?.waiting), failed: count(d.explanations?.failed)})]])),
     d.modbus_server ? panel(t.modbus, facts([[t.modbus, fill(t.port, {port: d.modbus_server.port})], [t.clients, count(d.modbus_server.clients)], [t.requests, count(d.modbus_server.requests)], [t.malformed, count(d.modbus_server.malformed)]])) : null,
-    answer.page ? panel(t.page, facts(pairsOf(answer.page))) : null,
-    loops.length ? el('div', {class: 'across'}, panel(t.buses, busTable(loops))) : null,
+    page ? panel(t.page, facts(pairsOf(page))) : null,
+    loops.length ? el('div', {class: 'across'}, panel(t.buses, busTable(loops))) : null));
+}
+
+function parts(answer, changes) {
+  const d = answer?.daemon, loops = answer?.loops ?? [], c = d?.configuration ?? {}, disk = answer?.disk, connected = loops.filter(({io}) => io.connected).length;
+  const warnings = d ? warningsOf(d, loops, disk) : [];
+  return [
+    el('div', {class: 'wider stack'}, panel(t.health, ...healthPart(answer, warnings)), d ? panel(t.changes, changesPart(changes)) : null),
+    d ? panel(t.versions, facts([[t.started, `${wall().dateTime(live.describe?.started_ms)} (${fill(t.uptime, {long: duration(d.uptime_s)})})`],
+      [t.connected, fill(t.nOf, {n: count(connected), all: count(loops.length)})], disk ? [t.free, fill(t.freeOf, {free: bytes(disk.free_bytes), all: bytes(disk.bytes)})] : null,
+      [t.filesInForce, c.files_in_force ? texts.yes : texts.no], [t.version, d.version ?? NONE], [t.configHash, el('code', {}, hex(d.config_hash))], [t.modelHash, el('code', {}, hex(d.model_hash))],
+      [t.zone, live.session.time_zone], [t.host, live.session.host ?? NONE], live.describe?.state_directory ? [t.stateDirectory, el('code', {}, live.describe.state_directory)] : null])) : null,
+    d ? el('div', {class: 'across'}, counters(d, loops, answer.page)) : null,
   ].filter(Boolean);
 }
 
 export async function show(main, _, scope) {
-  const place = el('div', {class: 'cards'});
+  const place = el('div', {class: 'cards'}, el('p', {class: 'nothing'}, texts.loading));
   main.append(el('h1', {tabindex: -1}, t.title), place);
-  await scope.every(5000, async () => {
+  const load = async () => {
     try {
-      const answer = await get('/api/system', scope.signal);
+      const [answer, changes] = await Promise.all([get('/api/system', scope.signal), changesOf(scope.signal).catch(() => null)]);
       const at = [...place.querySelectorAll('.scroller')].map((one) => one.scrollTop);
-      place.replaceChildren(...parts(answer));
+      place.replaceChildren(...parts(answer, changes));
       place.querySelectorAll('.scroller').forEach((one, i) => { one.scrollTop = at[i] ?? 0; });
     } catch (error) {
-      if (error.name !== 'AbortError' && !place.firstChild) place.replaceChildren(panel(t.warnings, el('p', {class: 'trouble'}, fill(texts.failed, {why: error.message}))));
+      if (error.name !== 'AbortError') place.replaceChildren(...parts(null, null));
     }
-  });
+  };
+  scope.on(live, 'stale', load);
+  await scope.every(5000, load);
 }

@@ -23,10 +23,10 @@ const byName = (values) => new Map(values.map((one) => [one.name, one]));
 const explanationOf = ({time_ms, parts: p}) => ({...p, size_percent: p.size, low_percent: p.low, high_percent: p.high, ended_ms: time_ms});
 
 function alarmTable(valve) {
-  if (!valve.alarms.length) return el('p', {class: 'calm'}, icon('ok'), t.noAlarm);
+  if (!valve.alarms.length) return el('p', {class: 'calm'}, icon(valve.online ? 'ok' : 'low'), t.noAlarm);
   const columns = [{head: texts.alarm.alarm, row: true}, {head: texts.alarm.state}, {head: texts.alarm.size, class: 'number'}, {head: texts.alarm.changed, class: 'time'}];
   return scroller(t.alarms, table(t.alarms, columns, valve.alarms.map((alarm) => [alarm.active ? alarmSign(alarm) : nameOf(alarm.alarm), stateText(alarm.state),
-    percent(alarm.severity, 1), wall().dateTime(alarm.changed_ms)]), {captionHidden: true, class: 'lines'}));
+    percent(alarm.severity, 1), wall().dateTime(alarm.changed_ms)]), {captionHidden: true, class: 'lines as-cards'}));
 }
 
 // What raised the alarms, as one.
@@ -40,7 +40,7 @@ function incidentLine({incident: one}) {
 function historyTable(changes) {
   const columns = [{head: texts.journal.time, row: true, class: 'time'}, {head: texts.alarm.alarm}, {head: texts.alarm.state}, {head: texts.alarm.size, class: 'number'}];
   return scroller(t.changes, table(t.changes, columns, changes.slice(0, 100).map((one) => [wall().dateTime(one.time_ms), nameOf(one.alarm), stateText(one.state), percent(one.severity, 1)]),
-    {captionHidden: true, class: 'lines'}));
+    {captionHidden: true, class: 'lines as-cards'}));
 }
 
 function valueTable(valve) {
@@ -55,7 +55,7 @@ function evidenceList(evidence) {
   if (!evidence.length) return null;
   return panel(texts.alarm.evidence, el('p', {class: 'soft small'}, t.evidence),
     scroller(texts.alarm.evidence, table(texts.alarm.evidence, [{head: t.file, row: true}, {head: t.asked, class: 'time'}, {head: t.there}],
-      evidence.map((one) => [one.name, wall().dateTime(one.begun_ms), one.complete ? texts.yes : texts.no]), {captionHidden: true})));
+      evidence.map((one) => [one.name, wall().dateTime(one.begun_ms), one.complete ? texts.yes : texts.no]), {captionHidden: true, class: 'lines as-cards'})));
 }
 
 function boxFacts(valve) {
@@ -100,15 +100,20 @@ async function drawWeeks(valve, box, scope) {
   scope.atEnd(() => trend.end());
 }
 
+// Of a valve whose box is away nothing is known of now.
+const awayNote = (valve) => (valve.online ? null : el('div', {class: 'old-note'}, icon('bad'), el('span', {}, fill(valve.box_online ? t.loopAwayLong : t.away, {time: wall().dateTime(valve.heard_ms)}))));
+
 export async function show(main, {parts}, scope) {
+  main.append(el('h1', {tabindex: -1}, parts.at(-1) ?? ''), el('p', {class: 'nothing'}, texts.loading));
   const valve = await get(`/api/fleet/valves/${parts.map(encodeURIComponent).join('/')}`, scope.signal);
   const values = byName(valve.values), conditions = Object.fromEntries(CONDITIONS.map((name) => [name, values.get(`condition/${name}`)?.number]));
   const detectable = valve.values.filter(({name, number}) => name.startsWith('detectable/') && number !== null);
   const weeks = el('div', {class: 'panes'});
-  main.append(el('p', {class: 'back-to'}, el('a', {href: '#/fleet'}, icon('back'), texts.fleet.title)),
+  main.replaceChildren(el('p', {class: 'back-to'}, el('a', {href: '#/fleet'}, icon('back'), texts.fleet.title)),
     el('div', {class: 'title'}, el('h1', {tabindex: -1}, valve.tag), el('span', {class: 'about'}, `${valve.group} · ${valve.edge}`),
       el('span', {class: 'stretch'}), el('span', {class: 'soft small'}, fill(texts.fleet.asOf, {time: wall().dateTime(valve.now_ms)}))),
-    el('div', {class: 'cards'},
+    awayNote(valve) ?? '',
+    el('div', {class: 'cards', 'data-old': !valve.online},
       el('div', {class: 'wider'}, panel(t.alarms, incidentLine(valve), alarmTable(valve))), panel(t.where, boxFacts(valve)),
       el('div', {class: 'across'}, el('section', {class: 'panel trend'}, el('h2', {}, t.weeks), el('p', {class: 'unseen', id: 'valve-keys'}, texts.trend.keys), weeks)),
       el('div', {class: 'across'}, panel(texts.loop.condition, conditionTable(conditions))),

@@ -75,6 +75,33 @@ TEST_CASE("a viewer can't write, an operator can, and the journal will know who"
   CHECK(rig.orders.asked[0]["alarm"] == "stiction");
 }
 
+TEST_CASE("a loop of a daemon that was never heard of is not known, rather than not there") {
+  ApiRig rig(true);
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "FIC-999"})).status == 404);
+  rig.now.state = nullptr;
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "FIC-101"})).status == 503);
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "FIC-101", "history"})).status == 503);
+  CHECK(rig.answer(rig.post_as("otto", kAlarm, kAcknowledge)).status == 503);
+}
+
+TEST_CASE("a note on a loop is an operator's, with the time it is about") {
+  ApiRig rig(true);
+  const std::vector<std::string> notes{"api", "loops", "FIC-101", "notes"};
+  const json note{{"text", "pump changed"}, {"about_ms", 1'750'000'000'000}};
+  CHECK(rig.answer(rig.post_as("vera", notes, note)).status == 403);
+  CHECK(rig.answer(rig.post_as("otto", notes, {{"text", 5}})).status == 400);
+  CHECK(rig.answer(rig.post_as("otto", notes, {{"text", "a"}, {"about_ms", -1}})).status == 400);
+  CHECK(rig.orders.asked.empty());
+  CHECK(rig.answer(rig.post_as("otto", notes, note)).status == 200);
+  REQUIRE(rig.orders.asked.size() == 1);
+  CHECK(rig.orders.asked[0] == json{{"request", "note"},
+                                    {"loop", "FIC-101"},
+                                    {"text", "pump changed"},
+                                    {"about_ms", 1'750'000'000'000},
+                                    {"user", "otto"},
+                                    {"address", "127.0.0.1"}});
+}
+
 TEST_CASE("an incident is acknowledged by its id, and nothing else is done to it") {
   ApiRig rig(true);
   const std::vector<std::string> incident{"api", "loops", "FIC-101", "incidents",

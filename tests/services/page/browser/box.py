@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import signal
 import struct
@@ -158,7 +159,7 @@ class Browser(Chromium):
             self.driver.get(f"{box.url}/#/{route}")
         else:
             self.run(f"(() => {{ location.hash = {json.dumps('#/' + route)}; }})()")
-        name = route.split("/")[0] or "overview"
+        name = re.split("[/?]", route)[0] or "overview"
         self.until(lambda: self.run("document.querySelector('main')?.dataset.view") in (name, "login") and self.all("main h1"), f"the view {name} does not come")
 
     def log_in(self, box, user):

@@ -16,7 +16,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from box import BIN, Browser, WebDriverException  # noqa: E402
-from fleet_plant import HOSTILE, LOOPS, SICK, FleetPlant  # noqa: E402
+from fleet_plant import HOSTILE, KINDS, LOOPS, SICK, FleetPlant  # noqa: E402
 from page_in_browser import axe, axe_source, drawn, keep, wrong  # noqa: E402
 
 WORST = SICK[0]
@@ -109,7 +109,7 @@ def others_show(browser):
     versions = browser.run("[...document.querySelectorAll('.pair-of-panels section:nth-child(2) tbody tr')].map((r) => [r.cells[0].innerText.split('\\n')[0].trim(), ...[...r.cells].slice(1, 4).map((c) => c.querySelector('.icon-low') !== null), r.cells[4].innerText !== ''])")
     browser.check(versions == [["crude-02", True, False, False, False], ["crude-12", False, False, False, True], ["reformer-03", False, False, False, True],
                                ["reformer-06", False, False, True, False], ["reformer-13", True, False, False, False], ["utilities-05", False, True, False, True]], f"versions: {versions}")
-    rates = {row.split("\t")[0].split("\n")[0]: row for row in texts(browser, ".fleet-body > section:nth-of-type(2) tbody tr")}
+    rates = {row.split("\t")[0].split("\n")[0]: row for row in texts(browser, ".fleet-body > section:has(.rate) tbody tr")}
     browser.check(list(rates) == ["All groups", "Crude", "Reformer", "Utilities"], f"groups: {list(rates)}")
     browser.check("floods" in rates["Reformer"] and "acceptable" in rates["Utilities"], f"rates: {rates}")
     flood, bars = browser.run("['.rate-flood', '.rate-bar'].map((c) => (document.querySelectorAll(c)[2].getAttribute('d').match(/M/g) ?? []).length)")
@@ -141,6 +141,17 @@ def valve_shows(plant, browser, source, folder):
     browser.until(lambda: "there is no such valve" in browser.text("main"), "a valve that is not there is not told of")
 
 
+def away_is_not_known(plant, browser):
+    """A valve of a box that is away has last values, struck out, and no sign that it is well."""
+    browser.go(plant, f"valve/Crude/crude-07/{KINDS[50 % len(KINDS)]}-0701")
+    browser.until(lambda: "not been heard since" in browser.text(".old-note"), f"nobody says that the box is away: {browser.text('main')[:200]}")
+    struck = browser.run("getComputedStyle(document.querySelector('.last-values .value')).textDecorationLine")
+    browser.check("line-through" in struck and not browser.run("document.querySelector('main .icon-ok')"), "a valve of a box that is away looks well")
+    browser.go(plant, "fleet")
+    browser.until(lambda: browser.all(".worst tbody tr"), "no way back to the fleet")
+    browser.check("Of the boxes that are heard" in browser.text("main"), "of silent boxes' loops it is said that they are as they should be")
+
+
 def database_stops(plant, browser):
     browser.go(plant, "fleet")
     browser.until(lambda: browser.all(".worst tbody tr"), "no rows")
@@ -170,6 +181,8 @@ def narrow_and_paper(plant, browser, source, folder):
             browser.check(wide <= width, f"{name}: {wide} pixels wide on a screen of {width}")
             keep(browser, folder, name, full=True)
             if width == 360:
+                cut = browser.run("[...document.querySelectorAll('main .scroller')].filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => e.getAttribute('aria-label'))")
+                browser.check(not cut, f"{name}: tables that are cut off: {cut}")
                 small = browser.run("""[...document.querySelectorAll('.nav a, main button, main select, main input')].filter((e) => e.offsetParent && !e.closest('table'))
                   .map((e) => [e.textContent.slice(0, 20), Math.round(e.getBoundingClientRect().height)]).filter(([, h]) => h < 32)""")
                 browser.check(not small, f"{name}: too small for a finger: {small[:4]}")
@@ -194,7 +207,7 @@ def beside_a_box(plant, browser):
     browser.driver.get(plant.url)
     browser.log_in(plant, "vera")
     browser.until(lambda: browser.run("document.querySelector('main').dataset.view") == "overview", "the box is not what comes first")
-    browser.check(nav(browser) == ["Overview", "Alarms", "Journal", "Reports", "System", "Fleet"], f"the ways are {nav(browser)}")
+    browser.check(nav(browser) == ["Overview", "Alarms", "Trends", "Journal", "Reports", "System", "Fleet"], f"the ways are {nav(browser)}")
     browser.until(lambda: "No values since" in browser.text(".banner"), "a box without a daemon does not say so")
     wide = browser.run("document.documentElement.scrollWidth")
     browser.check(wide <= 360, f"six ways are {wide} pixels wide")
@@ -226,6 +239,7 @@ def main():
             browser.until(lambda: browser.all(".worst tbody tr"), "no rows")
             narrow_and_paper(plant, browser, source, options.keep)
             browser.quiet("fleet", allowed=("status of 401", "status of 404", "getImageData"))
+            away_is_not_known(plant, browser)
             database_stops(plant, browser)
             browser.quiet("database away", allowed=("status of 503",))
             beside_a_box(plant, browser)

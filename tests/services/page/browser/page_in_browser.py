@@ -12,11 +12,14 @@ import argparse
 import os
 import pathlib
 import pwd
+import re
 import subprocess
 import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import trends_and_bell  # noqa: E402
+import view_states  # noqa: E402
 from box import BIN, PASSWORD, Box, Browser, WebDriverException  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from selenium.webdriver.common.keys import Keys  # noqa: E402
@@ -24,7 +27,7 @@ from selenium.webdriver.common.keys import Keys  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 TAG = "FIC-101"
 HOSTILE = '<img src=x onerror="document.title=1">'
-ROUTES = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", "journal", "reports", "system"]
+ROUTES = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", f"trends?curves={TAG}:pv,FIC-102:pv,FIC-103:co", "journal", "reports", "system"]
 WATCHED = """loop: FIC-205
 control: elsewhere
 sample_time: 1
@@ -32,6 +35,21 @@ process_variable: {unit: m3/h, range: [0, 40]}
 output: {unit: "%", range: [0, 100]}
 io: {backend: feed, pv: {feed: "plant:PV"}, co: {feed: "plant:OP"}}
 """
+# Its device is not there, and it has no read-back: nothing that it computes reaches a valve.
+UNREACHED = """loop: FIC-206
+sample_time: 0.2
+process_variable: {unit: m3/h, range: [0, 40]}
+controller: {action: reverse, kc: 0.6, ti: 8, set_point: {limits: [0, 40]}, output: {unit: "%", range: [0, 100]}}
+start: {mode: automatic, set_point: 20, output: 50}
+safe_actions: {stop: hold, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: manual}
+recording: {enabled: false}
+io:
+  backend: modbus
+  poll_period: 0.2
+  transmitter: {link: skid, unit: 1, register: {table: input, address: 0, type: f32}}
+  positioner: {link: skid, unit: 2, command: {address: 100, type: u16, scale: 0.01}, comm_loss: none_accepted}
+"""
+LINK = "links: {skid: {transport: tcp, host: 127.0.0.1, port: 1, response_timeout: 0.1}}\n"
 wrong = []
 
 
@@ -211,7 +229,7 @@ def day_old(box, browser, spike_ms):
         ActionChains(browser.driver).double_click(browser.find(".plot .u-over")).perform()
         return span() > 1.5 * fine
     browser.until(goes_back, "a double click does not go back")
-    csv = browser.run_async("const r = await fetch(document.querySelector('.under a.button').href); return [r.status, (await r.text()).slice(0, 40)];")
+    csv = browser.run_async("const r = await fetch(document.querySelector('.under a[download]').href); return [r.status, (await r.text()).slice(0, 40)];")
     browser.check(csv[0] == 200 and csv[1].startswith("time,pv"), f"the CSV is {csv}")
 
 
@@ -250,7 +268,9 @@ def orders(box, browser):
     browser.find("dialog button.grave").click()
     browser.until(lambda: "4.5" in browser.text("dialog .trouble"), f"what another has set is overwritten: {browser.text('dialog')}")
     browser.check(loop()["sp"] == 4.5, "what another has set was overwritten")
-    browser.check("4.50 L/min" in browser.text("dialog .facts") and "6.25" not in browser.text("dialog"), f"the dialog keeps the old value: {browser.text('dialog')}")
+    words = browser.text("dialog .facts")
+    browser.check("4.50 L/min" in words and "7.00 L/min" in words and "6.25" not in words, f"the dialog has not the value in force and the operator's: {words}")
+    browser.check(f"Set by\nuid {os.getuid()}" in words, f"the dialog does not say who set it: {words}")
     browser.find("dialog").send_keys(Keys.ESCAPE)
     browser.until(lambda: not browser.all("dialog"), "Escape does not close the dialog")
     browser.press(".hands button:nth-of-type(1)")
@@ -384,6 +404,11 @@ def themes(box, browser):
     browser.check(paper() == dark, "the system's theme does not come back")
 
 
+def plain(route):
+    """As part of a file's name."""
+    return re.sub("[^A-Za-z0-9-]+", "-", route) or "overview"
+
+
 def nothing_cut_off(browser, name, width):
     """Of the lists that are read from left to right: alarms, journal, reports."""
     cut = browser.run("""[...document.querySelectorAll('.as-cards th, .as-cards td')].filter((e) => e.offsetParent && !e.closest('thead') &&
@@ -396,7 +421,7 @@ def narrow_and_paper(box, browser, folder):
         browser.screen(width, 2160 if width > 1000 else 760)
         for route in ROUTES:
             browser.go(box, route)
-            name = f"{width}-{route.replace('/', '-') or 'overview'}"
+            name = f"{width}-{plain(route)}"
             browser.until(lambda: browser.text("main").strip() and "Loading" not in browser.text("main"), f"{name} stays empty")
             wide = browser.run("document.documentElement.scrollWidth")
             browser.check(wide <= width, f"{name}: {wide} pixels wide on a screen of {width}")
@@ -419,7 +444,7 @@ def narrow_and_paper(box, browser, folder):
         pdf = browser.pdf()
         browser.check(pdf.startswith(b"%PDF") and len(pdf) > 8000, f"{route}: does not print")
         if folder:
-            (folder / f"paper-{route.replace('/', '-') or 'overview'}.pdf").write_bytes(pdf)
+            (folder / f"paper-{plain(route)}.pdf").write_bytes(pdf)
         browser.media("")
 
 
@@ -428,7 +453,7 @@ def every_view(box, browser, source, folder):
         browser.screen(scheme=scheme)
         for route in ROUTES:
             browser.go(box, route)
-            name = f"{scheme}-{route.replace('/', '-') or 'overview'}"
+            name = f"{scheme}-{plain(route)}"
             browser.until(lambda: browser.text("main").strip() and "Loading" not in browser.text("main"), f"{name} stays empty")
             if route.startswith("loop"):
                 browser.until(lambda: browser.all(".windows tbody tr"), f"{name}: no windows")
@@ -450,7 +475,14 @@ def reports_and_system(box, browser):
     policy = browser.run_async("const r = await fetch(a); return [r.status, r.headers.get('Content-Security-Policy')];", link.get_attribute("href"))
     browser.check(policy[0] == 200 and policy[1].startswith("sandbox"), f"a report has no sandbox: {policy}")
     browser.go(box, "system")
+    browser.until(lambda: "Loops connected" in browser.text("main"), "the box does not say how it is")
+    box.ask({"request": "reload"})
+    browser.until(lambda: "reload" in browser.text(".changes") and f"uid {os.getuid()}" in browser.text(".changes"), "a reload is no change of the box")
+    browser.check("Wake-up" not in browser.text("main"), "counters stand before what a person wants to know")
+    for _ in range(2):
+        browser.run("document.querySelectorAll('main details:not([open]) > summary').forEach((e) => e.click())")
     browser.until(lambda: "Wake-up" in browser.text("main") and len(browser.all(".histogram tbody tr")) > 2, "no histogram of the cycles")
+    browser.check(any(unit in browser.text("main").split("bytes sent")[-1][:20] for unit in ("kB", "MB")), "bytes have no unit")
 
 
 def make_report(box):
@@ -474,31 +506,42 @@ def axe_source():
 def everything(box, browser, source, folder, spike_ms):
     reports_and_system(box, browser)
     day_old(box, browser, spike_ms)
+    trends_and_bell.several_loops(box, browser)
+    trends_and_bell.notes(box, browser)
+    overview_used(box, browser)
     orders(box, browser)
     shelve(box, browser)
+    trends_and_bell.bell(box, browser)
     journal_searched(box, browser)
-    overview_used(box, browser)
     keyboard(box, browser)
     themes(box, browser)
     every_view(box, browser, source, folder)
     narrow_and_paper(box, browser, folder)
 
 
-def watched_loop():
-    """Of a loop that another controller has an operator sees who has it, and no buttons."""
+def whether_it_acts(folder):
+    """A faceplate says at once whether its loop acts: one that another controller has, with no buttons, one that acts on a model, one whose output reaches no valve."""
     box = Box(healthy=1, accelerate=1)
     daemon = box.folder / "config/loopwardend.yaml"
     user = pwd.getpwuid(os.getuid()).pw_name
-    daemon.write_text(daemon.read_text(encoding="utf-8") + f"feeders: {{plant: {{user: {user}}}}}\n", encoding="utf-8")
+    daemon.write_text(daemon.read_text(encoding="utf-8") + f"feeders: {{plant: {{user: {user}}}}}\n{LINK}", encoding="utf-8")
+    (box.folder / "config/loops.d/0002-unreached.yaml").write_text(UNREACHED, encoding="utf-8")
     (box.folder / "config/loops.d/0000-watched.yaml").write_text(WATCHED, encoding="utf-8")
     with tempfile.TemporaryDirectory() as profile, box, Browser(profile, wrong) as browser:
         browser.screen()
         browser.log_in(box, "otto")
         browser.go(box, "loop/FIC-102")
         browser.until(lambda: len(browser.all(".hands button")) == 3, "a loop controlled here has no buttons")
+        browser.until(lambda: "Acts, simulated" in browser.text(".acts"), f"a simulated loop says {browser.text('.acts')!r}")
         browser.go(box, "loop/FIC-205")
         browser.until(lambda: "Another controller has this loop" in browser.text(".faceplate"), "nobody says who controls")
         browser.check(not browser.all(".hands button"), "a watched loop can be operated")
+        browser.go(box, "loop/FIC-206")
+        browser.until(lambda: "Not written" in browser.text(".acts"), f"a loop whose output reaches no valve says {browser.text('.acts')!r}")
+        browser.go(box)
+        tile = lambda: next((one.text for one in browser.all(".tile") if "FIC-206" in one.text), "")
+        browser.until(lambda: tile() and "normal" not in tile().splitlines(), f"its tile says {tile()!r}")
+        keep(browser, folder, "acts")
 
 
 def smoke(box, browser, source, options):
@@ -550,10 +593,19 @@ def main():
                 everything(box, browser, source, options.keep, spike_ms)
             # The browser itself tells of every answer that is an error: those that were asked for.
             browser.quiet("page", allowed=("getImageData", "status of 401", "status of 403", "status of 409"))
+            if options.all:
+                view_states.stale(box, browser)
+                browser.log_out()
+                view_states.logged_out(box, browser)
+                browser.log_in(box, "vera")
+                view_states.first_seconds(box, browser)
             killed_and_back(box, browser)
-            browser.quiet("dead daemon", allowed=("getImageData", "status of 503", "ERR_"))
+            if options.all:
+                view_states.never_heard_of(box, browser)
+            browser.quiet("dead daemon", allowed=("getImageData", "status of 401", "status of 503", "ERR_"))
         if options.all:
-            watched_loop()
+            whether_it_acts(options.keep)
+            view_states.no_data(wrong)
     except (WebDriverException, OSError, subprocess.CalledProcessError) as error:
         print(f"page_in_browser: {error}", file=sys.stderr)
         return 74

@@ -104,7 +104,7 @@ TEST_CASE("a spike of one sample is in every picture, however wide") {
   Written written{.rows = wave(0, 150'000)};
   written.rows[place].pv = 9.5;
   written.to(folder.path());
-  for (const std::size_t points : {2UL, 10UL, 100UL, 1000UL, 4000UL}) {
+  for (const std::size_t points : {4UL, 10UL, 100UL, 1000UL, 4000UL}) {
     const Past past = past_of(folder, {kStart_ms, kStart_ms + 15'000'000}, points);
     CAPTURE(place, points);
     CHECK(past.curves.t_ms.size() <= points);
@@ -120,7 +120,7 @@ TEST_CASE("a spike of one sample is in every picture, however wide") {
   }
 }
 
-TEST_CASE("extremes of a bucket stand in their order of time") {
+TEST_CASE("a bucket is drawn as it was: its first, its extremes in their order of time, its last") {
   Decimator decimator(0, 1000.0);
   const auto add = [&](std::uint64_t period, double pv) {
     decimator.add(block_of(row_at(period, pv), static_cast<std::int64_t>(period) * 100, 1, 0));
@@ -128,10 +128,30 @@ TEST_CASE("extremes of a bucket stand in their order of time") {
   add(0, 5.0);
   add(3, 9.0);
   add(6, 1.0);
+  add(9, 4.0);
   add(12, 1.0);
   add(15, 9.0);
+  add(21, 7.0);
   const Curves curves = decimator.take();
-  CHECK(curves.columns[kPv] == std::vector<float>{9.0F, 1.0F, 1.0F, 9.0F});
+  CHECK(curves.columns[kPv] == std::vector<float>{5.0F, 9.0F, 1.0F, 4.0F, 1.0F, 9.0F, 7.0F});
+  CHECK(curves.t_ms == std::vector<std::int64_t>{0, 300, 600, 900, 1200, 1500, 2100});
+  CHECK(curves.sample == std::vector<std::uint8_t>{1, 0, 0, 1, 1, 1, 1});
+}
+
+TEST_CASE("a smooth fall stays one, whatever the width of the buckets") {
+  const TemporaryFolder folder;
+  std::vector<record::RecordRow> rows;
+  for (std::uint64_t i = 0; i < 50'000; ++i) {
+    rows.push_back(row_at(i, 9.0 - static_cast<double>(i) * 1e-4));
+  }
+  Written{.rows = rows}.to(folder.path());
+  for (const std::size_t points : {4UL, 50UL, 400UL, 2000UL}) {
+    CAPTURE(points);
+    const Past past = past_of(folder, {kStart_ms, kStart_ms + 4'999'900}, points);
+    REQUIRE(past.bucket_ms);
+    const auto& pv = past.curves.columns[kPv];
+    CHECK(std::is_sorted(pv.rbegin(), pv.rend()));
+  }
 }
 
 TEST_CASE("what is missing is a row without values") {
@@ -254,9 +274,9 @@ TEST_CASE("all rows in pieces") {
 TEST_CASE("whatever the rows, the picture keeps their extremes, rises in time and has its size") {
   property::for_all("decimation", 200, [] {
     std::vector<float> values(1 + property::one_of(500));
-    const std::size_t points = 2 + property::one_of(50);
+    const std::size_t points = kRowsPerBucket + property::one_of(50);
     const double span_ms = 150.0 * static_cast<double>(values.size());
-    Decimator decimator(0, span_ms / static_cast<double>(points / 2));
+    Decimator decimator(0, span_ms / static_cast<double>(points / kRowsPerBucket));
     std::uint64_t period = 0;
     for (float& value : values) {
       value = static_cast<float>(property::integer(-1000, 1000));
@@ -269,6 +289,8 @@ TEST_CASE("whatever the rows, the picture keeps their extremes, rises in time an
                       "time rises");
     property::require(curves.t_ms.size() <= points + 1, "as many rows as asked for");
     const auto& pv = curves.columns[kPv];
+    property::require(pv.front() == values.front() && pv.back() == values.back(),
+                      "it begins and ends where the values do");
     const auto real = [](float a, float b) { return !std::isnan(a) && (std::isnan(b) || a < b); };
     property::require(*std::min_element(pv.begin(), pv.end(), real) ==
                           *std::min_element(values.begin(), values.end()),

@@ -16,6 +16,7 @@ test('a counter is shown as what it counts', () => {
 });
 
 test('decimals show a thousandth of the span', () => {
+  assert.deepEqual([1, 0.5, 0.25, 0.2, 0.025, 100, 1e-9].map(f.decimalsOfStep), [0, 1, 2, 1, 3, 0, 6]);
   assert.equal(f.decimalsFor([0, 10]), 2);
   assert.equal(f.decimalsFor([0, 100]), 1);
   assert.equal(f.decimalsFor([-50, 50]), 1);

@@ -18,7 +18,7 @@ class Stream extends EventTarget {
 const LOOPS = [{tag: 'A', sample_time_s: 0.1}, {tag: 'B', sample_time_s: 0.1}];
 const VERA = {user: 'vera', role: 'viewer', csrf: 'hers', login: true, must_login: false, can: {alarms: false, control: false}, box: true};
 const NOBODY = {...VERA, user: null, role: 'none', csrf: 'nobody', must_login: true};
-const server = {session: VERA, asked: []};
+const server = {session: VERA, asked: [], describe: {up: true, loops: LOOPS}};
 
 Object.assign(globalThis, {
   EventSource: Stream,
@@ -27,7 +27,7 @@ Object.assign(globalThis, {
   setInterval: (act) => { server.tick = act; return 0; }, // nothing goes by itself
   fetch: async (path, {headers}) => {
     server.asked.push([path, headers]);
-    const known = {'/api/session': server.session, '/api/describe': {up: true, loops: LOOPS}, '/api/sparklines': {step_s: 10, pv: [[], []]}};
+    const known = {'/api/session': server.session, '/api/describe': server.describe, '/api/sparklines': {step_s: 10, pv: [[], []]}};
     const status = path !== '/api/session' && server.session.must_login ? 401 : 200;
     return {ok: status === 200, status, headers: new Headers(), json: async () => (status === 200 ? known[path] ?? {} : {error: 'log in first'})};
   },
@@ -81,6 +81,22 @@ test('when the stream says that the session has ended nothing is known any longe
   await settled();
   knowsNothing(live);
   assert.equal(heard.length, 3, 'the log-in is not shown twice');
+});
+
+test('a daemon that was never heard of has not no loops: nothing is known of them', async () => {
+  server.session = VERA;
+  server.describe = {up: false, loops: []};
+  const live = new Live();
+  await live.start();
+  Stream.newest.onopen();
+  Stream.newest.say('daemon', {up: false, since_ms: 1000, why: 'no daemon answers'});
+  await settled();
+  assert.equal(live.describe, null);
+  assert.equal(live.stale.why, 'daemon');
+  server.describe = {up: true, loops: LOOPS};
+  Stream.newest.say('describe', {});
+  await settled();
+  assert.equal(live.describe.loops.length, 2);
 });
 
 test('any answer that says so ends it as well', async () => {

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// monitor.corrective_action of a loop's file: the jacket, or planned moves.
+#pragma once
+
+#include "config/io_reader.hpp"
+#include "config/loop_config.hpp"
+#include "config/map_reader.hpp"
+
+namespace loopwarden::config {
+
+// `controller` and the other keys of `monitor` are read already.
+void read_corrective_action(MapReader& in, const control::ControllerSettings& controller,
+                            WindowCut& monitor);
+// Planned moves need a read-back, and on hardware bounds.
+void check_corrective_io(MapReader& in, const monitor::CorrectiveSettings& corrective,
+                         const IoSection& io);
+// The jacket.
+bool switches_on(const monitor::CorrectiveSettings& corrective) noexcept;
+
+}  // namespace loopwarden::config

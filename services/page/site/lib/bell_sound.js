@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a browser sounds and notifies with. Both need a click of the reader's first.
+
+let audio = null;
+
+// By a click: browsers let no page sound without one.
+export async function allowSound() {
+  audio ??= new AudioContext();
+  await audio.resume();
+}
+
+// What a browser that was told once remembers: whether it may sound in this tab, and notify.
+export const maySound = () => audio?.state === 'running';
+export const mayNotify = () => globalThis.Notification?.permission === 'granted';
+export const askToNotify = async () => { if (globalThis.Notification?.permission === 'default') await Notification.requestPermission(); };
+
+// Two tones, the second higher: heard beside machines, and no word.
+export function sound() {
+  if (!maySound()) return;
+  [[0, 660], [0.22, 880]].forEach(([after_s, hertz]) => {
+    const tone = audio.createOscillator(), loud = audio.createGain(), begin = audio.currentTime + after_s;
+    tone.frequency.value = hertz;
+    loud.gain.setValueAtTime(0.0001, begin);
+    loud.gain.exponentialRampToValueAtTime(0.3, begin + 0.02);
+    loud.gain.exponentialRampToValueAtTime(0.0001, begin + 0.2);
+    tone.connect(loud).connect(audio.destination);
+    tone.start(begin);
+    tone.stop(begin + 0.21);
+  });
+}
+
+export function notify({title, body, key, href}) {
+  if (!mayNotify()) return;
+  const note = new Notification(title, {body, tag: key});
+  note.onclick = () => {
+    window.focus();
+    location.hash = href;
+    note.close();
+  };
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Curves of several loops: as an address has them, in panes by unit, on one axis of time. Pure.
+
+export const QUANTITIES = ['pv', 'sp', 'co', 'stem'];
+export const MOST_CURVES = 8;
+const LANE_KEYS = ['c1', 'c2', 'c3', 'c4', 'c5', 'c6', 'c7', 'c8'];
+const DASHES = [null, [7, 4], [2, 3], [9, 3, 2, 3]]; // so that neighbours are told apart without colour
+
+// "FIC-101:pv,FIC-102:co" as [{tag, quantity}], none twice; what is no curve is left out.
+export function curvesIn(text) {
+  const curves = [];
+  for (const part of (text ?? '').split(',')) {
+    const cut = part.lastIndexOf(':'), tag = part.slice(0, cut), quantity = part.slice(cut + 1);
+    const double = curves.some((one) => one.tag === tag && one.quantity === quantity);
+    if (cut > 0 && QUANTITIES.includes(quantity) && !double && curves.length < MOST_CURVES) curves.push({tag, quantity});
+  }
+  return curves;
+}
+
+export const curvesText = (curves) => curves.map(({tag, quantity}) => `${tag}:${quantity}`).join(',');
+
+const ofPv = (quantity) => quantity === 'pv' || quantity === 'sp';
+
+// Panes for Trend: curves of one unit share one. `find(tag)`: the loop, or undefined: then its curves are not there.
+export function panesOf(curves, find, nameOf) {
+  const panes = [];
+  curves.forEach(({tag, quantity}, i) => {
+    const loop = find(tag);
+    if (!loop) return;
+    const unit = (ofPv(quantity) ? loop.pv_unit : loop.co_unit) ?? '', range = ofPv(quantity) ? loop.pv_range : loop.co_range;
+    let pane = panes.find((one) => one.unit === unit);
+    if (!pane) panes.push(pane = {label: unit, unit, range: [...range], curves: []});
+    pane.range = [Math.min(pane.range[0], range[0]), Math.max(pane.range[1], range[1])];
+    pane.label = [...new Set([...pane.curves.map((one) => one.name), nameOf(tag, quantity)])].join(', ');
+    pane.curves.push({key: LANE_KEYS[i], name: nameOf(tag, quantity), ink: LANE_KEYS[i], dash: DASHES[i % DASHES.length], width: 1.6});
+  });
+  return panes;
+}
+
+// `histories`: by tag. One axis of all times, a column for each curve; undefined where a loop has no row at that time, null where it has
+// one without a value, so that no line is drawn over what is missing.
+export function joined(curves, histories) {
+  const t = [...new Set(Object.values(histories).flatMap((history) => history.t))].sort((a, b) => a - b), data = {t};
+  const places = Object.fromEntries(Object.entries(histories).map(([tag, history]) => [tag, new Map(history.t.map((at, row) => [at, row]))]));
+  curves.forEach(({tag, quantity}, i) => {
+    const column = histories[tag]?.[quantity], rows = places[tag];
+    if (column) data[LANE_KEYS[i]] = t.map((at) => (rows.has(at) ? column[rows.get(at)] : undefined));
+  });
+  return data;
+}

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Notes below a trend, and the dialog that makes one.
+import {ask, field} from './dialog.js';
+import {el} from './dom.js';
+import {get, loopPath, post, query} from './api.js';
+import {live} from './live.js';
+import {notesIn, notesOf} from './notes.js';
+import {wall} from './shell.js';
+import {fill, texts} from '../texts.js';
+
+const t = texts.notes;
+const MOST_LINES = 200, FRESH_MS = 15_000;
+let newest = {tags: null, at_ms: -Infinity, notes: []};
+
+// Of some loops together, numbered over all of them. A trend that follows asks each few seconds; the journal is not read as often.
+export async function fetchNotes(tags, signal) {
+  const now_ms = performance.now(), key = tags.join();
+  if (newest.tags === key && now_ms - newest.at_ms < FRESH_MS) return newest.notes;
+  const answers = await Promise.all(tags.map((loop) => get(`/api/journal${query({loop, kind: 'operator', text: 'note', most: MOST_LINES})}`, signal)));
+  newest = {tags: key, at_ms: now_ms, notes: notesOf(answers.flatMap(({lines}) => lines))};
+  return newest.notes;
+}
+
+// Written anew only where another note is in the span: a reader's selection stays.
+export function showNotes(place, notes, span, withLoop = false) {
+  const seen = notesIn(notes, span), key = JSON.stringify(seen);
+  if (place.shown === key) return;
+  place.shown = key;
+  const lineOf = (note) => el('li', {value: note.number}, el('span', {class: 'soft'}, [wall().dateTime(note.at_ms), withLoop ? note.loop : null, note.who].filter(Boolean).join(' · ')), ` ${note.text}`);
+  place.replaceChildren(seen.length ? el('ol', {class: 'trend-notes', 'aria-label': t.title}, seen.map(lineOf)) : '');
+}
+
+export const mayNote = () => Boolean(live.session.can?.alarms);
+
+// at_ms: the time it is about; then(): it is written.
+export function askNote(tag, at_ms, then) {
+  const text = el('input', {name: 'text', maxlength: 200, required: true, autocomplete: 'off'});
+  ask({
+    title: fill(t.ask, {tag}), label: t.write, body: [el('p', {}, fill(t.about, {time: wall().dateTime(at_ms)})), field(t.text, text)],
+    accept: async (data) => {
+      await post(loopPath(tag, 'notes'), {text: String(data.get('text')), about_ms: Math.floor(at_ms)});
+      newest.tags = null;
+      await then();
+    },
+  });
+}

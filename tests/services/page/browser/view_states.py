@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What each view says while nothing is known: logged out, in its first seconds, when values have become old, and without data. What is not
+known is never shown as good."""
+import signal
+import tempfile
+
+from box import Box, Browser
+
+# Each as a visible text that no line strikes out and that does not begin with "not known".
+GOOD = r"(?<!its )\bnormal\b|No alarm|\bLive\b|The box is well|\bAUTO\b|writes its output|yes|\bgood\b"
+TAG = "FIC-101"
+VIEWS = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", f"trends?curves={TAG}:pv", "journal", "reports", "system"]
+# What a healthy box says where it has nothing to show.
+NOTHING = {"trends": "up to eight curves", "alarms": "No alarm is on, and none waits", "alarms/FIC-102/stiction": "No evidence is kept", "journal": "No line is like that",
+           "reports": "There are no reports", "loop/FIC-102?from=1000000000000&to=1000000600000": "Nothing is recorded in this span", "system": "Nothing that the journal tells of"}
+# Answers are on their way for ever, but for the one that says who is there.
+HOLD = """(() => {
+  const ask = window.fetch;
+  window.fetch = (path, options) => (path === '/api/session' ? ask(path, options) : new Promise(() => {}));
+  window.EventSource = class extends EventTarget { static CLOSED = 2; readyState = 0; close() {} };
+})()"""
+
+
+def claims(browser):
+    """Texts on the screen that say that something is good."""
+    return browser.run("""((pattern) => {
+      const good = new RegExp(pattern), walker = document.createTreeWalker(document.querySelector('#app'), NodeFilter.SHOW_TEXT), found = [];
+      for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+        const text = node.textContent.trim(), seen = node.parentElement.checkVisibility();
+        if (!seen || !good.test(text) || /^not known/i.test(text) || node.parentElement.closest('select, details, caption, .theme, .guide, .history, .unseen, .journal')) continue;
+        let struck = false;
+        for (let e = node.parentElement; e; e = e.parentElement) struck ||= getComputedStyle(e).textDecorationLine === 'line-through';
+        if (!struck) found.push(text.slice(0, 60));
+      }
+      return found;
+    })(arguments[0])""", GOOD)
+
+
+def logged_out(box, browser):
+    for route in VIEWS:
+        browser.driver.get(f"{box.url}/#/{route}")
+        browser.driver.refresh()
+        browser.until(lambda: browser.all("form.panel input[name=password]"), f"{route}: nobody is asked to log in")
+        browser.check(not claims(browser), f"{route}, logged out: {claims(browser)}")
+        browser.check(TAG not in browser.text("body"), f"{route}: who is not logged in reads of {TAG}")
+
+
+def first_seconds(box, browser):
+    script = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": HOLD})["identifier"]
+    for route in VIEWS:
+        browser.driver.get(f"{box.url}/#/{route}")
+        browser.driver.refresh()
+        browser.until(lambda: "Loading" in browser.text("main"), f"{route}: does not say that it loads: {browser.text('main')[:200]}")
+        browser.check(not claims(browser), f"{route}, in its first seconds: {claims(browser)}")
+    browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", {"identifier": script})
+    browser.driver.get(box.url)
+    browser.driver.refresh()
+
+
+def stale(box, browser):
+    is_stale = lambda: browser.run("document.body.classList.contains('stale')")
+    for route in VIEWS:
+        browser.go(box, route)
+        browser.until(lambda: browser.text("main").strip() and "Loading" not in browser.text("main") and not is_stale(), f"{route}: stays empty")
+        box.daemon.send_signal(signal.SIGSTOP)
+        try:
+            browser.until(is_stale, f"{route}: values of a daemon that stands still look fresh")
+            browser.until(lambda: not claims(browser), f"{route}, stale: {claims(browser)}")
+            browser.check(browser.run("document.title").startswith("No values"), f"{route}: the tab says {browser.run('document.title')!r}")
+        finally:
+            box.daemon.send_signal(signal.SIGCONT)
+        browser.until(lambda: not is_stale(), f"{route}: values don't come back")
+
+
+def never_heard_of(box, browser):
+    """The page has begun before its daemon."""
+    box.kill_daemon()
+    box.page.kill()
+    box.page.wait()
+    box.start_page()
+    browser.log_in(box, "vera")
+    for route in VIEWS:
+        browser.driver.get(f"{box.url}/#/{route}")
+        browser.driver.refresh()
+        browser.until(lambda: browser.run("document.body.classList.contains('stale')"), f"{route}: a daemon that never answered is not told of")
+        browser.check(not claims(browser), f"{route}, without a daemon: {claims(browser)}")
+        browser.check("no loops" not in browser.text("main"), f"{route}: loops that nobody knows are none")
+    box.start_daemon()
+    browser.until(lambda: not browser.run("document.body.classList.contains('stale')"), "the daemon that has come is not seen")
+
+
+def no_data(wrong):
+    with tempfile.TemporaryDirectory() as profile, Box(healthy=2, accelerate=1, sticking=False, recording=False) as box, Browser(profile, wrong) as browser:
+        browser.screen()
+        browser.log_in(box, "vera")
+        for route, words in NOTHING.items():
+            browser.go(box, route)
+            browser.until(lambda: words in browser.text("main"), f"{route}: does not say {words!r}: {browser.text('main')[:300]}")
+

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import {FAULTS, MODES} from '../../../../services/page/site/lib/codes.js';
+import {actsOf, modeOf, ne107Of, stateOf} from '../../../../services/page/site/lib/state.js';
+import {texts} from '../../../../services/page/site/texts.js';
+
+const calm = {pv: 5, sp: 5, co: 50, mode: 1, fault: 0, quality: 192, flags: 0, ne107: 0, alarm: 0, alarm_kind: null, condition: 95};
+const overview = (change = {}) => Object.fromEntries(Object.entries({...calm, ...change}).map(([name, value]) => [name, [value]]));
+const unknown = Object.fromEntries(Object.keys(calm).map((name) => [name, null]));
+const about = {severe: 5, stands: false, stale: false};
+const words = (change, more = {}) => stateOf(overview(change), 0, {...about, ...more})[0];
+const acts = (change, loop = {}, stale = false) => actsOf(overview(change), 0, loop, stale).key;
+const GOOD = [texts.overview.calm, texts.acts.acts[0], texts.ne107.normal[1]];
+
+test('a loop without a cycle is not known, and neither normal nor acting', () => {
+  assert.equal(words({...unknown, alarm: 0}), texts.notKnown);
+  assert.equal(acts(unknown), 'not_known');
+  assert.deepEqual(ne107Of(overview(unknown), 0, false), ['–', texts.notKnown]);
+});
+
+test('of old values nothing good is said', () => {
+  const [said, sign, look] = stateOf(overview(), 0, {...about, stale: true});
+  assert.match(said, /not known/);
+  assert.equal(words({}, {stale: true, stands: true}), said, 'that its cycle stands follows from it');
+  assert.deepEqual([sign, look], [null, 'soft']);
+  assert.ok(!GOOD.includes(said));
+  assert.equal(acts({}, {}, true), 'not_known');
+  assert.equal(ne107Of(overview(), 0, true)[1], texts.notKnown);
+});
+
+test('a loop that does what it should is normal and acts', () => {
+  assert.equal(words({}), texts.overview.calm);
+  assert.equal(acts({}), 'acts');
+  assert.equal(ne107Of(overview(), 0, false)[1], 'normal');
+});
+
+test('an output that does not reach the valve is never normal, whichever way it is told', () => {
+  for (const change of [{fault: FAULTS.indexOf('output_lost')}, {fault: FAULTS.indexOf('output_unknown')}, {flags: 32}]) {
+    assert.equal(acts(change), 'not_written', JSON.stringify(change));
+    assert.equal(stateOf(overview(change), 0, about)[2], 'high', JSON.stringify(change));
+  }
+});
+
+test('what keeps a loop from acting is told before its mode', () => {
+  assert.equal(acts({fault: FAULTS.indexOf('enable_open'), mode: 1}), 'out_of_service');
+  assert.equal(acts({fault: FAULTS.indexOf('stop')}), 'out_of_service');
+  assert.equal(acts({mode: MODES.indexOf('manual')}), 'manual');
+  assert.equal(acts({mode: MODES.indexOf('fallback')}), 'fallback');
+  assert.equal(acts({mode: 99}), 'not_known');
+  assert.equal(acts({}, {control: 'elsewhere'}), 'watched');
+  assert.equal(words({}, {loop: {control: 'elsewhere'}}), texts.acts.watched[0]);
+  assert.equal(actsOf(overview(), 0, {simulated: true}).simulated, true);
+});
+
+test('the mode of a watched loop is not known while nothing comes from its controller', () => {
+  assert.equal(modeOf(overview({quality: 0}), 0, {control: 'elsewhere'}), null);
+  assert.equal(modeOf(overview(), 0, {control: 'elsewhere'}), 'automatic');
+  assert.equal(modeOf(overview({quality: 0}), 0, {control: 'here'}), 'automatic');
+});
+
+test('every fault and mode leads to a text without a hole', () => {
+  for (let fault = 0; fault <= FAULTS.length; ++fault) {
+    for (let mode = 0; mode <= MODES.length; ++mode) {
+      const {word, detail} = actsOf(overview({fault, mode}), 0, {});
+      assert.ok(word.length && !/\{|undefined/.test(detail), `${fault} ${mode}: ${detail}`);
+    }
+  }
+});
+
+test('an alarm has its size and the grave of the list, else of its kind', () => {
+  const o = {alarm: 1, alarm_kind: 0};
+  assert.match(words(o, {listed: () => ({alarm: 'stiction', severity_percent: 6.1})}), /Stiction 6\.1 %, unacknowledged/);
+  assert.equal(stateOf(overview(o), 0, {...about, listed: () => ({alarm: 'stiction', severity_percent: 6.1})})[2], 'high waits');
+  assert.equal(stateOf(overview(o), 0, about)[2], 'low waits');
+});
