@@ -38,12 +38,13 @@ void watched_loop(benchmark::State& state) {
   std::uint64_t period = 0;
   for (auto _ : state) {
     for (const plant::LoopSample& s : samples) {
-      benchmark::DoNotOptimize(watch.add({.period_index = ++period,
-                                          .sp = s.sp,
-                                          .pv = s.pv,
-                                          .co = s.co,
-                                          .automatic = true,
-                                          .pv_good = true}));
+      const monitor::MonitorStep step = watch.add({.period_index = ++period,
+                                                   .sp = s.sp,
+                                                   .pv = s.pv,
+                                                   .co = s.co,
+                                                   .automatic = true,
+                                                   .pv_good = true});
+      benchmark::DoNotOptimize(step.twin);
     }
   }
   if (!watch.controller()->watched()) state.SkipWithError("the controller is not watched");
