@@ -183,6 +183,14 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
                    [&](MapReader& server) { config.modbus_server = read_modbus_server(server); });
   in.maybe_section("alarms", "of all loops",
                    [&](MapReader& alarms) { config.alarms = read_alarms(alarms); });
+  const Value<std::vector<std::string>> certificates =
+      in.maybe_texts("certificates",
+                     "PEM files that loopwardend may read: alarm certificate_expires 14 days "
+                     "before one ends",
+                     "[PATH, ...]");
+  for (const std::string& name : certificates.value) {
+    config.certificates.push_back(resolve(file, name));
+  }
   in.maybe_section("page", "what loopwarden-page may order; nothing: it only reads",
                    [&](MapReader& page) { config.page = read_rights(page); });
   in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads",

@@ -2,6 +2,8 @@
 // What the configuration files say, as plain data. config_reader.hpp fills it.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -20,6 +22,7 @@
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
 #include "model/monitor/alarm.hpp"
+#include "model/monitor/alarm_guide.hpp"
 #include "model/monitor/corrective_action.hpp"
 #include "model/monitor/process_watch.hpp"
 #include "model/plant/loop_model.hpp"
@@ -81,16 +84,60 @@ inline bool knows_set_point(const Io& io) noexcept {
   return feed == nullptr || feed->set_point.has_value();
 }
 
+// Whether an enable contact is wired to the loop, or stands in its simulation.
+inline bool has_enable(const Io& io) noexcept {
+  if (const auto* analog = std::get_if<hal::iio::AnalogSettings>(&io)) {
+    return analog->enable.has_value();
+  }
+  const auto* sim = std::get_if<SimIo>(&io);
+  return sim != nullptr &&
+         std::any_of(sim->io_faults.begin(), sim->io_faults.end(),
+                     [](const auto& f) { return f.kind == hal::sim::IoFault::Kind::enable_open; });
+}
+
 // What is normal where `alarms.normal_mode` is not given.
 constexpr monitor::NormalMode usual_mode(control::Mode start) noexcept {
   return start == control::Mode::automatic ? monitor::NormalMode::automatic
                                            : monitor::NormalMode::any;
 }
 
+// What is said of an alarm where the loop's file says something; empty: as monitor::guide_of.
+struct AlarmTexts {
+  std::string cause, consequence, action, time_to_act;
+
+  friend bool operator==(const AlarmTexts&, const AlarmTexts&) = default;
+};
+
+struct LoopAlarmConfig {
+  monitor::ProcessSettings process;
+  std::array<monitor::Priority, monitor::kAlarmKindCount> priority = usual_priorities();
+  std::array<AlarmTexts, monitor::kAlarmKindCount> texts;
+
+  static constexpr std::array<monitor::Priority, monitor::kAlarmKindCount> usual_priorities() {
+    std::array<monitor::Priority, monitor::kAlarmKindCount> all{};
+    for (const monitor::AlarmKind kind : monitor::kAlarmKinds) {
+      all[monitor::index_of(kind)] = monitor::usual_priority(kind);
+    }
+    return all;
+  }
+  // What a person is told of it.
+  AlarmTexts guide(monitor::AlarmKind kind) const {
+    const monitor::AlarmGuide usual = monitor::guide_of(kind);
+    const AlarmTexts& own = texts[monitor::index_of(kind)];
+    const auto said = [](const std::string& text, const char* otherwise) {
+      return text.empty() ? std::string(otherwise) : text;
+    };
+    return {said(own.cause, usual.cause), said(own.consequence, usual.consequence),
+            said(own.action, usual.action), said(own.time_to_act, usual.time_to_act)};
+  }
+  friend bool operator==(const LoopAlarmConfig&, const LoopAlarmConfig&) = default;
+};
+
 struct LoopConfig {
   std::string file;
   std::string name;  // the tag, e.g. FIC-101
   std::string description;
+  std::string area;
   std::string pv_unit;
   std::string co_unit;
   double sample_time_s = 0.1;  // s
@@ -101,7 +148,7 @@ struct LoopConfig {
   ValvePosition valve_position;
   Recording recording;
   WindowCut monitor;
-  monitor::NormalMode normal_mode = monitor::NormalMode::any;
+  LoopAlarmConfig alarms;
   Io io;
 };
 
@@ -170,8 +217,9 @@ struct DaemonConfig {
   std::map<std::string, FeederUser> feeders;  // by the name that loops use
   std::optional<ModbusServer> modbus_server;
   Alarms alarms;
-  SocketRights page;  // of page.sock
-  SocketRights edge;  // of edge.sock
+  std::vector<std::string> certificates;  // PEM files whose end is watched
+  SocketRights page;                      // of page.sock
+  SocketRights edge;                      // of edge.sock
 };
 
 struct Configuration {

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <variant>
 
+#include "config/alarms_reader.hpp"
 #include "config/character.hpp"
 #include "config/controller_reader.hpp"
 #include "config/corrective_reader.hpp"
@@ -18,6 +19,7 @@
 #include "config/io_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/watched_io_reader.hpp"
+#include "model/monitor/box_alarms.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -29,16 +31,13 @@ using RangeValue = Value<std::pair<double, double>>;
 
 constexpr auto kStartModes =
     std::to_array<Choice<Mode>>({{"manual", Mode::manual}, {"automatic", Mode::automatic}});
-constexpr auto kNormalModes =
-    std::to_array<Choice<monitor::NormalMode>>({{"automatic", monitor::NormalMode::automatic},
-                                                {"manual", monitor::NormalMode::manual},
-                                                {"any", monitor::NormalMode::any}});
 constexpr auto kRecoveries = std::to_array<Choice<Recovery>>(
     {{"manual", Recovery::manual}, {"previous_mode", Recovery::previous_mode}});
 constexpr auto kUncertain = std::to_array<Choice<bool>>({{"bad", false}, {"good", true}});
 constexpr auto kControls = std::to_array<Choice<bool>>({{"here", false}, {"elsewhere", true}});
 constexpr const char* kControlMeaning =
     "who controls the loop; elsewhere: another controller does, and nothing of it is ever written";
+constexpr const char* kAlarmsMeaning = "alarms of this loop: limits, delays, priorities, texts";
 constexpr auto kReadBack = std::to_array<Choice<bool>>({{"read_back", true}});
 
 bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
@@ -105,7 +104,7 @@ class LoopReader {
                       [&](MapReader& recording) { read_recording(recording); });
     in_.maybe_section("monitor", "windows of 961 samples, and the specialists that judge them",
                       [&](MapReader& monitor) { read_monitor(monitor); });
-    read_alarms(in_.maybe_section("alarms", "process alarms of this loop"));
+    std::optional<MapReader> alarms = in_.maybe_section("alarms", kAlarmsMeaning);
     IoSection io;
     if (std::optional<MapReader> section = in_.need_section("io", "what the loop is wired to")) {
       io = read_io(*section, io_context());
@@ -119,6 +118,7 @@ class LoopReader {
     // What the converter and the deadband hold back is no windup.
     config().controller.pid.tolerance = config().controller.output.deadband + io.output_resolution;
     config().io = std::move(io.io);
+    read_alarms(std::move(alarms));
     return std::move(loop_);
   }
 
@@ -135,13 +135,14 @@ class LoopReader {
                       [&](MapReader& recording) { read_recording(recording); });
     in_.maybe_section("monitor", "windows of 961 samples, and the specialists that judge them",
                       [&](MapReader& monitor) { read_monitor(monitor); });
-    read_alarms(in_.maybe_section("alarms", "process alarms of this loop"));
+    std::optional<MapReader> alarms = in_.maybe_section("alarms", kAlarmsMeaning);
     refuse(in_, {"start", "safe_actions"});
     if (std::optional<MapReader> section = in_.need_section("io", "where its values are read")) {
       IoSection io = read_watched_io(*section, io_context());
       loop_.command = io.command;
       config().io = std::move(io.io);
     }
+    read_alarms(std::move(alarms));
     loop_.hardware = true;
     return std::move(loop_);
   }
@@ -198,6 +199,8 @@ class LoopReader {
         in_.error("loop", fmt::format("must be 1 to 32 letters, digits, '-', '_' or '.', beginning "
                                       "with a letter or digit (got '{}')",
                                       quotable(tag.value)));
+      } else if (tag.value == monitor::kBox) {
+        in_.error("loop", "'box' stands for the box itself where alarms are named");
       } else if (!is_isa_tag(tag.value)) {
         in_.warning("loop", fmt::format("'{}' is no tag in the manner of ISA-5.1, such as FIC-101",
                                         tag.value));
@@ -205,6 +208,8 @@ class LoopReader {
     }
     const Value<std::string> description = in_.text("description", "for people", "none");
     if (description.given) config().description = description;
+    const Value<std::string> area = in_.text("area", "of the plant, for people", "none");
+    if (area.given) config().area = area;
     sample_time_ = read_sample_time(in_);
     if (sample_time_.valid) config().sample_time_s = sample_time_;
   }
@@ -452,14 +457,16 @@ class LoopReader {
     if (corrective_) read_corrective_action(*corrective_, config().controller, monitor);
   }
 
-  // After read_start: what is normal follows from how the loop comes up.
+  // After start and io: what is normal follows from how the loop comes up, what there is from how it is wired.
   void read_alarms(std::optional<MapReader> in) {
-    config().normal_mode = usual_mode(config().start.mode);
-    if (!in) return;
-    in->set_one_of("normal_mode", kNormalModes,
-                   "in another one for 10 s: alarm not_normal_mode; any: never",
-                   config().normal_mode,
-                   {.fallback = watched_ ? "any" : "automatic where start.mode is, else any"});
+    config().alarms =
+        read_loop_alarms(std::move(in), {.pv_range = pv_range_,
+                                         .watched = watched_,
+                                         .start_mode = config().start.mode,
+                                         .knows_set_point = knows_set_point(config().io)});
+    monitor::ProcessSettings& process = config().alarms.process;
+    process.at(monitor::AlarmKind::enable_open).fitted = has_enable(config().io);
+    process.at(monitor::AlarmKind::source_lost).fitted = watched_;
   }
 
   // Without a read-back only a stated value or the operator can tell where the output stands.

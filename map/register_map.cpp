@@ -121,6 +121,9 @@ constexpr std::array kRegisters{
            "address of the first loop's third block, of holding registers and of coils"),
     box_in(Field::third_stride, 42, u16, "third_stride", "",
            "from one loop's third block of holding registers to the next"),
+    box_in(Field::box_alarms, 43, u16, "box_alarms", "",
+           "the box's own alarms whose condition is on: 1 disk_full, 2 clock_stepped, "
+           "4 feeder_lost, 8 service_failed, 16 certificate_expires, 32 records_dropped"),
 
     loop_in(Field::sequence_head, 0, u16, "sequence_head", "",
             "counts the loop's cycles; equal to sequence_tail if the block is of one cycle"),
@@ -246,6 +249,15 @@ constexpr std::array kRegisters{
     holding(Field::shelve_minutes, Area::loop, 17, u16, "shelve_low_air_supply", "min", kShelve,
             1.0, 3),
     holding(Field::shelve_minutes, Area::loop, 18, u16, "shelve_unknown", "min", kShelve, 1.0, 4),
+    holding(
+        Field::moves_phase, Area::loop, 19, u16, "moves_phase", "",
+        "planned moves: 0 none, 1 watching the loop without them, 2 probing, 3 resting, 4 backing "
+        "off, 5 moving, 6 the loop is given back"),
+    holding(
+        Field::moves_gain, Area::loop, 20, u16, "moves_gain", "",
+        "RMS of SP - PV with planned moves over that without, in shadow what it would be; 0: not "
+        "known yet",
+        0.01),
     holding(Field::jacket_rate, Area::third, 0, f32, "jacket_rate", "CO/s",
             "what the stickband jacket adds to the integral; 0 without one"),
     holding(Field::jacket_rate_shadow, Area::third, 2, f32, "jacket_rate_shadow", "CO/s",
@@ -258,9 +270,13 @@ constexpr std::array kRegisters{
         Field::orders_refused, Area::third, 8, u16, "orders_refused", "",
         "orders that were let in, by whomever, and could not act any more when the loop took them; "
         "65535: at least"),
+    holding(Field::calm, Area::third, 9, u16, "calm_stiction", "",
+            "write 1: planned moves that are offered begin, in shadow first; reads 0"),
     holding(Field::alarm_state, Area::third, 10, u16, "alarm_model_gap", "", kState, 1.0, 5),
     holding(Field::shelve_minutes, Area::third, 13, u16, "shelve_model_gap", "min", kShelve, 1.0,
             5),
+    holding(Field::unshelve_process, Area::third, 14, u16, "unshelve_process", "",
+            "write 1: take all process alarms of the loop off the shelf; reads 0"),
     holding(Field::explanation_effect, Area::third, 16, u16, "explanation_effect", "",
             "number of the effect (effects.md) that explains the alarm, as last found; 0: none"),
     holding(Field::explanation_agrees, Area::third, 17, u16, "explanation_agrees", "",
@@ -279,15 +295,17 @@ constexpr std::array kRegisters{
             "5 unknown, 6 model_gap; 0: none is"),
     holding(Field::explanation_age, Area::third, 26, u32, "explanation_age", "s",
             "since it was found"),
-    holding(
-        Field::moves_phase, Area::third, 28, u16, "moves_phase", "",
-        "planned moves: 0 none, 1 watching the loop without them, 2 probing, 3 resting, 4 backing "
-        "off, 5 moving, 6 the loop is given back"),
-    holding(
-        Field::moves_gain, Area::third, 29, u16, "moves_gain", "",
-        "RMS of SP - PV with planned moves over that without, in shadow what it would be; 0: not "
-        "known yet",
-        0.01),
+    holding(Field::process_active, Area::third, 28, u16, "process_active", "",
+            "process alarms whose condition is on, bits as alarms.md has them: 1 bad_pv, "
+            "2 output_lost, 4 output_unknown, 8 not_normal_mode, 16 enable_open, 32 source_lost, "
+            "64 deviation, 128 pv_high_high, 256 pv_high, 512 pv_low, 1024 pv_low_low, "
+            "2048 rate_of_change"),
+    holding(Field::process_unacknowledged, Area::third, 29, u16, "process_unacknowledged", "",
+            "the same bits: they wait for the operator"),
+    holding(Field::process_shelved, Area::third, 30, u16, "process_shelved", "",
+            "the same bits: on the shelf"),
+    holding(Field::process_suppressed, Area::third, 31, u16, "process_suppressed", "",
+            "the same bits: suppressed by design"),
 
     box_bit(Field::running, 0, "running", "the loops run"),
     box_bit(Field::any_alarm_active, 1, "any_alarm_active", "the condition of an alarm is on"),
@@ -344,8 +362,8 @@ constexpr std::array kRegisters{
     bit(Field::acknowledge, Table::coil, Area::third, 0, "acknowledge_model_gap", kAcknowledge, 5),
     bit(Field::reset, Table::coil, Area::third, 1, "reset_model_gap", kReset, 5),
     bit(Field::unshelve, Table::coil, Area::third, 2, "unshelve_model_gap", kUnshelve, 5),
-    bit(Field::calm, Table::coil, Area::third, 3, "calm_stiction",
-        "write 1: planned moves that are offered begin, in shadow first; reads 0"),
+    bit(Field::acknowledge_process, Table::coil, Area::third, 3, "acknowledge_process",
+        "write 1: acknowledge all process alarms of the loop; reads 0"),
 };
 
 constexpr std::array kReserved{

@@ -91,6 +91,7 @@ enum class Field : std::uint8_t {
   condition_stride,
   first_third,
   third_stride,
+  box_alarms,
   // loop, input registers
   sequence_head,
   mode,
@@ -173,6 +174,11 @@ enum class Field : std::uint8_t {
   explanation_age,
   moves_phase,
   moves_gain,
+  unshelve_process,
+  process_active,
+  process_unacknowledged,
+  process_shelved,
+  process_suppressed,
   jacket_rate_shadow,
   compensator,
   compensator_shadow,
@@ -180,6 +186,7 @@ enum class Field : std::uint8_t {
   // coils
   acknowledge_all,
   acknowledge,
+  acknowledge_process,
   reset,
   unshelve,
   veto_corrective_action,
@@ -208,8 +215,10 @@ std::uint16_t width(const Register& reg) noexcept;
 // Whether masters on the list may write it at all.
 constexpr bool writable(const Register& reg) noexcept {
   if (reg.area == Area::third) {
-    return reg.table == Table::coil || reg.field == Field::shelve_minutes;
+    return reg.table == Table::coil || reg.field == Field::shelve_minutes ||
+           reg.field == Field::unshelve_process || reg.field == Field::calm;
   }
+  if (reg.field == Field::moves_phase || reg.field == Field::moves_gain) return false;
   return reg.table == Table::holding_register || reg.table == Table::coil;
 }
 

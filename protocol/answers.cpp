@@ -7,12 +7,20 @@ namespace loopwarden::protocol {
 
 using nlohmann::json;
 
-PROTOCOL_JSON(Alarm, loop, alarm, state, active, unacknowledged, consequence, raised_ms, changed_ms,
-              times_raised, shelved_until_ms, severity_percent, worst_severity_percent)
+PROTOCOL_JSON(Alarm, loop, alarm, state, priority, active, unacknowledged, consequence,
+              consequence_of, first_out, flaps, raised_ms, changed_ms, times_raised,
+              shelved_until_ms, severity_percent, worst_severity_percent)
 PROTOCOL_JSON(Incident::Renamed, time_s, from, to)
 PROTOCOL_JSON(Incident, id, loop, name, cause, from_s, raised_s, confidence, alarms, active,
               unacknowledged, renamed, cleared_s)
 PROTOCOL_JSON(Alarms, alarms, incidents, now_ms)
+PROTOCOL_JSON(AlarmDesign, loop, alarm, priority, limit, dead_band, unit, on_delay_s, off_delay_s,
+              suppressed_by, cause, consequence, action, time_to_act)
+PROTOCOL_JSON(AlarmDesigns, alarms)
+PROTOCOL_JSON(AlarmFigures::Counted, loop, alarm, count, percent)
+PROTOCOL_JSON(AlarmFigures::Stale, loop, alarm, since_ms)
+PROTOCOL_JSON(AlarmFigures, from_ms, to_ms, came, per_hour, most_in_10_min, floods, flood_percent,
+              priorities, top, chattering, stale)
 PROTOCOL_JSON(Explanation, alarm, final_name, raised_ms, ended_ms, verdict, effect, size_percent,
               low_percent, high_percent, confidence, alternatives, gap_closed, agrees, since_s,
               sentence, remedy, folder)
@@ -62,15 +70,15 @@ struct Members<LoopAnswer> {
 };
 PROTOCOL_DEFINE(LoopAnswer)
 
-PROTOCOL_JSON(Explained, evidence, alarm, cause, consequence, action, explanation, monitor,
-              disk_answers, history)
+PROTOCOL_JSON(Explained, evidence, alarm, cause, consequence, action, time_to_act, explanation,
+              monitor, disk_answers, history)
 PROTOCOL_JSON(Trend, period, sample_time_s, sp, pv, co, stem, jacket, compensator, mode)
 PROTOCOL_JSON(SpecialistView, mse, class_, probability)
 PROTOCOL_JSON(JudgedWindow, time_ms, verdict, suppressed, severity_percent, specialists)
 PROTOCOL_JSON(Windows, windows)
 
-PROTOCOL_JSON(LoopDescription, tag, description, control, pv_unit, co_unit, sample_time_s, stem,
-              monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
+PROTOCOL_JSON(LoopDescription, tag, description, area, control, pv_unit, co_unit, sample_time_s,
+              stem, monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
               sp_limits, output_limits)
 PROTOCOL_JSON(SocketRights, alarms, control)
 PROTOCOL_JSON(AlarmRules, severe_percent, latching, shelve_limit_min)

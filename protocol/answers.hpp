@@ -20,8 +20,12 @@ using Range = std::array<double, 2>;  // lowest, highest
 
 struct Alarm {
   std::string loop{}, alarm{}, state{};
+  std::string priority{};  // low, medium, high, critical
   bool active = false, unacknowledged = false;
-  bool consequence = false;  // of another alarm that is active
+  bool consequence = false;      // of another alarm that is active
+  std::string consequence_of{};  // which
+  bool first_out = false;        // of several process alarms of the loop the one that came first
+  std::uint64_t flaps = 0;       // of a process alarm: how often it has come without a quiet minute
   std::int64_t raised_ms = 0, changed_ms = 0;
   std::uint64_t times_raised = 0;
   std::int64_t shelved_until_ms = 0;
@@ -64,6 +68,41 @@ struct TwinRemarks {
     bool tested = false;  // before that; else never since the start
   };
   std::vector<Untested> untested{};
+};
+
+// An alarm as it is meant: what it waits for, and what a person is told.
+struct AlarmDesign {
+  std::string loop{}, alarm{}, priority{};
+  double limit = kNone, dead_band = kNone;  // PV units; of rate_of_change PV units/s
+  std::string unit{};
+  double on_delay_s = kNone, off_delay_s = kNone;  // null: a valve alarm's
+  std::vector<std::string> suppressed_by{};
+  std::string cause{}, consequence{}, action{}, time_to_act{};
+};
+
+struct AlarmDesigns {
+  std::vector<AlarmDesign> alarms{};
+};
+
+// How the alarms did (model/monitor/alarm_figures.hpp). Times are ms since 1970 (UTC).
+struct AlarmFigures {
+  struct Counted {
+    std::string loop{}, alarm{};
+    std::uint64_t count = 0;
+    double percent = kNone;
+  };
+  struct Stale {
+    std::string loop{}, alarm{};
+    std::int64_t since_ms = 0;
+  };
+  std::int64_t from_ms = 0, to_ms = 0;  // what the journal has of the time asked for
+  std::uint64_t came = 0;
+  double per_hour = 0.0;
+  std::uint64_t most_in_10_min = 0, floods = 0;
+  double flood_percent = 0.0;
+  std::map<std::string, std::uint64_t> priorities{};  // of what came
+  std::vector<Counted> top{}, chattering{};
+  std::vector<Stale> stale{};  // on for more than a day
 };
 
 // Why an alarm came, by the gap workflow.
@@ -186,7 +225,7 @@ struct LoopAnswer {
 struct Explained {
   std::optional<std::string> evidence{};  // folder
   Alarm alarm{};
-  std::string cause{}, consequence{}, action{};
+  std::string cause{}, consequence{}, action{}, time_to_act{};
   std::optional<Explanation> explanation{};
   Monitor monitor{};
   bool disk_answers = true;
@@ -221,7 +260,7 @@ struct Windows {
 // --- what is the same from one reload to the next ---
 
 struct LoopDescription {
-  std::string tag{}, description{}, control{"here"}, pv_unit{}, co_unit{};
+  std::string tag{}, description{}, area{}, control{"here"}, pv_unit{}, co_unit{};
   double sample_time_s = 0.1;
   bool stem = false, monitor = false, twin = false;
   std::vector<std::string> specialists{};

@@ -39,6 +39,18 @@ struct AlarmsRequest {
   using Answer = Alarms;
 };
 
+// All alarms of all loops as their files have them.
+struct AlarmDesignRequest {
+  static constexpr const char* kName = "alarm_design";
+  using Answer = AlarmDesigns;
+};
+
+struct AlarmFiguresRequest {
+  static constexpr const char* kName = "alarm_figures";
+  using Answer = AlarmFigures;
+  Maybe<std::uint64_t> hours{};  // to now, at most 720; 24 where nothing is said
+};
+
 struct LoopRequest {
   static constexpr const char* kName = "loop";
   using Answer = LoopAnswer;

@@ -19,12 +19,29 @@
 namespace loopwarden::daemon {
 namespace {
 
+using loopwarden::monitor::AlarmKind;
+
 std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
   std::vector<monitor::WatchBoard::Loop> loops;
   for (const config::LoopConfig& loop : configuration.loops) {
-    loops.push_back({loop.name, loop.sample_time_s, loop.pv_unit});
+    monitor::WatchBoard::Loop& one = loops.emplace_back();
+    one.name = loop.name;
+    one.period_s = loop.sample_time_s;
+    one.pv_unit = loop.pv_unit;
+    for (const AlarmKind kind : loopwarden::monitor::kProcessAlarms) {
+      if (loop.alarms.process.at(kind).fitted) one.fitted.push_back(kind);
+    }
+    for (const AlarmKind kind : loopwarden::monitor::kAlarmKinds) {
+      one.priority[kind] = loop.alarms.priority[loopwarden::monitor::index_of(kind)];
+    }
   }
   return loops;
+}
+
+std::uint64_t dropped_cycles(const Historian& historian, std::size_t loops) {
+  std::uint64_t dropped = 0;
+  for (std::size_t i = 0; i < loops; ++i) dropped += historian.status(i).dropped;
+  return dropped;
 }
 
 console::Rights rights_of(const config::DaemonConfig& config) {
@@ -91,6 +108,12 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       journal({.folder = configuration.daemon.state_directory}),
       board(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
             base::utc_ms),
+      box_alarms(configuration.daemon.alarms.settings, journal, base::utc_ms),
+      box_looker({.state_directory = configuration.daemon.state_directory,
+                  .certificates = configuration.daemon.certificates,
+                  .status = [this] { return status_of(*this); },
+                  .dropped = [this] { return dropped_cycles(historian, loops.all().size()); }},
+                 box_alarms),
       evidence(configuration.daemon, specialists,
                {.loops = loops.all(),
                 .board = board,
@@ -104,7 +127,9 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
   if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
   loops.make(configuration);
   elsewhere.make(configuration, loops.backends(), loops.all());
-  board.restore(journal.open());
+  const journal::AlarmStates remembered = journal.open();
+  board.restore(remembered);
+  box_alarms.restore(remembered);
   make_monitor(specialists);
   evidence.remember();
   if (configuration.daemon.modbus_server) {
@@ -130,7 +155,8 @@ void Assembly::make_monitor(const Specialists& specialists) {
                          .history_s = commission::kBefore_s + commission::kMostSeen_s,
                          .foreign_controller = config::is_watched(loop.config.io),
                          .rule = loopwarden::monitor::kAlarmRule,
-                         .normal_mode = loop.config.normal_mode,
+                         .process = loop.config.alarms.process,
+                         .pv_unit = loop.config.pv_unit,
                          .corrective = loop.config.monitor.corrective,
                          .orders = &watching.desks.emplace_back(
                              desk_of(loop, loop.channels->monitor_orders, journal)),
@@ -165,6 +191,7 @@ console::Parts Assembly::console_parts() {
   return {.loops = loops.all(),
           .historian = historian,
           .board = board,
+          .box_alarms = box_alarms,
           .journal = journal,
           .evidence = evidence.store(),
           .severe_percent = configuration.daemon.alarms.severe_percent,

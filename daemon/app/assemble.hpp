@@ -18,6 +18,8 @@
 #include "daemon/app/specialist_files.hpp"
 #include "daemon/app/watchdog.hpp"
 #include "daemon/app/watched_loops.hpp"
+#include "daemon/box/box_board.hpp"
+#include "daemon/box/box_looker.hpp"
 #include "daemon/console/control_server.hpp"
 #include "daemon/console/status_server.hpp"
 #include "daemon/gateway/gateway.hpp"
@@ -68,6 +70,8 @@ struct Assembly {
   Historian historian;
   journal::Journal journal;
   monitor::WatchBoard board;
+  box::BoxBoard box_alarms;
+  box::BoxLooker box_looker;
   EvidenceFlow evidence;
   Watching watching;
   Reloader reloader;

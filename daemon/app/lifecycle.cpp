@@ -40,6 +40,7 @@ App::~App() {
   parts_.reloader.stop();
   parts_.control.stop();
   parts_.readers.stop();
+  parts_.box_looker.stop();
   parts_.watching.monitor->stop();
   parts_.evidence.store().stop();
   parts_.evidence.explainer().stop();
@@ -64,6 +65,7 @@ void App::start() {
   parts_.evidence.start();
   parts_.historian.start();
   parts_.watching.monitor->start();
+  parts_.box_looker.start();
   parts_.control.keep_metrics(std::filesystem::path(config.runtime_directory) / "metrics.prom");
   parts_.control.start();
   parts_.readers.start();
@@ -246,6 +248,7 @@ void App::end_threads() {
   end("control socket", parts_.control);
   end("status socket", parts_.readers);
   end("recorder", parts_.historian);
+  end("box", parts_.box_looker);
   end("evidence", parts_.evidence.store());
   end("explanations", parts_.evidence.explainer());
   end("journal", parts_.journal);  // the last: evidence has a line for it

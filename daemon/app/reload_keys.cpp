@@ -57,6 +57,13 @@ struct NormalModeOf {
   }
 };
 
+// Its mode has a row of its own.
+config::LoopAlarmConfig alarms_without_mode(const LoopConfig& loop) {
+  config::LoopAlarmConfig alarms = loop.alarms;
+  alarms.process.normal_mode = {};
+  return alarms;
+}
+
 // A value as a person reads it; empty where that takes more than a few words.
 template <class T>
 std::string shown(const T& value) {
@@ -120,6 +127,7 @@ constexpr Row<DaemonConfig> daemon_row(const char* key, Effect effect, Get get) 
 // clang-format off
 constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("description", kWaits, [](const LoopConfig& l) { return l.description; }),
+    loop_row("area", kWaits, [](const LoopConfig& l) { return l.area; }),
     loop_row("sample_time", kKept, [](const LoopConfig& l) { return l.sample_time_s; }),
     loop_row("process_variable.unit", kKept, [](const LoopConfig& l) { return l.pv_unit; }),
     loop_row("process_variable.range", kKept, [](const LoopConfig& l) { return Range{l.pv.low, l.pv.high}; }),
@@ -164,7 +172,8 @@ constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("safe_actions.recovery_delay", kApplied, [](const LoopConfig& l) { return l.safety.recovery_delay_s; }),
     loop_row("recording.enabled", kWaits, [](const LoopConfig& l) { return l.recording.enabled; }),
     loop_row("recording.limit_mb", kWaits, [](const LoopConfig& l) { return l.recording.limit_bytes / 1'000'000; }),
-    loop_row("alarms.normal_mode", kWaits, [](const LoopConfig& l) { return NormalModeOf{l.normal_mode, l.start.mode}; }),
+    loop_row("alarms.normal_mode", kWaits, [](const LoopConfig& l) { return NormalModeOf{l.alarms.process.normal_mode, l.start.mode}; }),
+    loop_row("alarms", kWaits, [](const LoopConfig& l) { return alarms_without_mode(l); }),
     loop_row("monitor.overlap", kWaits, [](const LoopConfig& l) { return l.monitor.overlap; }),
     loop_row("monitor.decimation", kWaits, [](const LoopConfig& l) { return l.monitor.decimation; }),
     loop_row("monitor.routine", kWaits, [](const LoopConfig& l) { return l.monitor.routine; }),
@@ -184,6 +193,7 @@ constexpr auto kDaemonRows = std::to_array<Row<DaemonConfig>>({
     daemon_row("accelerate", kWaits, [](const DaemonConfig& d) { return d.accelerate; }),
     daemon_row("runtime_directory", kWaits, [](const DaemonConfig& d) { return d.runtime_directory; }),
     daemon_row("state_directory", kWaits, [](const DaemonConfig& d) { return d.state_directory; }),
+    daemon_row("certificates", kWaits, [](const DaemonConfig& d) { return d.certificates; }),
     daemon_row("alarms.latching", kWaits, [](const DaemonConfig& d) { return d.alarms.settings.latching; }),
     daemon_row("alarms.shelve_limit", kWaits, [](const DaemonConfig& d) { return d.alarms.settings.shelve_limit_ms / 60'000; }),
     daemon_row("alarms.severe", kWaits, [](const DaemonConfig& d) { return d.alarms.severe_percent; }),

@@ -143,6 +143,7 @@ gateway::BoxReading box_reading_of(const Assembly& parts) {
   box.journal_lost = lines.lost;
   box.window_backlog = watched.backlog;
   box.monitor_dropped = watched.dropped;
+  box.box_alarms = parts.box_alarms.alarms().active();
   return box;
 }
 

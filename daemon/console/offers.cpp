@@ -26,6 +26,8 @@ constexpr std::array kOffers{
     Offer{"status", true, false, Need::nothing},
     Offer{"trend", true, false, Need::nothing},
     Offer{"alarms", true, false, Need::nothing},
+    Offer{"alarm_design", true, false, Need::nothing},
+    Offer{"alarm_figures", true, false, Need::nothing},
     Offer{"explain", true, false, Need::nothing},
     Offer{"journal", true, false, Need::nothing},
     Offer{"describe", true, false, Need::nothing},

@@ -90,6 +90,15 @@ model::AlarmAction wanted_action(const std::string& word) {
                   "action is acknowledge, reset, shelve or unshelve; of stiction calm, too");
 }
 
+std::int64_t wanted_shelf_ms(const protocol::AlarmRequest& request) {
+  constexpr std::uint64_t kMostMinutes = 24UL * 60UL;
+  const std::uint64_t minutes = request.minutes.value_or(0);
+  if (minutes < 1 || minutes > kMostMinutes) {
+    throw RequestError("minutes must be a whole number from 1 to 1440");
+  }
+  return static_cast<std::int64_t>(minutes) * 60'000;
+}
+
 }  // namespace
 
 LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& request,
@@ -281,28 +290,29 @@ protocol::RecordFile OperatorOrders::record(const protocol::RecordRequest& reque
 
 LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
                                           const Sender& sender) {
-  constexpr std::uint64_t kMostMinutes = 24UL * 60UL;
-  const std::size_t index = loop_index(parts_, request.loop);
-  monitor::AlarmOrder order;
-  order.kind = wanted_alarm(request.alarm);
-  const bool calms = request.action == "calm" && order.kind == model::AlarmKind::stiction;
-  if (!calms) order.action = wanted_action(request.action);
-  order.peer = sender.peer;
-  order.reason = short_text(request.reason, "reason");
-  if (order.action == model::AlarmAction::shelve) {
-    const std::uint64_t minutes = request.minutes.value_or(0);
-    if (minutes < 1 || minutes > kMostMinutes) {
-      throw RequestError("minutes must be a whole number from 1 to 1440");
-    }
-    order.shelve_ms = static_cast<std::int64_t>(minutes) * 60'000;
+  const bool calms = request.action == "calm" && request.alarm == "stiction";
+  const model::AlarmAction action =
+      calms ? model::AlarmAction::acknowledge : wanted_action(request.action);
+  const std::int64_t shelve_ms =
+      action == model::AlarmAction::shelve ? wanted_shelf_ms(request) : 0;
+  std::string reason = short_text(request.reason, "reason");
+  if (request.loop == model::kBox) {
+    const model::BoxAlarm kind = wanted_box_alarm(request.alarm);
+    const monitor::OrderResult result =
+        parts_.box_alarms.act({kind, action, shelve_ms, sender.peer, std::move(reason)});
+    if (!result.accepted) throw RequestError(result.why);
+    return when_written(protocol::AlarmActed{.alarm = alarm_of(kind, parts_.box_alarms.alarms())},
+                        result.ticket, sender);
   }
+  const std::size_t index = loop_index(parts_, request.loop);
+  const monitor::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
+                                  std::move(reason)};
   const monitor::OrderResult result =
       calms ? parts_.board.begin_offered(index, order.peer, order.reason)
             : parts_.board.act(index, order);
   if (!result.accepted) throw RequestError(result.why);
   const monitor::LoopWatch watch = parts_.board.watch(index);
-  return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind,
-                                                             watch.alarms.alarm(order.kind))},
+  return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind, watch)},
                       result.ticket, sender);
 }
 
@@ -327,7 +337,9 @@ LocalServer::Answer OperatorOrders::acknowledge_all(const protocol::AcknowledgeA
   for (const auto& [loop, kind] : done.alarms) {
     all.acknowledged.push_back({parts_.board.name(loop), model::to_text(kind)});
   }
-  return when_written(std::move(all), done.ticket, sender);
+  const std::uint64_t ticket =
+      parts_.box_alarms.acknowledge_all(sender.peer, short_text(request.reason, "reason"));
+  return when_written(std::move(all), std::max(done.ticket, ticket), sender);
 }
 
 LocalServer::Answer OperatorOrders::veto(const protocol::VetoRequest& request,

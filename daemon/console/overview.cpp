@@ -44,20 +44,22 @@ struct Glance {
   double condition = kUnknown;
 };
 
-// The most urgent state; of two alarms in it, one that is looked after at once.
-void see_alarms(const model::LoopAlarms& alarms, Glance& glance) {
+// The most urgent state; of two alarms in it, the one of higher priority.
+void see_alarms(const monitor::LoopWatch& watch, Glance& glance) {
+  constexpr std::size_t kPriorities = 4;
   std::size_t worst = 0;
   for (const model::AlarmKind kind : model::kAlarmKinds) {
-    const model::Alarm& alarm = alarms.alarm(kind);
+    const model::Alarm& alarm = watch.alarms.alarm(kind);
     if (alarm.unacknowledged()) glance.unacknowledged += 1.0;
-    const std::size_t now = 2 * urgency(alarm.state()) + (model::acts_now(kind) ? 1 : 0);
+    const std::size_t now = kPriorities * urgency(alarm.state()) +
+                            static_cast<std::size_t>(watch.priority[model::index_of(kind)]);
     if (now <= worst) continue;
     worst = now;
     const bool quiet =
         alarm.state() == AlarmState::normal || alarm.state() == AlarmState::suppressed;
     glance.alarm_kind = quiet ? kUnknown : static_cast<double>(model::index_of(kind));
   }
-  const std::size_t state = worst / 2;
+  const std::size_t state = worst / kPriorities;
   glance.alarm = static_cast<double>(kByUrgency[state]);
 }
 
@@ -76,7 +78,7 @@ std::vector<Glance> glance_at(const Parts& parts) {
     Glance& glance = all[i];
     glance.known = parts.historian.latest(i, glance.row);
     parts.board.look(i, [&](const monitor::LoopWatch& watch) {
-      see_alarms(watch.alarms, glance);
+      see_alarms(watch, glance);
       glance.condition = lowest_known(watch.condition);
       if (!glance.known) return;
       glance.ne107 = static_cast<double>(

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/box/box_board.hpp"
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/gateway/map_values.hpp"
 #include "daemon/journal/journal.hpp"
@@ -23,6 +24,7 @@ struct Parts {
   std::vector<LoopRuntime>& loops;
   Historian& historian;
   monitor::WatchBoard& board;
+  box::BoxBoard& box_alarms;
   journal::Journal& journal;
   const EvidenceStore& evidence;
   double severe_percent;  // % of the CO span

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "daemon/console/alarm_answers.hpp"
 #include "daemon/console/overview.hpp"
 #include "daemon/console/registers.hpp"
 #include "daemon/console/request.hpp"
@@ -23,6 +24,10 @@ namespace model = loopwarden::monitor;
 namespace {
 
 constexpr std::uint64_t kMostTrendRows = 512;
+constexpr std::size_t kMostHistory = 200;
+constexpr std::uint64_t kUsualHours = 24;
+constexpr std::uint64_t kMostHours = 720;
+constexpr std::size_t kMostAlarmLines = 50'000;
 
 // Whether the device tells where the valve stands.
 bool has_read_back(const LoopRuntime& loop) {
@@ -64,6 +69,7 @@ protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder
   const protocol::Ranges ranges = ranges_of(loop.settings->get());
   return {.tag = config.name,
           .description = config.description,
+          .area = config.area,
           .control = control_of(loop),
           .pv_unit = config.pv_unit,
           .co_unit = config.co_unit,
@@ -124,10 +130,23 @@ model::AlarmKind wanted_alarm(const std::string& name) {
   throw RequestError("no alarm '" + name + "'; alarms are " + all);
 }
 
+model::BoxAlarm wanted_box_alarm(const std::string& name) {
+  for (const model::BoxAlarm kind : model::kBoxAlarms) {
+    if (name == model::to_text(kind)) return kind;
+  }
+  std::string all;
+  for (const model::BoxAlarm kind : model::kBoxAlarms) {
+    all += (all.empty() ? "" : ", ") + std::string(model::to_text(kind));
+  }
+  throw RequestError("the box has no alarm '" + name + "'; its alarms are " + all);
+}
+
 std::string Readings::answer(std::string_view what, const json& request) {
   if (what == protocol::StatusRequest::kName) return status();
   if (what == protocol::TrendRequest::kName) return done(trend(request));
   if (what == protocol::AlarmsRequest::kName) return alarms();
+  if (what == protocol::AlarmDesignRequest::kName) return done(alarm_designs(parts_));
+  if (what == protocol::AlarmFiguresRequest::kName) return done(alarm_figures(request));
   if (what == protocol::DescribeRequest::kName) return done(describe());
   if (what == protocol::OverviewRequest::kName) return to_text(overview(parts_));
   if (what == protocol::LoopRequest::kName) return done(loop(request));
@@ -171,9 +190,12 @@ std::string Readings::alarms() const {
   for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
     const monitor::LoopWatch watch = parts_.board.watch(i);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
-      put_item(text, alarm_of(parts_.board.name(i), kind, watch.alarms.alarm(kind)));
+      if (!watch.alarms.fitted(kind)) continue;
+      put_item(text, alarm_of(parts_.board.name(i), kind, watch));
     }
   }
+  const model::BoxAlarms own = parts_.box_alarms.alarms();
+  for (const model::BoxAlarm kind : model::kBoxAlarms) put_item(text, alarm_of(kind, own));
   text += R"(],"incidents":[)";
   for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
     std::optional<protocol::Incident> incident;
@@ -184,6 +206,25 @@ std::string Readings::alarms() const {
   }
   text += R"(],"now_ms":)" + std::to_string(parts_.board.now_ms()) + R"(,"ok":true})";
   return text;
+}
+
+protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresRequest& request) {
+  const std::uint64_t hours = request.hours.value_or(kUsualHours);
+  if (hours < 1 || hours > kMostHours) {
+    throw RequestError("hours must be a whole number from 1 to 720");
+  }
+  const std::int64_t now_ms = parts_.board.now_ms();
+  const journal::JournalQuery query{
+      .most = kMostAlarmLines,
+      .kind = journal::JournalEntry::Kind::alarm,
+      .from_ms = now_ms - static_cast<std::int64_t>(hours) * 3'600'000};
+  const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
+      [this, query] { return parts_.journal.search(query); }, kReaderPatience);
+  if (!rows) throw RequestError("the disk does not answer; the journal can't be read");
+  // Where there are more lines than are looked at, the figures are of the time that these reach back.
+  const std::int64_t from_ms =
+      rows->size() < query.most ? *query.from_ms : rows->back().entry.utc_ms + 1;
+  return figures_of(parts_, *rows, from_ms, now_ms);
 }
 
 protocol::Description Readings::describe() const {
@@ -210,12 +251,29 @@ protocol::Windows Readings::windows(const protocol::WindowsRequest& request) con
   return all;
 }
 
+protocol::Explained Readings::explain_box(const protocol::ExplainRequest& request) {
+  const model::BoxAlarm kind = wanted_box_alarm(request.alarm);
+  const model::AlarmGuide guide = model::guide_of(kind);
+  protocol::Explained answer{.alarm = alarm_of(kind, parts_.box_alarms.alarms()),
+                             .cause = guide.cause,
+                             .consequence = guide.consequence,
+                             .action = guide.action,
+                             .time_to_act = guide.time_to_act};
+  const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
+      [this] { return parts_.journal.newest(kMostHistory, model::kBox); }, kReaderPatience);
+  answer.disk_answers = rows.has_value();
+  for (const journal::JournalRow& row : rows.value_or(std::vector<journal::JournalRow>{})) {
+    if (row.entry.alarm == request.alarm) answer.history.push_back(line_of(row));
+  }
+  return answer;
+}
+
 protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
-  constexpr std::size_t kMostLines = 200;
+  if (request.loop == model::kBox) return explain_box(request);
   const std::size_t index = loop_index(parts_, request.loop);
   const model::AlarmKind kind = wanted_alarm(request.alarm);
   const monitor::LoopWatch watch = parts_.board.watch(index);
-  const model::AlarmGuide guide = model::guide_of(kind);
+  const config::AlarmTexts guide = parts_.loops[index].config.alarms.guide(kind);
   struct OnDisk {
     std::optional<std::filesystem::path> folder;
     std::vector<journal::JournalRow> rows;
@@ -223,13 +281,15 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
   const std::string name = parts_.board.name(index);
   const std::optional<OnDisk> disk = reader_.ask<OnDisk>(
       [this, name, kind] {
-        return OnDisk{parts_.evidence.newest(name, kind), parts_.journal.newest(kMostLines, name)};
+        return OnDisk{parts_.evidence.newest(name, kind),
+                      parts_.journal.newest(kMostHistory, name)};
       },
       kReaderPatience);
-  protocol::Explained answer{.alarm = alarm_of(name, kind, watch.alarms.alarm(kind)),
+  protocol::Explained answer{.alarm = alarm_of(name, kind, watch),
                              .cause = guide.cause,
                              .consequence = guide.consequence,
                              .action = guide.action,
+                             .time_to_act = guide.time_to_act,
                              .explanation = explanation_of(watch, kind),
                              .monitor = monitor_of(watch, parts_.loops[index].config),
                              .disk_answers = disk.has_value()};
@@ -243,7 +303,11 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
 
 protocol::Journal Readings::journal(const protocol::JournalRequest& request) {
   journal::JournalQuery query = wanted_lines(request);
-  if (request.loop) query.loop = parts_.board.name(loop_index(parts_, *request.loop));
+  if (request.loop) {
+    query.loop = *request.loop == model::kBox
+                     ? *request.loop
+                     : parts_.board.name(loop_index(parts_, *request.loop));
+  }
   const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
       [this, query] { return parts_.journal.search(query); }, kReaderPatience);
   if (!rows) throw RequestError("the disk does not answer; the journal can't be read");

@@ -34,10 +34,12 @@ class Readings {
   std::string status() const;
   protocol::Trend trend(const protocol::TrendRequest& request) const;
   std::string alarms() const;
+  protocol::AlarmFigures alarm_figures(const protocol::AlarmFiguresRequest& request);
   protocol::Description describe() const;
   protocol::LoopAnswer loop(const protocol::LoopRequest& request) const;
   protocol::Windows windows(const protocol::WindowsRequest& request) const;
   protocol::Explained explain(const protocol::ExplainRequest& request);
+  protocol::Explained explain_box(const protocol::ExplainRequest& request);
   protocol::Journal journal(const protocol::JournalRequest& request);
 
   const Parts& parts_;
@@ -48,6 +50,7 @@ class Readings {
 // What a request names. Throws RequestError.
 std::size_t loop_index(const Parts& parts, const std::string& name);
 loopwarden::monitor::AlarmKind wanted_alarm(const std::string& name);
+loopwarden::monitor::BoxAlarm wanted_box_alarm(const std::string& name);
 
 // Requests that need the disk wait so long for it. Other peers wait as long, once: behind a disk that hangs already
 // nobody waits.

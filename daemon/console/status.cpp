@@ -143,21 +143,43 @@ double rounded(double value) {
 }  // namespace
 
 protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
-                         const model::Alarm& alarm) {
+                         const monitor::LoopWatch& watch) {
+  const model::Alarm& alarm = watch.alarms.alarm(kind);
+  const auto cause = watch.alarms.cause_of(kind);
+  const bool follows = alarm.active() && cause.has_value();
   const model::AlarmMemory& memory = alarm.memory();
   const bool has_size = model::has_size(kind);
   return {.loop = loop,
           .alarm = model::to_text(kind),
           .state = model::to_text(alarm.state()),
+          .priority = model::to_text(watch.priority[model::index_of(kind)]),
           .active = alarm.active(),
           .unacknowledged = alarm.unacknowledged(),
-          .consequence = alarm.is_consequence() && alarm.active(),
+          .consequence = follows,
+          .consequence_of = follows ? model::to_text(*cause) : "",
+          .first_out = watch.alarms.first_out(kind),
+          .flaps = watch.flaps[model::index_of(kind)],
           .raised_ms = memory.raised_ms,
           .changed_ms = memory.changed_ms,
           .times_raised = memory.times_raised,
           .shelved_until_ms = memory.shelved_until_ms,
           .severity_percent = has_size ? memory.severity_percent : protocol::kNone,
           .worst_severity_percent = has_size ? memory.worst_severity_percent : protocol::kNone};
+}
+
+protocol::Alarm alarm_of(model::BoxAlarm kind, const model::BoxAlarms& alarms) {
+  const model::Alarm& alarm = alarms.alarm(kind);
+  const model::AlarmMemory& memory = alarm.memory();
+  return {.loop = model::kBox,
+          .alarm = model::to_text(kind),
+          .state = model::to_text(alarm.state()),
+          .priority = model::to_text(model::usual_priority(kind)),
+          .active = alarm.active(),
+          .unacknowledged = alarm.unacknowledged(),
+          .raised_ms = memory.raised_ms,
+          .changed_ms = memory.changed_ms,
+          .times_raised = memory.times_raised,
+          .shelved_until_ms = memory.shelved_until_ms};
 }
 
 std::optional<protocol::Incident> incident_of(const std::string& loop,
@@ -363,7 +385,8 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
       .orders_refused = runtime.channels->orders_refused.load(std::memory_order_relaxed),
       .position_age_ms = position_age_ms < 0.0 ? protocol::kNone : position_age_ms};
   for (const model::AlarmKind kind : model::kAlarmKinds) {
-    loop.alarms[model::to_text(kind)] = alarm_of(config.name, kind, watch.alarms.alarm(kind));
+    if (!watch.alarms.fitted(kind)) continue;
+    loop.alarms[model::to_text(kind)] = alarm_of(config.name, kind, watch);
   }
   loop.incident = incident_of(config.name, watch);
   record::RecordRow row;

@@ -19,7 +19,9 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t loop);
 protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 
 protocol::Alarm alarm_of(const std::string& loop, loopwarden::monitor::AlarmKind kind,
-                         const loopwarden::monitor::Alarm& alarm);
+                         const monitor::LoopWatch& watch);
+protocol::Alarm alarm_of(loopwarden::monitor::BoxAlarm kind,
+                         const loopwarden::monitor::BoxAlarms& alarms);
 // The loop's newest; nothing: it has had none.
 std::optional<protocol::Incident> incident_of(const std::string& loop,
                                               const monitor::LoopWatch& watch);

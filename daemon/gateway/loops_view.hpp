@@ -53,6 +53,7 @@ struct BoxReading {
   std::uint64_t journal_lost = 0;
   std::uint64_t window_backlog = 0;
   std::uint64_t monitor_dropped = 0;
+  unsigned box_alarms = 0;  // bits
 };
 
 class PlantView {

@@ -145,6 +145,8 @@ Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
       const model::Alarm& alarm = snapshot.loop(wish.loop).watch.alarms.alarm(alarm_of(*wish.reg));
       sound = wish.value >= 0.0 && wish.value * static_cast<double>(kMinute) <=
                                        static_cast<double>(alarm.settings().shelve_limit_ms);
+    } else if (field == Field::unshelve_process || field == Field::calm) {
+      sound = wish.value == 0.0 || wish.value == 1.0;
     }
     if (!sound) return Exception::illegal_value;
   }
@@ -265,7 +267,8 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
       // Not for the journal: it comes each second.
       server_.master_heartbeat = static_cast<std::uint16_t>(wish.value);
       server_.master_beat = true;
-    } else if (wish.reg->table == Table::coil || wish.reg->field == Field::shelve_minutes) {
+    } else if (wish.reg->table == Table::coil || wish.reg->field == Field::shelve_minutes ||
+               wish.reg->field == Field::unshelve_process || wish.reg->field == Field::calm) {
       act(wish, peer);
     }
   }
@@ -289,14 +292,31 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
   } else {
     if (wish.value == 0.0) return;  // a momentary coil rests at 0
     if (wish.reg->field == Field::acknowledge_all) {
-      // A master acknowledges what the registers show him.
-      return done(loops_.acknowledge_all(model::kValveAlarms, peer.name));
+      return done(loops_.acknowledge_all(model::kAlarmKinds, peer.name));
+    }
+    if (wish.reg->field == Field::acknowledge_process ||
+        wish.reg->field == Field::unshelve_process) {
+      return act_on_process_alarms(wish, peer);
     }
     if (wish.reg->field == Field::reset) order.action = AlarmAction::reset;
     if (wish.reg->field == Field::unshelve) order.action = AlarmAction::unshelve;
   }
   // An order for which there is nothing to do is no error: masters repeat themselves.
   done(loops_.act(wish.loop, order));
+}
+
+// Only on those that there is something to do for: the others would fill the journal.
+void MapBank::act_on_process_alarms(const Wish& wish, const Peer& peer) {
+  using model::AlarmAction;
+  const bool off_shelf = wish.reg->field == Field::unshelve_process;
+  MapValues now(loops_, server_);
+  const model::LoopAlarms& alarms = now.loop(wish.loop).watch.alarms;
+  for (const model::AlarmKind kind : model::kProcessAlarms) {
+    const model::Alarm& alarm = alarms.alarm(kind);
+    if (off_shelf ? !alarm.shelved() : !alarm.unacknowledged()) continue;
+    const AlarmAction action = off_shelf ? AlarmAction::unshelve : AlarmAction::acknowledge;
+    ticket_ = std::max(ticket_, loops_.act(wish.loop, {kind, action, 0, peer.name, {}}));
+  }
 }
 
 }  // namespace loopwarden::daemon::gateway

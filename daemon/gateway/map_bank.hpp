@@ -38,6 +38,7 @@ class MapBank final : public RegisterBank {
   static rt::Refusal judge(LoopOrder& asked, const LoopReading& loop);
   journal::JournalEntry line_of(const Wish& wish, const Peer& peer, MapValues& snapshot);
   void act(const Wish& wish, const Peer& peer);
+  void act_on_process_alarms(const Wish& wish, const Peer& peer);
 
   LoopsView& loops_;
   ServerState& server_;

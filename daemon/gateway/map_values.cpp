@@ -56,10 +56,15 @@ unsigned loop_bits(const LoopReading& loop) {
   return bits;
 }
 
-// The map has the valve alarms alone; the shelf of a process alarm does not show in it.
-bool any_shelved(const model::LoopAlarms& alarms) {
-  return std::any_of(model::kValveAlarms.begin(), model::kValveAlarms.end(),
-                     [&](AlarmKind kind) { return alarms.alarm(kind).shelved(); });
+// Bits of the process alarms of which `holds` says so.
+template <class Holds>
+double process_bits(const LoopReading& loop, Holds holds) {
+  unsigned bits = 0;
+  for (const AlarmKind kind : model::kProcessAlarms) {
+    const model::LoopAlarms& alarms = loop.watch.alarms;
+    if (alarms.fitted(kind) && holds(alarms.alarm(kind))) bits |= model::process_bit(kind);
+  }
+  return static_cast<double>(bits);
 }
 
 double minutes_on_shelf(const model::Alarm& alarm, std::int64_t now_ms) {
@@ -110,7 +115,7 @@ const MapValues::Totals& MapValues::totals() {
     const LoopReading& reading = loop(i);
     t.windows += reading.watch.windows;
     t.ne107 = model::gravest(t.ne107, reading.ne107);
-    for (const AlarmKind kind : model::kValveAlarms) {
+    for (const AlarmKind kind : model::kAlarmKinds) {
       const model::Alarm& alarm = reading.watch.alarms.alarm(kind);
       t.active += alarm.active() ? 1U : 0U;
       t.unacknowledged += alarm.unacknowledged() ? 1U : 0U;
@@ -176,6 +181,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::condition_stride: return map::layout(Table::input_register).condition_stride;
     case Field::first_third: return map::layout(Table::holding_register).first_third;
     case Field::third_stride: return map::layout(Table::holding_register).third_stride;
+    case Field::box_alarms: return box().box_alarms;
     case Field::running: return 1.0;
     case Field::any_alarm_active: return flag(totals().active > 0);
     case Field::any_alarm_unacknowledged: return flag(totals().unacknowledged > 0);
@@ -245,7 +251,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::at_high: return flag(is(of(), record::kAtHigh));
     case Field::in_manual: return flag(static_cast<Mode>(row().mode) == Mode::manual);
     case Field::any_suppressed: return flag(of().watch.alarms.any_suppressed());
-    case Field::any_shelved: return flag(any_shelved(of().watch.alarms));
+    case Field::any_shelved: return flag(of().watch.alarms.any_shelved());
     case Field::communication_lost: return flag(is(of(), record::kOutputLost));
     case Field::in_fault:
       return flag(static_cast<control::Fault>(row().fault) != control::Fault::none);
@@ -265,7 +271,18 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::explanation_alarm:
     case Field::explanation_age:
       return of_explanation(reg.field, of().watch.explanation.get(), box().utc_ms);
+    case Field::process_active:
+      return process_bits(of(), [](const model::Alarm& a) { return a.active(); });
+    case Field::process_unacknowledged:
+      return process_bits(of(), [](const model::Alarm& a) { return a.unacknowledged(); });
+    case Field::process_shelved:
+      return process_bits(of(), [](const model::Alarm& a) { return a.shelved(); });
+    case Field::process_suppressed:
+      return process_bits(
+          of(), [](const model::Alarm& a) { return a.state() == model::AlarmState::suppressed; });
     // A momentary coil rests at 0.
+    case Field::acknowledge_process:
+    case Field::unshelve_process:
     case Field::acknowledge_all:
     case Field::acknowledge:
     case Field::reset:

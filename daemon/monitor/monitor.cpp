@@ -33,11 +33,20 @@ model::Cycle cycle_of(const RecordRow& row) {
           .pv_good = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::good};
 }
 
+bool is_silence(hal::Reason reason) {
+  return reason == hal::Reason::never_received || reason == hal::Reason::stale ||
+         reason == hal::Reason::link_lost;
+}
+
 model::ProcessCycle process_cycle_of(const RecordRow& row) {
   const auto quality = static_cast<hal::Quality>(row.pv_quality);
   return {.period_index = row.period_index,
+          .sp = row.sp,
+          .pv = row.pv,
           .pv_good = quality == hal::Quality::good,
           .pv_bad = quality == hal::Quality::bad,
+          .pv_silent =
+              quality == hal::Quality::bad && is_silence(static_cast<hal::Reason>(row.pv_reason)),
           .output_arrives = (row.flags & record::kOutputLost) == 0,
           .fault = static_cast<control::Fault>(row.fault),
           .mode = static_cast<control::Mode>(row.mode),
@@ -58,9 +67,23 @@ std::string mode_text(const RecordRow& row, model::NormalMode normal) {
   return text + fmt::format("; the normal mode is {}", to_text(normal));
 }
 
+// How far PV is from its limit.
+std::string limit_text(const model::ProcessChange& change, const RecordRow& row,
+                       const model::LimitSettings& limits, const std::string& unit) {
+  const double limit = limits.at(change.kind).limit;
+  if (change.kind == model::AlarmKind::rate_of_change) {
+    return fmt::format("PV {:.4g} {} changes {} than {:.4g} {}/s", row.pv, unit,
+                       change.on ? "faster" : "no faster", limit, unit);
+  }
+  if (change.kind == model::AlarmKind::deviation) {
+    return fmt::format("PV {:.4g}, SP {:.4g}, limit {:.4g} {}", row.pv, row.sp, limit, unit);
+  }
+  return fmt::format("PV {:.4g}, limit {:.4g} {}", row.pv, limit, unit);
+}
+
 // Why a process alarm came or went, from the cycle that did it.
 std::string why_changed(const model::ProcessChange& change, const RecordRow& row,
-                        model::NormalMode normal) {
+                        const model::ProcessSettings& settings, const std::string& unit) {
   const bool pv_bad = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad;
   switch (change.kind) {
     case model::AlarmKind::output_lost:
@@ -68,8 +91,12 @@ std::string why_changed(const model::ProcessChange& change, const RecordRow& row
       return "commands don't reach the device" + (pv_bad ? "; " + pv_text(row) : std::string());
     case model::AlarmKind::output_unknown:
       return change.on ? "nothing tells where the output stands" : "the output is known";
-    case model::AlarmKind::not_normal_mode: return mode_text(row, normal);
-    default: break;
+    case model::AlarmKind::not_normal_mode: return mode_text(row, settings.normal_mode);
+    case model::AlarmKind::enable_open:
+      return change.on ? "the enable contact is open" : "the enable contact is closed";
+    case model::AlarmKind::bad_pv:
+    case model::AlarmKind::source_lost: break;
+    default: return limit_text(change, row, settings.limits, unit);
   }
   return pv_text(row);
 }
@@ -191,14 +218,25 @@ bool Monitor::take_turn(std::size_t index) {
                      track.monitor.settings().sample_time_s * static_cast<double>(taken));
   }
   board_.set_progress(index, track.times, track.condition.indices(), track.monitor.state());
+  board_.set_flaps(index, track.process);
   return window || taken == kCyclesATurn;
 }
 
 void Monitor::watch_process(std::size_t index, const RecordRow& row) {
   Track& track = tracks_[index];
   const model::ProcessChanges changes = track.process.add(process_cycle_of(row));
-  for (const model::ProcessChange& change : changes.view()) {
-    board_.process_changed(index, change, why_changed(change, row, track.normal_mode));
+  if (!changes.view().empty()) {
+    std::vector<ProcessNews> news;
+    for (const model::ProcessChange& change : changes.view()) {
+      news.push_back({change, why_changed(change, row, track.process_settings, track.pv_unit)});
+    }
+    board_.process_changed(index, news);
+  }
+  const bool rests = track.process.deviation_rests();
+  if (rests != track.deviation_rests &&
+      track.process_settings.at(model::AlarmKind::deviation).fitted) {
+    board_.deviation_rests(index, rests);
+    track.deviation_rests = rests;
   }
 }
 

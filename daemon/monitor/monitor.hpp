@@ -13,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "daemon/monitor/history.hpp"
@@ -40,7 +41,8 @@ struct MonitoredLoop {
   double history_s = 0.0;           // of a loop with a twin
   bool foreign_controller = false;  // another program or device has the loop
   loopwarden::monitor::VerdictRuleSettings rule;
-  loopwarden::monitor::NormalMode normal_mode = loopwarden::monitor::NormalMode::any;
+  loopwarden::monitor::ProcessSettings process{};
+  std::string pv_unit{};
   loopwarden::monitor::CorrectiveSettings corrective{};
   // Where orders for jacket and planned moves go, used by the monitor's thread alone. Null: no corrective action.
   orders::OrderDesk* orders = nullptr;
@@ -111,8 +113,9 @@ class Monitor {
           corrective(loop.orders != nullptr ? loop.corrective
                                             : loopwarden::monitor::CorrectiveSettings{}),
           condition(loop.window),
-          process(loop.window.sample_time_s, loop.normal_mode),
-          normal_mode(loop.normal_mode),
+          process(loop.window.sample_time_s, loop.process),
+          process_settings(loop.process),
+          pv_unit(loop.pv_unit),
           times(loop.window.sample_time_s) {}
     base::SpscRing<record::RecordRow>* cycles;
     orders::OrderDesk* orders;
@@ -126,7 +129,9 @@ class Monitor {
     loopwarden::monitor::CorrectiveAction corrective;
     loopwarden::monitor::ConditionWatch condition;
     loopwarden::monitor::ProcessWatch process;
-    loopwarden::monitor::NormalMode normal_mode;
+    loopwarden::monitor::ProcessSettings process_settings;
+    std::string pv_unit;
+    bool deviation_rests = false;  // as the board knows it
     loopwarden::monitor::ModeTimes times;
   };
   // True if there may be more.

@@ -57,7 +57,11 @@ WatchBoard::WatchBoard(std::vector<Loop> loops, const model::AlarmSettings& sett
                        journal::Journal& journal, std::function<std::int64_t()> utc_ms)
     : settings_(settings), journal_(journal), utc_ms_(std::move(utc_ms)) {
   for (Loop& loop : loops) {
-    watches_.emplace_back(settings, loop.period_s);
+    LoopWatch& watch = watches_.emplace_back(settings, loop.period_s);
+    for (const AlarmKind kind : loop.fitted) watch.alarms.fit(kind);
+    for (const auto& [kind, priority] : loop.priority) {
+      watch.priority[model::index_of(kind)] = priority;
+    }
     logs_.emplace_back();
     twin_news_.emplace_back();
     names_.push_back(std::move(loop.name));
@@ -128,12 +132,25 @@ std::vector<AlarmKind> WatchBoard::twin_judged(std::size_t loop,
   return raised_since(loop, before);
 }
 
-void WatchBoard::process_changed(std::size_t loop, const model::ProcessChange& change,
-                                 const std::string& why) {
+void WatchBoard::process_changed(std::size_t loop, std::span<const ProcessNews> news) {
   const std::lock_guard lock(mutex_);
   const Memories before = memories(loop);
-  write_down(loop, before, watches_[loop].alarms.process_changed(utc_ms_(), change.kind, change.on),
-             why);
+  std::vector<model::ProcessChange> changes;
+  for (const ProcessNews& one : news) changes.push_back(one.change);
+  write_down(loop, before, watches_[loop].alarms.process_changed(utc_ms_(), changes), {}, {}, news);
+}
+
+void WatchBoard::deviation_rests(std::size_t loop, bool rests) {
+  const std::lock_guard lock(mutex_);
+  const Memories before = memories(loop);
+  write_down(loop, before, watches_[loop].alarms.deviation_rests(rests));
+}
+
+void WatchBoard::set_flaps(std::size_t loop, const model::ProcessWatch& process) {
+  const std::lock_guard lock(mutex_);
+  for (const AlarmKind kind : model::kProcessAlarms) {
+    watches_[loop].flaps[model::index_of(kind)] = process.flaps(kind);
+  }
 }
 
 void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
@@ -349,7 +366,8 @@ WatchBoard::Memories WatchBoard::memories(std::size_t loop) const {
 
 std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
                                      const AlarmTransitions& transitions, const std::string& why,
-                                     const std::string& why_gone) {
+                                     const std::string& why_gone,
+                                     std::span<const ProcessNews> news) {
   std::uint64_t ticket = 0;
   for (const AlarmKind kind : model::kAlarmKinds) {
     const model::Alarm& alarm = watches_[loop].alarms.alarm(kind);
@@ -368,8 +386,16 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
       if (model::has_size(kind)) entry.severity_percent = t.severity_percent;
       const bool gone = !alarm.active() && !why_gone.empty();
       entry.reason = gone ? why_gone : why;
+      if (t.from == AlarmState::suppressed && !news.empty()) {
+        entry.reason = "what it followed from has gone";
+      }
     }
-    if (alarm.is_consequence() && alarm.active()) entry.what = "consequence of low_air_supply";
+    for (const ProcessNews& one : news) {
+      if (one.change.kind == kind) entry.reason = one.why;
+    }
+    const auto cause = watches_[loop].alarms.cause_of(kind);
+    if (cause && alarm.active())
+      entry.what = fmt::format("consequence of {}", model::to_text(*cause));
     // What changes under a shelf or a suppression must be remembered, too.
     const bool remembered_otherwise = alarm.memory().raised != was.raised ||
                                       alarm.memory().shelved_until_ms != was.shelved_until_ms;

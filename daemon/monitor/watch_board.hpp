@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -35,9 +36,16 @@ namespace loopwarden::daemon::monitor {
 // What the monitor knows of one loop.
 struct LoopWatch {
   LoopWatch(const loopwarden::monitor::AlarmSettings& settings, double period_s) noexcept
-      : alarms(settings), times(period_s) {}
+      : alarms(settings), times(period_s) {
+    for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kAlarmKinds) {
+      priority[index_of(kind)] = usual_priority(kind);
+    }
+  }
 
   loopwarden::monitor::LoopAlarms alarms;
+  std::array<loopwarden::monitor::Priority, loopwarden::monitor::kAlarmKindCount> priority{};
+  // How often the condition of a process alarm has come since it last was quiet.
+  std::array<std::uint32_t, loopwarden::monitor::kAlarmKindCount> flaps{};
   loopwarden::monitor::LoopIncident incident;
   loopwarden::monitor::WindowState window_state = loopwarden::monitor::WindowState::filling;
   std::uint32_t windows = 0;                       // looked at since the start
@@ -59,6 +67,12 @@ struct LoopWatch {
   // What the source keeps of PV and CO, by the newest routine judgement.
   loopwarden::diagnosis::Archived source;
   double sees_from_percent = 0.0;  // % of the CO span
+};
+
+// The condition of a process alarm came or went; `why` is for the journal.
+struct ProcessNews {
+  loopwarden::monitor::ProcessChange change;
+  std::string why;
 };
 
 // What an operator wants.
@@ -92,6 +106,10 @@ class WatchBoard {
     std::string name;
     double period_s = 0.1;  // s
     std::string pv_unit{};
+    // Beside those that every loop has.
+    std::vector<loopwarden::monitor::AlarmKind> fitted{};
+    // Of an alarm that is not there: the usual one.
+    std::map<loopwarden::monitor::AlarmKind, loopwarden::monitor::Priority> priority{};
   };
   // `utc_ms` gives the present time, ms since 1970.
   WatchBoard(std::vector<Loop> loops, const loopwarden::monitor::AlarmSettings& settings,
@@ -116,9 +134,10 @@ class WatchBoard {
   // The twin's watch changed its mind. Returns the alarms whose condition came with it.
   std::vector<loopwarden::monitor::AlarmKind> twin_judged(
       std::size_t loop, const loopwarden::monitor::AlarmConditions& conditions);
-  // The condition of a process alarm came or went; `why` is for the journal.
-  void process_changed(std::size_t loop, const loopwarden::monitor::ProcessChange& change,
-                       const std::string& why);
+  // All of one cycle.
+  void process_changed(std::size_t loop, std::span<const ProcessNews> news);
+  void deviation_rests(std::size_t loop, bool rests);
+  void set_flaps(std::size_t loop, const loopwarden::monitor::ProcessWatch& process);
   // It was found why an alarm came, for the first time or once more: the newest stands with the alarm and its incident, and may
   // give them another name. The journal has a line where that is another one.
   void explained(std::size_t loop, const Explanation& explanation);
@@ -189,7 +208,8 @@ class WatchBoard {
   // Journals what an event changed, with why, or why it is gone; returns the last ticket.
   std::uint64_t write_down(std::size_t loop, const Memories& before,
                            const loopwarden::monitor::AlarmTransitions& transitions,
-                           const std::string& why = {}, const std::string& why_gone = {});
+                           const std::string& why = {}, const std::string& why_gone = {},
+                           std::span<const ProcessNews> news = {});
   void tell_explanation(std::size_t loop, const Explanation& explanation);
   // Journals what became of the loop's incident; returns the last ticket, 0 where nothing did.
   std::uint64_t follow_incident(std::size_t loop);

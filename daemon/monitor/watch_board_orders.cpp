@@ -16,20 +16,6 @@ using model::AlarmAction;
 using model::AlarmKind;
 using model::AlarmState;
 
-namespace {
-
-const char* to_text(AlarmAction action) noexcept {
-  switch (action) {
-    case AlarmAction::acknowledge: return "acknowledge";
-    case AlarmAction::reset: return "reset";
-    case AlarmAction::shelve: return "shelve";
-    case AlarmAction::unshelve: break;
-  }
-  return "unshelve";
-}
-
-}  // namespace
-
 OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order) {
   const std::lock_guard lock(mutex_);
   return act_locked(loop, order);
@@ -38,6 +24,11 @@ OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order) {
 OrderResult WatchBoard::act_locked(std::size_t loop, const AlarmOrder& order) {
   OrderResult result;
   model::LoopAlarms& alarms = watches_[loop].alarms;
+  if (!alarms.fitted(order.kind)) {
+    result.why = fmt::format("{} has no alarm {}: its file gives none", names_[loop],
+                             model::to_text(order.kind));
+    return result;
+  }
   const std::int64_t now_ms = utc_ms_();
   const Memories before = memories(loop);
   const AlarmState state = alarms.alarm(order.kind).state();
@@ -51,7 +42,7 @@ OrderResult WatchBoard::act_locked(std::size_t loop, const AlarmOrder& order) {
                   "most",
                   settings_.shelve_limit_ms / 60'000)
             : fmt::format("alarm {} of {} is {}: nothing to {}", model::to_text(order.kind),
-                          names_[loop], model::to_text(state), to_text(order.action));
+                          names_[loop], model::to_text(state), model::to_text(order.action));
   }
   const std::uint64_t ordered = write_order(loop, order, result);
   const std::uint64_t changed = write_down(loop, before, done.transitions);
@@ -154,7 +145,7 @@ std::uint64_t WatchBoard::write_order(std::size_t loop, const AlarmOrder& order,
   entry.loop = names_[loop];
   entry.alarm = model::to_text(order.kind);
   entry.peer = order.peer;
-  entry.what = to_text(order.action);
+  entry.what = model::to_text(order.action);
   if (order.action == AlarmAction::shelve) {
     entry.new_value = fmt::format("{} min", order.shelve_ms / 60'000);
   }

@@ -107,7 +107,8 @@ AnswerCache::Answer FleetDatabase::make_overview(const std::string& group) {
         {"valves", std::move(valves)},
         {"silent", silent_boxes(database, group)},
         {"versions", versions(database, group)},
-        {"alarm_rate", rates(database, now)}};
+        {"alarm_rate", rates(database, now)},
+        {"alarm_figures", figures(database, group, now)}};
   }));
 }
 
@@ -153,6 +154,17 @@ const json& FleetDatabase::versions(pqxx::transaction_base& database, const std:
   json what = different_boxes(database, group);
   what["usual"] = usual_versions(database);
   return (versions_[group] = {std::move(what), now}).what;
+}
+
+const json& FleetDatabase::figures(pqxx::transaction_base& database, const std::string& group,
+                                   std::int64_t now_ms) {
+  const auto known = figures_.find(group);
+  const Clock::time_point now = Clock::now();
+  if (known != figures_.end() && now - known->second.made < kVersionsFresh) {
+    return known->second.what;
+  }
+  if (figures_.size() >= kMostGroupsKept) figures_.clear();
+  return (figures_[group] = {day_figures(database, group, now_ms), now}).what;
 }
 
 // Only whole ten minutes count, so they are asked for when one more has passed, and but for the first time those of the

@@ -23,7 +23,7 @@
 namespace loopwarden::fleet {
 
 // Any thread. One connection, opened when somebody asks and again after it was lost; one query at a time, of 20 s at most. What
-// changes slowly (curves, versions, alarm rates) is asked for less often than what is on now.
+// changes slowly (curves, versions, alarm rates and figures) is asked for less often than what is on now.
 class FleetDatabase final : public Fleet {
  public:
   explicit FleetDatabase(DatabaseSettings settings, CacheLimits limits = {});
@@ -49,6 +49,8 @@ class FleetDatabase final : public Fleet {
   nlohmann::json asked(const std::function<nlohmann::json(pqxx::transaction_base&)>& ask);
   void add_curves(pqxx::transaction_base& database, nlohmann::json& valves, std::int64_t now_ms);
   const nlohmann::json& versions(pqxx::transaction_base& database, const std::string& group);
+  const nlohmann::json& figures(pqxx::transaction_base& database, const std::string& group,
+                                std::int64_t now_ms);
   const nlohmann::json& rates(pqxx::transaction_base& database, std::int64_t now_ms);
 
   DatabaseSettings settings_;
@@ -58,6 +60,7 @@ class FleetDatabase final : public Fleet {
   std::unique_ptr<pqxx::connection> connection_;
   std::map<AlarmName, Curve> curves_;
   std::map<std::string, Slow> versions_;  // by group
+  std::map<std::string, Slow> figures_;   // by group
   std::vector<RaisedRow> raised_;
   nlohmann::json rates_;
   std::int64_t rates_until_ = 0;  // bin

@@ -9,6 +9,7 @@
 
 #include "fleet/database/array_text.hpp"
 #include "fleet/queries/step_curve.hpp"
+#include "model/monitor/alarm_figures.hpp"
 #include "model/monitor/alarm_kind.hpp"
 
 namespace loopwarden::fleet {
@@ -83,6 +84,12 @@ SELECT l.group_name, floor(date_part('epoch', r.time) / $3::bigint)::bigint AS b
   FROM alarm_raised r JOIN loop l USING (device_id)
   WHERE r.raised AND r.time >= to_timestamp($1::bigint) AND r.time < to_timestamp($2::bigint)
   GROUP BY 1, 2)";
+
+constexpr const char* kCame = R"(
+SELECT (extract(epoch FROM r.time) * 1000)::bigint, l.edge || '/' || l.tag, r.name
+  FROM alarm_raised r JOIN loop l USING (device_id)
+  WHERE r.raised AND r.time >= to_timestamp($1::float8) AND $2 IN ('', l.group_name)
+  ORDER BY r.time DESC LIMIT 50000)";
 
 // The register, which is 0 while the alarm is off; of other edges the alarm's own metric, which they leave out then.
 constexpr const char* kCurves = R"(
@@ -223,6 +230,33 @@ json different_boxes(pqxx::transaction_base& database, const std::string& group)
 }
 
 json usual_versions(pqxx::transaction_base& database) { return rows_json(database.exec(kUsual)); }
+
+json day_figures(pqxx::transaction_base& database, const std::string& group, std::int64_t now_ms) {
+  constexpr std::int64_t kDay_ms = 86'400'000;
+  std::vector<monitor::AlarmCame> came;
+  for (const pqxx::row row :
+       database.exec_params(kCame, static_cast<double>(now_ms - kDay_ms) / 1000.0, group)) {
+    came.push_back({row[0].as<std::int64_t>(), row[1].as<std::string>(), row[2].as<std::string>()});
+  }
+  const monitor::AlarmFigures figures = monitor::figures_of(came, now_ms - kDay_ms, now_ms);
+  const auto counted = [](const std::vector<monitor::CountedAlarm>& alarms) {
+    json list = json::array();
+    for (const monitor::CountedAlarm& one : alarms) {
+      list.push_back({{"loop", one.source},
+                      {"alarm", one.alarm},
+                      {"count", one.count},
+                      {"percent", one.percent}});
+    }
+    return list;
+  };
+  return {{"came", figures.came},
+          {"per_hour", figures.per_hour},
+          {"most_in_10_min", figures.most_in_stretch},
+          {"floods", figures.floods},
+          {"flood_percent", figures.flood_percent},
+          {"top", counted(figures.top)},
+          {"chattering", counted(figures.chattering)}};
+}
 
 std::vector<RaisedRow> raised_between(pqxx::transaction_base& database, std::int64_t from_s,
                                       std::int64_t until_s) {

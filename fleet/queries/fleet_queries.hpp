@@ -42,6 +42,10 @@ nlohmann::json different_boxes(pqxx::transaction_base& database, const std::stri
 // What most boxes of each group have.
 nlohmann::json usual_versions(pqxx::transaction_base& database);
 
+// How the alarms of the newest day did (model/monitor/alarm_figures.hpp): of one group, or of all (empty).
+nlohmann::json day_figures(pqxx::transaction_base& database, const std::string& group,
+                           std::int64_t now_ms);
+
 // Alarms by group and ten minutes, whose number is that since 1970.
 std::vector<RaisedRow> raised_between(pqxx::transaction_base& database, std::int64_t from_s,
                                       std::int64_t until_s);

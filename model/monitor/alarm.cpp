@@ -85,6 +85,16 @@ bool Alarm::unshelve(std::int64_t now_ms) noexcept {
   return true;
 }
 
+bool Alarm::act(AlarmAction action, std::int64_t now_ms, std::int64_t until_ms) noexcept {
+  switch (action) {
+    case AlarmAction::acknowledge: return acknowledge(now_ms);
+    case AlarmAction::reset: return reset(now_ms);
+    case AlarmAction::shelve: return shelve(now_ms, until_ms);
+    case AlarmAction::unshelve: break;
+  }
+  return unshelve(now_ms);
+}
+
 bool Alarm::pass_time(std::int64_t now_ms) noexcept {
   if (!shelved()) return false;
   const std::int64_t left_ms = memory_.shelved_until_ms - now_ms;

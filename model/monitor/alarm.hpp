@@ -77,6 +77,12 @@ struct AlarmMemory {
   friend bool operator==(const AlarmMemory&, const AlarmMemory&) = default;
 };
 
+enum class AlarmAction : std::uint8_t { acknowledge, reset, shelve, unshelve };
+constexpr const char* to_text(AlarmAction action) noexcept {
+  return numeric::enum_name<AlarmAction::unshelve>(action,
+                                                   {"acknowledge", "reset", "shelve", "unshelve"});
+}
+
 class Alarm {
  public:
   Alarm() = default;
@@ -103,6 +109,8 @@ class Alarm {
   // Refused where `until_ms` is not after now, or further than the limit.
   bool shelve(std::int64_t now_ms, std::int64_t until_ms) noexcept;
   bool unshelve(std::int64_t now_ms) noexcept;
+  // One of these; `until_ms` is for shelve alone.
+  bool act(AlarmAction action, std::int64_t now_ms, std::int64_t until_ms) noexcept;
 
   // Lets time pass: a shelving ends. True if it did.
   bool pass_time(std::int64_t now_ms) noexcept;

@@ -9,9 +9,15 @@ LoopAlarms::LoopAlarms(const AlarmSettings& settings) noexcept {
   alarms_.fill(Alarm(settings));
   for (const AlarmKind kind : kValveAlarms) counts_for_[index_of(kind)].kind = kind;
   for (const AlarmKind kind : kProcessAlarms) alarms_[index_of(kind)].always_valid();
+  for (const AlarmKind kind : kValveAlarms) fit(kind);
+  for (const AlarmKind kind : {AlarmKind::bad_pv, AlarmKind::output_lost, AlarmKind::output_unknown,
+                               AlarmKind::not_normal_mode}) {
+    fit(kind);
+  }
 }
 
 void LoopAlarms::restore(AlarmKind kind, const AlarmMemory& memory) noexcept {
+  if (!fitted(kind)) return;
   Alarm& alarm = alarms_[index_of(kind)];
   alarm = Alarm(alarm.settings(), memory);
   if (is_process_alarm(kind)) alarm.always_valid();
@@ -73,11 +79,24 @@ AlarmTransitions LoopAlarms::window_not_valid() noexcept {
   });
 }
 
-AlarmTransitions LoopAlarms::process_changed(std::int64_t now_ms, AlarmKind kind,
-                                             bool on) noexcept {
+AlarmTransitions LoopAlarms::process_changed(std::int64_t now_ms,
+                                             std::span<const ProcessChange> changes) noexcept {
   return after(AlarmReason::process, [&] {
-    Alarm& alarm = alarms_[index_of(kind)];
-    on ? alarm.condition_on(now_ms, 0.0) : alarm.condition_off(now_ms);
+    for (const ProcessChange& change : changes) {
+      Alarm& alarm = alarms_[index_of(change.kind)];
+      change.on ? alarm.condition_on(now_ms, 0.0) : alarm.condition_off(now_ms);
+      // What goes while it is suppressed has been told by its cause.
+      if (!change.on && alarm.is_consequence()) alarm.acknowledge(now_ms);
+      if (change.kind == AlarmKind::deviation && deviation_rests_) alarm.window_not_valid();
+    }
+  });
+}
+
+AlarmTransitions LoopAlarms::deviation_rests(bool rests) noexcept {
+  return after(AlarmReason::process, [&] {
+    deviation_rests_ = rests;
+    Alarm& alarm = alarms_[index_of(AlarmKind::deviation)];
+    rests ? alarm.window_not_valid() : alarm.always_valid();
   });
 }
 
@@ -91,22 +110,38 @@ LoopAlarms::ActionResult LoopAlarms::act(AlarmKind kind, AlarmAction action, std
                                          std::int64_t until_ms) noexcept {
   ActionResult result;
   result.transitions = after(AlarmReason::by_operator, [&] {
-    Alarm& alarm = alarms_[index_of(kind)];
-    switch (action) {
-      case AlarmAction::acknowledge: result.accepted = alarm.acknowledge(now_ms); break;
-      case AlarmAction::reset: result.accepted = alarm.reset(now_ms); break;
-      case AlarmAction::shelve: result.accepted = alarm.shelve(now_ms, until_ms); break;
-      case AlarmAction::unshelve: result.accepted = alarm.unshelve(now_ms); break;
-    }
+    result.accepted = alarms_[index_of(kind)].act(action, now_ms, until_ms);
   });
   return result;
 }
 
 void LoopAlarms::find_root() noexcept {
-  const bool low_air = alarm(AlarmKind::low_air_supply).active();
-  for (const AlarmKind kind : kValveAlarms) {
-    if (kind != AlarmKind::low_air_supply) alarms_[index_of(kind)].set_consequence(low_air);
+  for (const AlarmKind kind : kAlarmKinds) {
+    alarms_[index_of(kind)].set_consequence(fitted(kind) && cause_of(kind).has_value());
   }
+}
+
+std::optional<AlarmKind> LoopAlarms::cause_of(AlarmKind kind) const noexcept {
+  for (const AlarmKind cause : kAlarmKinds) {
+    if (follows(kind, cause) && alarm(cause).active()) return cause;
+  }
+  return std::nullopt;
+}
+
+bool LoopAlarms::first_out(AlarmKind kind) const noexcept {
+  const auto there = [this](AlarmKind one) {
+    return alarm(one).active() || alarm(one).unacknowledged();
+  };
+  if (!is_process_alarm(kind) || !there(kind)) return false;
+  bool others = false;
+  for (const AlarmKind other : kProcessAlarms) {
+    if (other == kind || !there(other)) continue;
+    others = true;
+    const std::int64_t its_ms = alarm(other).memory().raised_ms;
+    const std::int64_t own_ms = alarm(kind).memory().raised_ms;
+    if (its_ms < own_ms || (its_ms == own_ms && other < kind)) return false;
+  }
+  return others;
 }
 
 LoopAlarms::States LoopAlarms::states() const noexcept {

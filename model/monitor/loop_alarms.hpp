@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// All alarms of one loop, with one root alarm where low air explains the rest.
+// All alarms of one loop. What follows from another alarm is suppressed while that one is on (alarm_kind.hpp, follows),
+// and shows what its own condition says when it has gone.
 //
 // A valve without enough air moves slowly and short of its travel; to a classifier of shapes that is
-// stiction, backlash and hysteresis as well. While low air is raised, the valve's other alarms are
-// suppressed as its consequence; when it is gone they show what their own conditions say.
+// stiction, backlash and hysteresis as well: they follow from low air.
 //
-// Process alarms know neither windows nor low air: they come and go as their watch says (process_watch.hpp).
+// Process alarms know no windows: they come and go as their watch says (process_watch.hpp). Of several that are there
+// the one that came first is marked (first-out): the others may be its doing.
 //
 // A condition that an explanation gave to another alarm counts for that one until it goes (explained()).
 //
@@ -18,10 +19,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "model/monitor/alarm.hpp"
 #include "model/monitor/alarm_kind.hpp"
+#include "model/monitor/process_watch.hpp"
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
@@ -60,8 +63,6 @@ class AlarmTransitions {
   std::size_t count_ = 0;
 };
 
-enum class AlarmAction : std::uint8_t { acknowledge, reset, shelve, unshelve };
-
 class LoopAlarms {
  public:
   explicit LoopAlarms(const AlarmSettings& settings) noexcept;
@@ -81,8 +82,19 @@ class LoopAlarms {
   AlarmTransitions explained(std::int64_t now_ms, AlarmKind kind, AlarmKind as,
                              double severity_percent) noexcept;
   AlarmTransitions window_not_valid() noexcept;
-  // The condition of a process alarm came or went.
-  AlarmTransitions process_changed(std::int64_t now_ms, AlarmKind kind, bool on) noexcept;
+  // Beside the valve alarms and the process alarms that every loop has.
+  void fit(AlarmKind kind) noexcept { fitted_[index_of(kind)] = true; }
+  bool fitted(AlarmKind kind) const noexcept { return fitted_[index_of(kind)]; }
+
+  // The deviation is looked at, or rests.
+  AlarmTransitions deviation_rests(bool rests) noexcept;
+  // Conditions of process alarms that came or went in one cycle.
+  AlarmTransitions process_changed(std::int64_t now_ms,
+                                   std::span<const ProcessChange> changes) noexcept;
+  AlarmTransitions process_changed(std::int64_t now_ms, AlarmKind kind, bool on) noexcept {
+    const ProcessChange change{kind, on};
+    return process_changed(now_ms, {&change, 1});
+  }
   AlarmTransitions pass_time(std::int64_t now_ms) noexcept;
 
   struct ActionResult {
@@ -94,6 +106,10 @@ class LoopAlarms {
                    std::int64_t until_ms = 0) noexcept;
 
   const Alarm& alarm(AlarmKind kind) const noexcept { return alarms_[index_of(kind)]; }
+  // The first alarm that is on and that `kind` follows from; nothing: it stands for itself.
+  std::optional<AlarmKind> cause_of(AlarmKind kind) const noexcept;
+  // It came before the other process alarms that are there. Of one alone nothing is said.
+  bool first_out(AlarmKind kind) const noexcept;
   bool any_shelved() const noexcept;
   bool any_suppressed() const noexcept;
 
@@ -106,6 +122,8 @@ class LoopAlarms {
   AlarmTransitions after(AlarmReason reason, Change change) noexcept;
 
   std::array<Alarm, kAlarmKindCount> alarms_;
+  std::array<bool, kAlarmKindCount> fitted_{};
+  bool deviation_rests_ = false;
   // What a valve alarm's condition that is on counts for; itself unless it was explained.
   struct CountsFor {
     AlarmKind kind = AlarmKind::stiction;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/monitor/process_watch.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace loopwarden::monitor {
 
@@ -10,11 +12,13 @@ using control::Mode;
 
 namespace {
 
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
 // Whole periods; what is a rounding error above a whole number is that number.
-std::uint64_t periods_of_delay(double sample_time_s) noexcept {
+std::uint64_t periods_of(double seconds, double sample_time_s) noexcept {
   constexpr double kRounding = 1e-9;
   if (!(sample_time_s > 0.0)) return 1;
-  return static_cast<std::uint64_t>(std::ceil(kProcessDelay_s / sample_time_s - kRounding));
+  return static_cast<std::uint64_t>(std::ceil(std::max(seconds / sample_time_s - kRounding, 0.0)));
 }
 
 bool is_normal(Mode mode, NormalMode normal) noexcept {
@@ -28,25 +32,65 @@ bool is_normal(Mode mode, NormalMode normal) noexcept {
 
 }  // namespace
 
-ProcessWatch::ProcessWatch(double sample_time_s, NormalMode normal_mode) noexcept
-    : normal_mode_(normal_mode), delay_periods_(periods_of_delay(sample_time_s)) {}
+ProcessWatch::ProcessWatch(double sample_time_s, const ProcessSettings& settings) noexcept
+    : sample_time_s_(sample_time_s),
+      settings_(settings),
+      limits_(sample_time_s, settings.limits),
+      quiet_periods_(periods_of(kQuiet_s, sample_time_s)) {}
 
 ProcessChanges ProcessWatch::add(const ProcessCycle& cycle) noexcept {
   ever_arrived_ = ever_arrived_ || cycle.output_arrives;
+  limits_.add(cycle.period_index, cycle.sp, cycle.pv_bad ? kNone : cycle.pv,
+              cycle.mode == Mode::automatic);
   ProcessChanges changes;
   for (const AlarmKind kind : kProcessAlarms) {
+    const ProcessRule& rule = settings_.at(kind);
+    if (!rule.fitted) continue;
     Delayed& condition = at(kind);
     const std::optional<bool> now = found(kind, cycle);
+    if (now) count(condition, *now, cycle.period_index);
     if (!now || *now == condition.on) {
       condition.other_since.reset();
       continue;
     }
     if (!condition.other_since) condition.other_since = cycle.period_index;
-    if (cycle.period_index - *condition.other_since < delay_periods_) continue;
-    condition = {*now, std::nullopt};
+    const bool follows_cause = condition.on && suppressed(kind);
+    if (!follows_cause && !is_due(condition, rule, cycle.period_index)) continue;
+    condition.on = *now;
+    condition.other_since.reset();
     changes.add({kind, *now});
   }
   return changes;
+}
+
+void ProcessWatch::count(Delayed& condition, bool there, std::uint64_t period) const noexcept {
+  if (there == condition.there) return;
+  condition.there = there;
+  if (!there) {
+    condition.gone_at = period;
+    return;
+  }
+  if (period - condition.gone_at >= quiet_periods_) condition.flaps = 0;
+  condition.came[condition.flaps % kFlaps] = period;
+  if (condition.flaps < std::numeric_limits<std::uint32_t>::max()) ++condition.flaps;
+}
+
+bool ProcessWatch::suppressed(AlarmKind kind) const noexcept {
+  return std::any_of(kProcessAlarms.begin(), kProcessAlarms.end(),
+                     [&](AlarmKind cause) { return follows(kind, cause) && at(cause).on; });
+}
+
+bool ProcessWatch::is_due(const Delayed& condition, const ProcessRule& rule,
+                          std::uint64_t period) const noexcept {
+  const std::uint64_t since = period - *condition.other_since;
+  if (condition.on) {
+    const std::uint64_t delay = periods_of(rule.off_delay_s, sample_time_s_);
+    return since >= (condition.flaps > 1 ? std::max(delay, quiet_periods_) : delay);
+  }
+  if (since >= periods_of(rule.on_delay_s, sample_time_s_)) return true;
+  // The oldest of the newest five is where the next one is put.
+  return condition.flaps >= kFlaps &&
+         period - condition.came[condition.flaps % kFlaps] <= quiet_periods_;
 }
 
 std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycle) const noexcept {
@@ -56,9 +100,14 @@ std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycl
     case AlarmKind::output_unknown:
       if (cycle.fault == Fault::output_unknown) return true;
       return cycle.fault == Fault::none ? std::optional(false) : std::nullopt;
+    case AlarmKind::not_normal_mode: return !is_normal(cycle.mode, settings_.normal_mode);
+    case AlarmKind::enable_open:
+      return cycle.fault == Fault::stop ? std::nullopt
+                                        : std::optional(cycle.fault == Fault::enable_open);
+    case AlarmKind::source_lost: return cycle.pv_silent;
     default: break;
   }
-  return !is_normal(cycle.mode, normal_mode_);
+  return limits_.beyond(kind, at(kind).there);
 }
 
 std::optional<bool> ProcessWatch::output_lost(const ProcessCycle& cycle) const noexcept {

@@ -6,35 +6,49 @@
 //                    start tells; a loop that has nothing to write yet has lost nothing
 //   output_unknown   where the output stands is not known; a graver fault hides it
 //   not_normal_mode  the mode in force is another one than the loop's normal mode: fallback is never normal
+//   enable_open      the enable contact is open
+//   source_lost      what brings PV is silent: of loops that another controller has
+//   the rest         PV is where it should not be (limit_watch.hpp)
 //
-// A condition comes once it has been there for kProcessDelay without a break, and goes once it has been gone for as long:
-// what comes and goes faster changes nothing, and no alarm comes more than three times a minute, from where on ISA-18.2
-// speaks of chattering. Time is the loop's own, counted in its periods; between two cycles the first one holds. What a
-// cycle can't tell changes nothing and starts the delay anew.
+// A condition comes once it has been there for its on-delay without a break, and goes once it has been gone for its
+// off-delay. What a cycle can't tell changes nothing and starts the delay anew. Time is the loop's own, counted in its
+// periods; between two cycles the first one holds.
+//
+// What follows from an alarm that is on (alarm_kind.hpp) goes without its off-delay: so it does not outlast its cause.
+//
+// What flaps is one alarm with a count: `flaps` counts how often the condition has come since it last was gone for a
+// minute. From the second time on the alarm goes only after such a minute; what comes five times in a minute raises its
+// alarm although no single time outlasts the on-delay.
 //
 // Stepped once a cycle. No clock, no allocation.
 //
 // Errors: none.
 // What it can't do: say why the output is lost; a record's row does not hold it.
 //
-// Source: on-delay and off-delay as in ANSI/ISA-18.2-2016 (basic alarm design) and EEMUA 191 (2013), chapter 8; the
-// 10 s are ours: longer than a reconnection or a late reply, shorter than what a process bears.
+// Source: delays, and three times a minute as chattering, as in ANSI/ISA-18.2-2016 (basic alarm design) and EEMUA 191
+// (2013), chapter 8; the 10 s are ours: longer than a reconnection or a late reply, shorter than what a process bears.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
 #include "model/monitor/alarm_kind.hpp"
+#include "model/monitor/limit_watch.hpp"
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::monitor {
 
-inline constexpr double kProcessDelay_s = 10.0;  // to come, and to go
+inline constexpr double kProcessDelay_s =
+    10.0;  // to come, and to go, where a loop's file says nothing else
+inline constexpr double kDeviationDelay_s = 60.0;  // to come
+inline constexpr double kQuiet_s = 60.0;           // without the condition, and it flaps no longer
+inline constexpr std::size_t kFlaps = 5;           // in kQuiet_s raise the alarm
 
 enum class NormalMode : std::uint8_t { automatic, manual, any };
 
@@ -42,10 +56,43 @@ constexpr const char* to_text(NormalMode mode) noexcept {
   return numeric::enum_name<NormalMode::any>(mode, {"automatic", "manual", "any"});
 }
 
+struct ProcessRule {
+  bool fitted = false;
+  double on_delay_s = kProcessDelay_s;   // s, >= 0
+  double off_delay_s = kProcessDelay_s;  // s, >= 0
+
+  friend bool operator==(const ProcessRule&, const ProcessRule&) = default;
+};
+
+// Those that every loop has.
+constexpr std::array<ProcessRule, kProcessAlarmCount> usual_rules() noexcept {
+  std::array<ProcessRule, kProcessAlarmCount> rules{};
+  for (const AlarmKind kind : {AlarmKind::bad_pv, AlarmKind::output_lost, AlarmKind::output_unknown,
+                               AlarmKind::not_normal_mode}) {
+    rules[index_of(kind) - kValveAlarmCount].fitted = true;
+  }
+  return rules;
+}
+
+struct ProcessSettings {
+  NormalMode normal_mode = NormalMode::any;
+  std::array<ProcessRule, kProcessAlarmCount> rules = usual_rules();  // as kProcessAlarms
+  LimitSettings limits;
+
+  ProcessRule& at(AlarmKind kind) noexcept { return rules[index_of(kind) - kValveAlarmCount]; }
+  const ProcessRule& at(AlarmKind kind) const noexcept {
+    return rules[index_of(kind) - kValveAlarmCount];
+  }
+  friend bool operator==(const ProcessSettings&, const ProcessSettings&) = default;
+};
+
 struct ProcessCycle {
   std::uint64_t period_index = 0;
+  double sp = std::numeric_limits<double>::quiet_NaN();  // PV units, working; NaN: not known
+  double pv = std::numeric_limits<double>::quiet_NaN();  // PV units; NaN: bad
   bool pv_good = false;
   bool pv_bad = false;          // neither: uncertain
+  bool pv_silent = false;       // bad, because nothing brings it
   bool output_arrives = false;  // the device has confirmed the newest command
   control::Fault fault = control::Fault::none;
   control::Mode mode = control::Mode::manual;            // in force
@@ -71,25 +118,44 @@ class ProcessChanges {
 
 class ProcessWatch {
  public:
-  ProcessWatch(double sample_time_s, NormalMode normal_mode) noexcept;
+  ProcessWatch(double sample_time_s, const ProcessSettings& settings) noexcept;
 
   // A condition from before a restart.
-  void restore(AlarmKind kind, bool on) noexcept { at(kind).on = on; }
+  void restore(AlarmKind kind, bool on) noexcept { at(kind).on = at(kind).there = on; }
 
   ProcessChanges add(const ProcessCycle& cycle) noexcept;
 
+  // The deviation is suppressed at present.
+  bool deviation_rests() const noexcept { return limits_.rests(); }
+  // How often the condition has come since it last was gone for a minute.
+  std::uint32_t flaps(AlarmKind kind) const noexcept { return at(kind).flaps; }
+
  private:
   struct Delayed {
-    bool on = false;
+    bool on = false;                           // the alarm's condition
+    bool there = false;                        // by the newest cycle that can tell
     std::optional<std::uint64_t> other_since;  // period since which a cycle says the other
+    std::uint32_t flaps = 0;
+    std::uint64_t gone_at = 0;                 // period in which it last went
+    std::array<std::uint64_t, kFlaps> came{};  // the newest periods in which it came
   };
   Delayed& at(AlarmKind kind) noexcept { return conditions_[index_of(kind) - kValveAlarmCount]; }
+  const Delayed& at(AlarmKind kind) const noexcept {
+    return conditions_[index_of(kind) - kValveAlarmCount];
+  }
   // Nothing: the cycle can't tell.
   std::optional<bool> found(AlarmKind kind, const ProcessCycle& cycle) const noexcept;
   std::optional<bool> output_lost(const ProcessCycle& cycle) const noexcept;
+  void count(Delayed& condition, bool there, std::uint64_t period) const noexcept;
+  // A cause of it is on.
+  bool suppressed(AlarmKind kind) const noexcept;
+  bool is_due(const Delayed& condition, const ProcessRule& rule,
+              std::uint64_t period) const noexcept;
 
-  NormalMode normal_mode_;
-  std::uint64_t delay_periods_;
+  double sample_time_s_;
+  ProcessSettings settings_;
+  LimitWatch limits_;
+  std::uint64_t quiet_periods_;
   bool ever_arrived_ = false;  // a command, since the start
   std::array<Delayed, kProcessAlarmCount> conditions_{};
 };

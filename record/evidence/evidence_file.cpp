@@ -17,6 +17,7 @@
 
 #include "base/digest/digest.hpp"
 #include "base/file.hpp"
+#include "model/monitor/alarm_guide.hpp"
 #include "record/record_csv.hpp"
 
 namespace loopwarden::evidence {

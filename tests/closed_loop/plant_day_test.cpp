@@ -59,7 +59,7 @@ class Plant {
          .window = {.sample_time_s = model_.sample_time_s, .pv_high = 10.0, .co_high = 10.0},
          .judge = &judge_,
          .rule = monitor::kAlarmRule,
-         .normal_mode = monitor::NormalMode::automatic,
+         .process = {.normal_mode = monitor::NormalMode::automatic, .limits = {}},
          .corrective = corrective,
          .orders = &desk_}};
     monitor_ = std::make_unique<Monitor>(

@@ -136,12 +136,15 @@ TEST_CASE("Who leaves the first output to the operator is told what that means",
 TEST_CASE("The normal mode is the one in which the loop starts, or is given", "[config][loop]") {
   using monitor::NormalMode;
   const std::string automatic = with(kModbusLoop, "mode: manual", "mode: automatic");
-  CHECK(read(kModbusLoop).normal_mode == NormalMode::any);
-  CHECK(read(automatic).normal_mode == NormalMode::automatic);
-  CHECK(read(automatic + "alarms: {}\n").normal_mode == NormalMode::automatic);
-  CHECK(read(automatic + "alarms: {normal_mode: any}\n").normal_mode == NormalMode::any);
-  CHECK(read(kModbusLoop + "alarms: {normal_mode: auto}\n").normal_mode == NormalMode::automatic);
-  CHECK(read(kModbusLoop + "alarms: {normal_mode: manual}\n").normal_mode == NormalMode::manual);
+  CHECK(read(kModbusLoop).alarms.process.normal_mode == NormalMode::any);
+  CHECK(read(automatic).alarms.process.normal_mode == NormalMode::automatic);
+  CHECK(read(automatic + "alarms: {}\n").alarms.process.normal_mode == NormalMode::automatic);
+  CHECK(read(automatic + "alarms: {normal_mode: any}\n").alarms.process.normal_mode ==
+        NormalMode::any);
+  CHECK(read(kModbusLoop + "alarms: {normal_mode: auto}\n").alarms.process.normal_mode ==
+        NormalMode::automatic);
+  CHECK(read(kModbusLoop + "alarms: {normal_mode: manual}\n").alarms.process.normal_mode ==
+        NormalMode::manual);
   CHECK_THAT(said_of_loop(kModbusLoop + "alarms: {normal_mode: hand}\n"),
              Catch::Contains("alarms.normal_mode: must be automatic, manual or any (got 'hand')"));
 }

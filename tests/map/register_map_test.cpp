@@ -115,6 +115,10 @@ TEST_CASE("the places that are promised", "[register_map]") {
            Promise{Table::holding_register, 32772, "compensator", RegisterType::f32},
            Promise{Table::holding_register, 32800, "jacket_rate", RegisterType::f32},
            Promise{Table::holding_register, 32808, "orders_refused", RegisterType::u16},
+           Promise{Table::holding_register, 32782, "unshelve_process", RegisterType::u16},
+           Promise{Table::holding_register, 32796, "process_active", RegisterType::u16},
+           Promise{Table::holding_register, 32799, "process_suppressed", RegisterType::u16},
+           Promise{Table::coil, 32771, "acknowledge_process", RegisterType::u16},
        }) {
     const Place place = find(promise.table, promise.address, kLoops);
     INFO(promise.name);
@@ -131,7 +135,8 @@ TEST_CASE(
     "[register_map]") {
   for (const Register& reg : registers()) {
     if (reg.area == Area::third && reg.table == Table::holding_register) {
-      CHECK(writable(reg) == (reg.field == Field::shelve_minutes));
+      CHECK(writable(reg) ==
+            (reg.field == Field::shelve_minutes || reg.field == Field::unshelve_process));
     }
     if (reg.area == Area::loop && reg.table == Table::holding_register) CHECK(writable(reg));
     if (reg.table == Table::input_register) CHECK_FALSE(writable(reg));

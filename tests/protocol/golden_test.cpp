@@ -144,11 +144,15 @@ std::map<std::string, std::string> answers() {
                         {"minutes", 30},
                         {"reason", "packing"}});
   ask("alarm_refused", {{"request", "alarm"}, {"alarm", "hysteresis"}, {"action", "acknowledge"}});
-  bench.board.process_changed(0, {model::AlarmKind::output_lost, true}, "the device is gone");
+  bench.board.process_changed(0,
+                              std::vector<daemon::monitor::ProcessNews>{
+                                  {{model::AlarmKind::output_lost, true}, "the device is gone"}});
   ask("acknowledge_incident", {{"request", "acknowledge_incident"},
                                {"incident", json::parse(told["loop"]).at("incident").at("id")},
                                {"reason", "seen"}});
   ask("acknowledge_all", {{"request", "acknowledge_all"}, {"reason", "seen"}});
+  ask("alarm_design", {{"request", "alarm_design"}});
+  ask("alarm_figures", {{"request", "alarm_figures"}, {"hours", 1}});
   ask("veto_refused", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
   bench.board.corrective_state(0, model::CorrectiveState::waiting);
   ask("veto", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
@@ -184,6 +188,8 @@ const std::map<std::string, Again> kAgain{
     {"trend", again<protocol::Trend>},
     {"windows", again<protocol::Windows>},
     {"alarms", again<protocol::Alarms>},
+    {"alarm_design", again<protocol::AlarmDesigns>},
+    {"alarm_figures", again<protocol::AlarmFigures>},
     {"explain", again<protocol::Explained>},
     {"journal", again<protocol::Journal>},
     {"set", again<protocol::OrderTaken>},

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden alarms: the running daemon's alarms, and an operator's hand on them.
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <ctime>
 #include <string>
 #include <vector>
 
 #include "config/diagnostic.hpp"
 #include "model/monitor/alarm_kind.hpp"
+#include "model/monitor/box_alarms.hpp"
 #include "protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
+#include "workbench/commands/alarm_book.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -29,13 +29,10 @@ struct Options {
   std::string alarm;
   std::string reason;
   std::uint64_t minutes = 60;
+  std::uint64_t hours = 24;
+  bool rationalised = false;
   std::size_t lines = 50;
 };
-
-std::string utc(std::int64_t ms) {
-  if (ms <= 0) return "-";
-  return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::gmtime(static_cast<std::time_t>(ms / 1000)));
-}
 
 std::string describe(const protocol::Alarm& alarm, std::int64_t now_ms) {
   std::string text = alarm.state;
@@ -43,7 +40,9 @@ std::string describe(const protocol::Alarm& alarm, std::int64_t now_ms) {
     const std::int64_t left_ms = alarm.shelved_until_ms - now_ms;
     text += fmt::format(", {} min left", (left_ms + 59'999) / 60'000);
   }
-  if (alarm.consequence) text += ", consequence of low_air_supply";
+  if (alarm.consequence) text += ", consequence of " + alarm.consequence_of;
+  if (alarm.first_out) text += ", came first";
+  if (alarm.flaps > 1) text += fmt::format(", flaps: {} times", alarm.flaps);
   return text;
 }
 
@@ -67,8 +66,8 @@ void print_incidents(const std::vector<protocol::Incident>& incidents, bool all)
                         : std::isfinite(incident.cleared_s) ? "ended"
                                                             : "gone";
     fmt::print("{:<14} {:<24} {:<12} {:<20} {:<15} {}\n", incident.loop, incident.name,
-               incident.cause, utc(static_cast<std::int64_t>(1000.0 * incident.raised_s)), state,
-               fmt::join(incident.alarms, ", "));
+               incident.cause, utc_text(static_cast<std::int64_t>(1000.0 * incident.raised_s)),
+               state, fmt::join(incident.alarms, ", "));
   }
   if (shown > 0) fmt::print("\n");
 }
@@ -80,12 +79,12 @@ void print_table(const protocol::Alarms& answer, bool all) {
     const bool quiet = (alarm.state == "normal" || alarm.state == "suppressed") && !alarm.active;
     if (quiet && !all) continue;
     if (shown++ == 0) {
-      fmt::print("{:<14} {:<15} {:<10} {:<20} {:>5}  {}\n", "LOOP", "ALARM", "SEVERITY",
-                 "RAISED (UTC)", "TIMES", "STATE");
+      fmt::print("{:<14} {:<15} {:<8} {:<10} {:<20} {:>5}  {}\n", "LOOP", "ALARM", "PRIORITY",
+                 "SEVERITY", "RAISED (UTC)", "TIMES", "STATE");
     }
-    fmt::print("{:<14} {:<15} {:>10} {:<20} {:>5}  {}\n", alarm.loop, alarm.alarm,
-               size_text(alarm.severity_percent), utc(alarm.raised_ms), alarm.times_raised,
-               describe(alarm, answer.now_ms));
+    fmt::print("{:<14} {:<15} {:<8} {:>10} {:<20} {:>5}  {}\n", alarm.loop, alarm.alarm,
+               alarm.priority, size_text(alarm.severity_percent), utc_text(alarm.raised_ms),
+               alarm.times_raised, describe(alarm, answer.now_ms));
   }
   if (shown == 0) fmt::print("no alarms\n");
   if (!all) fmt::print("{}", suppressed_note(answer.alarms));
@@ -94,6 +93,7 @@ void print_table(const protocol::Alarms& answer, bool all) {
 std::vector<std::string> alarm_names() {
   std::vector<std::string> names;
   for (const monitor::AlarmKind kind : monitor::kAlarmKinds) names.emplace_back(to_text(kind));
+  for (const monitor::BoxAlarm kind : monitor::kBoxAlarms) names.emplace_back(to_text(kind));
   return names;
 }
 
@@ -107,6 +107,7 @@ std::string no_alarm(const std::string& word) {
 
 // Throws DaemonRefused if the daemon has no such loop.
 void check_loop(DaemonClient& daemon, const std::string& loop) {
+  if (loop == monitor::kBox) return;
   loop_index(protocol::ask(daemon, protocol::StatusRequest{}).loops, loop);
 }
 
@@ -118,6 +119,20 @@ int run_list(const Options& options) {
   DaemonClient daemon(options.socket);
   const auto answer = protocol::ask(daemon, protocol::AlarmsRequest{});
   options.json ? show_answer(answer) : print_table(answer, options.all);
+  return kExitOk;
+}
+
+int run_rationalised(const Options& options) {
+  DaemonClient daemon(options.socket);
+  const auto answer = protocol::ask(daemon, protocol::AlarmDesignRequest{});
+  options.json ? show_answer(answer) : fmt::print("{}", rationalised_csv(answer));
+  return kExitOk;
+}
+
+int run_figures(const Options& options) {
+  DaemonClient daemon(options.socket);
+  const auto answer = protocol::ask(daemon, protocol::AlarmFiguresRequest{.hours = options.hours});
+  options.json ? show_answer(answer) : fmt::print("{}", figures_text(answer));
   return kExitOk;
 }
 
@@ -169,7 +184,7 @@ int run_veto(const Options& options, bool veto) {
 }
 
 std::string journal_line(const protocol::JournalLine& line) {
-  std::string text = utc(line.utc_ms) + "  ";
+  std::string text = utc_text(line.utc_ms) + "  ";
   if (!line.loop.empty()) text += line.loop + " ";
   if (!line.alarm.empty()) text += line.alarm + " ";
   if (!line.from.empty()) text += line.from + " -> " + line.to + " ";
@@ -187,7 +202,7 @@ std::string journal_line(const protocol::JournalLine& line) {
 }
 
 void print_explanation(const protocol::Explanation& e) {
-  fmt::print("why ({} UTC, the newest minutes against the twin): {}\n", utc(e.ended_ms),
+  fmt::print("why ({} UTC, the newest minutes against the twin): {}\n", utc_text(e.ended_ms),
              e.sentence);
   if (e.final_name) {
     fmt::print("  first named {}, explained as {}\n", e.alarm, *e.final_name);
@@ -211,20 +226,22 @@ void print_explanation(const protocol::Explanation& e) {
   fmt::print("  {}{}\n\n", e.folder, e.verdict == "not_explained" ? "" : "/report.html");
 }
 
-bool is_process_alarm(const std::string& name) {
-  return std::any_of(monitor::kProcessAlarms.begin(), monitor::kProcessAlarms.end(),
+bool is_valve_alarm(const std::string& name) {
+  return std::any_of(monitor::kValveAlarms.begin(), monitor::kValveAlarms.end(),
                      [&](monitor::AlarmKind kind) { return name == to_text(kind); });
 }
 
 void print_guide(const protocol::Explained& answer) {
-  fmt::print("\nwhat it is:     {}\nwhat it leads to: {}\nwhat to do:     {}\n\n", answer.cause,
-             answer.consequence, answer.action);
+  fmt::print(
+      "\nwhat it is:       {}\nwhat it leads to: {}\nwhat to do:       {}\nwithin:           "
+      "{}\n\n",
+      answer.cause, answer.consequence, answer.action, answer.time_to_act);
 }
 
-// A process alarm has neither size nor window, nor evidence: its reasons stand in the journal.
+// An alarm of the loop or the box has neither size nor window, nor evidence: its reasons stand in the journal.
 void print_process_alarm(const Options& options, const protocol::Explained& answer) {
   fmt::print("{} of {}: {}, raised {} UTC\n", options.alarm, options.loop, answer.alarm.state,
-             utc(answer.alarm.raised_ms));
+             utc_text(answer.alarm.raised_ms));
   print_guide(answer);
   if (!answer.disk_answers) fmt::print("the disk does not answer: the history can't be read\n");
 }
@@ -273,8 +290,8 @@ void print_valve_alarm(DaemonClient& daemon, const Options& options,
                         size_text(alarm.worst_severity_percent))
           : "size not known";
   fmt::print("{} of {}: {}, {}, raised {} UTC\n", options.alarm, options.loop, alarm.state, size,
-             utc(alarm.raised_ms));
-  if (alarm.consequence) fmt::print("explained by low_air_supply\n");
+             utc_text(alarm.raised_ms));
+  if (alarm.consequence) fmt::print("consequence of {}\n", alarm.consequence_of);
   print_guide(answer);
   if (answer.explanation) print_explanation(*answer.explanation);
   if (options.alarm == "stiction") print_calm(daemon, options, answer);
@@ -299,8 +316,8 @@ int run_explain(const Options& options) {
     show_answer(answer);
     return kExitOk;
   }
-  is_process_alarm(options.alarm) ? print_process_alarm(options, answer)
-                                  : print_valve_alarm(daemon, options, answer);
+  is_valve_alarm(options.alarm) ? print_valve_alarm(daemon, options, answer)
+                                : print_process_alarm(options, answer);
   for (const protocol::JournalLine& line : answer.history) {
     fmt::print("{}\n", journal_line(line));
   }
@@ -350,7 +367,7 @@ void add_alarms(Program& program) {
     Command verb = command.verb(name, meaning, [&o, wire, explains] {
       return explains ? run_explain(o) : run_action(o, wire);
     });
-    verb.required("loop", o.loop, "tag of the loop");
+    verb.required("loop", o.loop, "tag of the loop; box: the box itself");
     const bool takes_incident = std::string(wire) == "acknowledge";
     verb.required("alarm", o.alarm,
                   takes_incident
@@ -369,6 +386,14 @@ void add_alarms(Program& program) {
   action("unshelve", "unshelve", "take an alarm off the shelf");
   action("calm", "calm", "begin the planned moves that a stiction alarm offers, in shadow first");
   action("explain", "explain", "what an alarm means, what was measured, and its history");
+
+  Command list = command.verb("list", "the alarms, or how each is meant",
+                              [&o] { return o.rationalised ? run_rationalised(o) : run_list(o); });
+  list.flag("--rationalised", o.rationalised,
+            "CSV for the plant's own alarm book: limits, delays, cause, consequence, what to do");
+  Command figures = command.verb("figures", "how the alarms did: rate, floods, chattering, stale",
+                                 [&o] { return run_figures(o); });
+  figures.setting("--hours", o.hours, "to now", between(1, 720));
 
   for (const bool veto : {true, false}) {
     Command verb = command.verb(

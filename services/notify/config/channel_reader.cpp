@@ -8,6 +8,7 @@
 
 #include "config/file_keys.hpp"
 #include "services/notify/channels/mail_text.hpp"
+#include "services/notify/config/route_reader.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -244,6 +245,18 @@ void read_rule(MapReader& in, Kind kind, ChannelRule& rule) {
                                   defaults.most_per_hour);
 }
 
+void read_digest(MapReader& in, ChannelRule& rule) {
+  constexpr const char* kMeaning =
+      "time of day, hh:mm, for which alarms of low priority wait: one message a day";
+  if (in.describing() || !in.given("digest")) {
+    in.text("digest", kMeaning, "they are told as all others");
+    return;
+  }
+  rule.digest_min = read_time(in, "digest", kMeaning);
+  if (rule.one_each) in.error("digest", "is of channels for people: email and webhook");
+  if (*rule.digest_min == 24 * 60) in.error("digest", "must be before 24:00");
+}
+
 }  // namespace
 
 ReadChannel read_channel(MapReader& in, const std::string& name, const std::string& file) {
@@ -251,6 +264,7 @@ ReadChannel read_channel(MapReader& in, const std::string& name, const std::stri
   channel.settings.name = channel.rule.name = name;
   const Value<Kind> kind = in.need_one_of("kind", kKinds, "what it is");
   read_rule(in, kind, channel.rule);
+  read_digest(in, channel.rule);
   const bool all = in.describing();
   if (!all && !kind.valid) {
     in.ignore_rest();

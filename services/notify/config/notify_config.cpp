@@ -122,6 +122,7 @@ NotifyConfig read_notify(MapReader& in, const std::string& file) {
   notify.zone = read_zone(in, "time_zone", zone);
   notify.page_url = read_page_url(in);
   read_channels(in, file, notify);
+  for (ChannelRule& channel : notify.rules.channels) channel.zone = notify.zone;
   read_rules(in, notify);
   return notify;
 }

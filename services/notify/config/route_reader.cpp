@@ -7,6 +7,7 @@
 #include <array>
 
 #include "model/monitor/alarm_kind.hpp"
+#include "model/monitor/box_alarms.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -24,6 +25,7 @@ const std::vector<std::string> kDays{"mon", "tue", "wed", "thu", "fri", "sat", "
 std::vector<std::string> alarm_names() {
   std::vector<std::string> names{kDaemonAlarm};
   for (const monitor::AlarmKind kind : monitor::kAlarmKinds) names.emplace_back(to_text(kind));
+  for (const monitor::BoxAlarm kind : monitor::kBoxAlarms) names.emplace_back(to_text(kind));
   return names;
 }
 
@@ -66,7 +68,8 @@ Escalation read_step(MapReader& in, const std::vector<std::string>& channels) {
   return step;
 }
 
-// "22:30" as minutes; 24:00 ends a day.
+}  // namespace
+
 int read_time(MapReader& in, std::string_view key, const char* meaning) {
   const Value<std::string> text = in.need_text(key, meaning);
   const std::string& t = text.value;
@@ -80,8 +83,6 @@ int read_time(MapReader& in, std::string_view key, const char* meaning) {
   }
   return 0;
 }
-
-}  // namespace
 
 Route read_route(MapReader& in, const std::vector<std::string>& channels) {
   Route route;

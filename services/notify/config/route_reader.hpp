@@ -9,6 +9,9 @@
 
 namespace loopwarden::notify {
 
+// "22:30" as minutes; 24:00 ends a day.
+int read_time(config::MapReader& in, std::string_view key, const char* meaning);
+
 // `channels`: the names that may be referred to.
 Route read_route(config::MapReader& in, const std::vector<std::string>& channels);
 QuietHours read_quiet_hours(config::MapReader& in, const std::vector<std::string>& channels);

@@ -33,6 +33,25 @@ bool is_told(const std::string& state) noexcept {
   return state == "unacknowledged" || state == "acknowledged";
 }
 
+Event event_of_reading(const AlarmReading& reading, const AlarmPicture& picture, Change change,
+                       std::int64_t utc_ms, std::int64_t noticed_ms) {
+  return {.utc_ms = utc_ms,
+          .loop = reading.key.first,
+          .alarm = reading.key.second,
+          .change = change,
+          .state = reading.state,
+          .severity_percent = reading.severity_percent,
+          .worst_percent = picture.worst_percent,
+          .description = reading.description,
+          .noticed_ms = noticed_ms,
+          .area = reading.area,
+          .priority = reading.priority,
+          .of_incident = !reading.incident.empty(),
+          .why = reading.why,
+          .action = reading.action,
+          .time_to_act = reading.time_to_act};
+}
+
 AlarmPicture first_picture(const AlarmReading& reading) {
   AlarmPicture picture;
   picture.times_raised = reading.times_raised;
@@ -64,15 +83,7 @@ std::vector<Event> take_changes(AlarmPicture& picture, const AlarmReading& readi
   const bool back = !again && (before == "shelved" || before == "suppressed");
   std::vector<Event> events;
   const auto add = [&](Change change, std::int64_t utc_ms) {
-    events.push_back({.utc_ms = utc_ms,
-                      .loop = reading.key.first,
-                      .alarm = reading.key.second,
-                      .change = change,
-                      .state = now,
-                      .severity_percent = reading.severity_percent,
-                      .worst_percent = picture.worst_percent,
-                      .description = reading.description,
-                      .noticed_ms = now_ms});
+    events.push_back(event_of_reading(reading, picture, change, utc_ms, now_ms));
   };
   const std::int64_t changed_ms = at(reading.changed_ms);
   if (came) add(Change::came, back ? now_ms : at(reading.raised_ms));

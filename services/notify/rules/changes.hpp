@@ -23,6 +23,11 @@ struct AlarmReading {
   std::int64_t changed_ms = 0;  // when its state or shelf changed last; 0: not known
   std::string description{};    // of the loop
   std::string incident{};       // that it belongs to; empty: none
+  std::string area{};           // of the loop
+  std::string priority{};
+  std::string why{};  // what explains it; empty: nothing does
+  std::string action{};
+  std::string time_to_act{};
 };
 
 // An alarm as it was told last. Survives a restart.
@@ -36,6 +41,10 @@ struct AlarmPicture {
 
   friend bool operator==(const AlarmPicture&, const AlarmPicture&) = default;
 };
+
+// What happened to the alarm, with all that the reading says of it.
+Event event_of_reading(const AlarmReading& reading, const AlarmPicture& picture, Change change,
+                       std::int64_t utc_ms, std::int64_t noticed_ms);
 
 // Told as being there: neither off, nor shelved, nor the consequence of another.
 bool is_told(const std::string& state) noexcept;

@@ -24,6 +24,11 @@ bool group_is_full(const ChannelRule& channel, const Waiting& oldest, std::int64
   return now_ms - oldest.since_ms >= channel.group_ms || now_ms < oldest.since_ms;
 }
 
+bool waits_for_digest(const ChannelRule& channel, const Waiting& one, std::int64_t now_ms) {
+  if (!channel.digest_min || one.event.priority != "low" || now_ms < one.since_ms) return false;
+  return one.since_ms > newest_time_of_day(*channel.zone, *channel.digest_min, now_ms);
+}
+
 }  // namespace
 
 std::vector<std::size_t> ready(const ChannelRule& channel, const std::vector<QuietHours>& quiet,
@@ -34,7 +39,9 @@ std::vector<std::size_t> ready(const ChannelRule& channel, const std::vector<Qui
   const std::vector<const QuietHours*> on = quiet_now(quiet, channel.name, now_ms);
   std::vector<std::size_t> free;
   for (std::size_t i = 0; i < waiting.size(); ++i) {
-    if (!held(on, waiting[i].event)) free.push_back(i);
+    if (!held(on, waiting[i].event) && !waits_for_digest(channel, waiting[i], now_ms)) {
+      free.push_back(i);
+    }
   }
   if (free.empty() || !group_is_full(channel, waiting[free.front()], now_ms)) return {};
   if (channel.one_each && free.size() > left) free.resize(left);

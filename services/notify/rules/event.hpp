@@ -44,6 +44,12 @@ struct Event {
   std::string reason{};
   std::string description{};    // of the loop
   std::int64_t noticed_ms = 0;  // when it was read of the daemon; 0: at once
+  std::string area{};           // of the loop
+  std::string priority{};       // low, medium, high, critical; empty: not known
+  bool of_incident = false;     // others may belong to the same one
+  std::string why{};            // what explains it, where something does
+  std::string action{};         // what to do, as the loop's file has it; empty: as the guide
+  std::string time_to_act{};
 
   friend bool operator==(const Event&, const Event&) = default;
 };

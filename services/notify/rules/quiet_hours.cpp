@@ -52,6 +52,13 @@ std::optional<std::int64_t> quiet_until(const QuietHours& hours, std::int64_t no
   return std::nullopt;
 }
 
+std::int64_t newest_time_of_day(const date::time_zone& zone, int minute, std::int64_t now_ms) {
+  const date::sys_time<milliseconds> now{milliseconds(now_ms)};
+  const local_days today = date::floor<days>(zone.to_local(now));
+  const std::int64_t at = utc_ms(zone, today, minute, choose::earliest);
+  return at <= now_ms ? at : utc_ms(zone, today - days(1), minute, choose::earliest);
+}
+
 std::vector<const QuietHours*> quiet_now(const std::vector<QuietHours>& all,
                                          const std::string& channel, std::int64_t now_ms) {
   std::vector<const QuietHours*> on;

@@ -34,6 +34,9 @@ const date::time_zone* find_zone(const std::string& name);
 // UTC ms at which the span that `now_ms` is in ends; nullopt if it is in none.
 std::optional<std::int64_t> quiet_until(const QuietHours& hours, std::int64_t now_ms);
 
+// UTC ms of the newest such minute of the local day, now included.
+std::int64_t newest_time_of_day(const date::time_zone& zone, int minute, std::int64_t now_ms);
+
 // Those of the channel that are on now.
 std::vector<const QuietHours*> quiet_now(const std::vector<QuietHours>& all,
                                          const std::string& channel, std::int64_t now_ms);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,9 @@ struct ChannelRule {
   std::int64_t group_ms = 0;       // events of so long go into one message
   std::int64_t most_per_hour = 0;  // messages; 0: any number
   bool one_each = false;           // a message for each event: logs
+  // What is of low priority waits for this minute of the local day; nothing: it goes as all else.
+  std::optional<int> digest_min{};
+  const date::time_zone* zone = nullptr;  // of that day
 };
 
 struct RuleSettings {

@@ -8,19 +8,6 @@
 namespace loopwarden::notify {
 namespace {
 
-Event event_of(const AlarmReading& reading, const AlarmPicture& picture, Change change,
-               std::int64_t now_ms) {
-  return {.utc_ms = now_ms,
-          .loop = reading.key.first,
-          .alarm = reading.key.second,
-          .change = change,
-          .state = reading.state,
-          .severity_percent = reading.severity_percent,
-          .worst_percent = picture.worst_percent,
-          .description = reading.description,
-          .noticed_ms = now_ms};
-}
-
 // Is this line what made that change?
 bool tells_of(const JournalLine& line, const Event& event) {
   if (line.key != AlarmKey{event.loop, event.alarm}) return false;
@@ -115,7 +102,7 @@ void WatchRules::look(const AlarmReading& reading, Readings all, std::span<const
          event);
   }
   if (!came && is_told(picture.state) && picture.worst_percent != before.worst_percent) {
-    Event worse = event_of(reading, picture, Change::came, now_ms);
+    Event worse = event_of_reading(reading, picture, Change::came, now_ms, now_ms);
     worse.reason = "more severe than when it came";
     const ChannelNames channels = newly_told(settings_.routes, worse, before.worst_percent);
     post(step, channels, worse);
@@ -131,7 +118,7 @@ void WatchRules::remind(const AlarmReading& reading, Readings all, AlarmPicture&
   if (!picture.unacknowledged) return;
   // A clock that was set back counts from where it is now.
   if (picture.reminded_ms > now_ms) picture.since_ms = picture.reminded_ms = now_ms;
-  Event event = event_of(reading, picture, Change::unacknowledged, now_ms);
+  Event event = event_of_reading(reading, picture, Change::unacknowledged, now_ms, now_ms);
   event.waits_min = (now_ms - picture.since_ms) / kMinute;
   const ChannelNames channels = without_its_others(
       reminded(settings_.routes, event, picture.since_ms, picture.reminded_ms, now_ms), event,
@@ -148,7 +135,7 @@ void WatchRules::forget_absent(const std::set<AlarmKey>& there, std::int64_t now
     step.forgotten.push_back(key);
     if (!is_told(picture.state)) continue;
     const AlarmReading gone{.key = key, .state = "normal", .severity_percent = std::nullopt};
-    Event event = event_of(gone, picture, Change::went, now_ms);
+    Event event = event_of_reading(gone, picture, Change::went, now_ms, now_ms);
     event.reason = "the daemon no longer has this loop";
     post(step, channels_of(settings_.routes, event), event);
   }

@@ -8,12 +8,15 @@
 #include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
 
 #include "base/text.hpp"
+#include "model/monitor/alarm_guide.hpp"
 #include "model/monitor/alarm_kind.hpp"
+#include "model/monitor/box_alarms.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -45,7 +48,7 @@ std::string what_happened(const Event& event, const Sender& sender) {
   return to_text(event.change);
 }
 
-// Of all loops of the message, or the page itself where they are many.
+// Of all alarms of the message, or the page itself where they are many.
 std::string links(const Message& message, const Sender& sender) {
   if (sender.page_url.empty()) return "";
   std::set<std::string> told;
@@ -68,22 +71,61 @@ std::string counted(const Message& message) {
   return text;
 }
 
-const monitor::AlarmKind* kind_of(const std::string& alarm) {
-  const auto* kind =
-      std::find_if(monitor::kAlarmKinds.begin(), monitor::kAlarmKinds.end(),
-                   [&](monitor::AlarmKind one) { return alarm == monitor::to_text(one); });
-  return kind == monitor::kAlarmKinds.end() ? nullptr : kind;
+template <class Kinds>
+auto named(const Kinds& kinds, const std::string& alarm) {
+  const auto found = std::find_if(kinds.begin(), kinds.end(),
+                                  [&](auto one) { return alarm == monitor::to_text(one); });
+  return found == kinds.end() ? std::nullopt : std::optional(*found);
 }
 
-std::string guides(const Message& message) {
-  std::set<std::string> told;
+struct Usual {
+  monitor::AlarmGuide guide;
+  monitor::Priority priority;
+};
+
+// Of an alarm of a loop or of the box; nothing: it is none that is known here.
+std::optional<Usual> usual_of(const std::string& alarm) {
+  if (const auto kind = named(monitor::kAlarmKinds, alarm)) {
+    return Usual{monitor::guide_of(*kind), monitor::usual_priority(*kind)};
+  }
+  if (const auto kind = named(monitor::kBoxAlarms, alarm)) {
+    return Usual{monitor::guide_of(*kind), monitor::usual_priority(*kind)};
+  }
+  return std::nullopt;
+}
+
+// Of one alarm: where, since when, how much, why, what to do.
+std::string details(const Event& event, const Sender& sender) {
+  const std::optional<Usual> usual = usual_of(event.alarm);
+  if (!usual) return "";
+  const monitor::AlarmGuide& guide = usual->guide;
+  std::string text = fmt::format("\n{} {}\n", event.loop, alarm_words(event.alarm));
+  const auto line = [&](const char* what, const std::string& value) {
+    if (!value.empty()) text += fmt::format("  {:<12} {}\n", what, value);
+  };
+  const auto said = [](const std::string& own, const char* otherwise) {
+    return own.empty() ? std::string(otherwise) : own;
+  };
+  if (event.change == Change::came) line("since:", local_time(event.utc_ms, *sender.zone));
+  line("area:", event.area);
+  line("priority:", event.priority);
+  if (event.severity_percent) {
+    line("size:", fmt::format("{:.1f} % of the output's span", *event.severity_percent));
+  }
+  line("why:", said(event.why, guide.cause));
+  line("leads to:", guide.consequence);
+  line("what to do:", said(event.action, guide.action));
+  line("within:", said(event.time_to_act, guide.time_to_act));
+  return text;
+}
+
+// Of those that somebody has to do something about, each once.
+std::string guides(const Message& message, const Sender& sender) {
+  std::set<AlarmKey> told;
   std::string text;
   for (const Event& event : message.events) {
-    const monitor::AlarmKind* kind = kind_of(event.alarm);
-    if (kind == nullptr || !told.insert(event.alarm).second) continue;
-    const monitor::AlarmGuide guide = monitor::guide_of(*kind);
-    text += fmt::format("\n{}\n  cause: {}\n  consequence: {}\n  action: {}\n",
-                        alarm_words(event.alarm), guide.cause, guide.consequence, guide.action);
+    const bool asks = event.change == Change::came || event.change == Change::unacknowledged;
+    if (asks && told.insert({event.loop, event.alarm}).second) text += details(event, sender);
   }
   return text;
 }
@@ -116,7 +158,17 @@ std::string alarm_words(const std::string& alarm) {
       {"model_gap", "No longer as commissioned"},
       {"bad_pv", "PV bad"},
       {"output_unknown", "Output not known"},
-      {"not_normal_mode", "Not in its normal mode"}};
+      {"not_normal_mode", "Not in its normal mode"},
+      {"deviation", "PV off its set point"},
+      {"pv_high_high", "PV far too high"},
+      {"pv_high", "PV high"},
+      {"pv_low", "PV low"},
+      {"pv_low_low", "PV far too low"},
+      {"rate_of_change", "PV changes too fast"},
+      {"clock_stepped", "Clock was set"},
+      {"service_failed", "A service has died"},
+      {"certificate_expires", "Certificate ends soon"},
+      {"records_dropped", "Cycles missing in records"}};
   const auto known = kWords.find(alarm);
   if (known != kWords.end() || alarm.empty()) return known == kWords.end() ? "" : known->second;
   std::string words = alarm;
@@ -127,7 +179,8 @@ std::string alarm_words(const std::string& alarm) {
 
 std::string page_of(const Event& event, const Sender& sender) {
   if (sender.page_url.empty() || event.loop.empty()) return "";
-  return sender.page_url + "/#/loop/" + base::percent_encoded(event.loop);
+  return fmt::format("{}/#/alarms/{}/{}", sender.page_url, base::percent_encoded(event.loop),
+                     base::percent_encoded(event.of_incident ? "incident" : event.alarm));
 }
 
 std::string sentence(const Event& event, const Sender& sender) {
@@ -160,7 +213,7 @@ std::string letter(const Message& message, const Sender& sender) {
   if (message.count() > listed) text += fmt::format("... and {} more\n", message.count() - listed);
   if (message.lost > 0) text += fmt::format("{} older ones found no room\n", message.lost);
   if (message.perhaps_twice) text += "This message may have come before.\n";
-  if (message.events.size() <= kMostGuided) text += guides(message);
+  if (message.events.size() <= kMostGuided) text += guides(message, sender);
   text += links(message, sender);
   return text + fmt::format("\n-- \nloopwarden-notify on {}, message {}\n", sender.box, message.id);
 }
@@ -177,7 +230,13 @@ json to_json(const Event& event) {
           {"peer", event.peer},
           {"reason", event.reason},
           {"description", event.description},
-          {"noticed_ms", event.noticed_ms}};
+          {"noticed_ms", event.noticed_ms},
+          {"area", event.area},
+          {"priority", event.priority},
+          {"of_incident", event.of_incident},
+          {"why", event.why},
+          {"action", event.action},
+          {"time_to_act", event.time_to_act}};
 }
 
 Event event_from(const json& json) {
@@ -192,7 +251,13 @@ Event event_from(const json& json) {
           .peer = json.at("peer").get<std::string>(),
           .reason = json.at("reason").get<std::string>(),
           .description = json.value("description", std::string()),
-          .noticed_ms = json.value("noticed_ms", std::int64_t{0})};
+          .noticed_ms = json.value("noticed_ms", std::int64_t{0}),
+          .area = json.value("area", std::string()),
+          .priority = json.value("priority", std::string()),
+          .of_incident = json.value("of_incident", false),
+          .why = json.value("why", std::string()),
+          .action = json.value("action", std::string()),
+          .time_to_act = json.value("time_to_act", std::string())};
 }
 
 int priority_of(const Event& event) {
@@ -201,8 +266,10 @@ int priority_of(const Event& event) {
   constexpr int kNotice = 5;
   if (event.change == Change::unacknowledged) return kError;
   if (event.change != Change::came) return kNotice;
-  const monitor::AlarmKind* kind = kind_of(event.alarm);
-  const bool now = event.alarm == kDaemonAlarm || (kind != nullptr && monitor::acts_now(*kind));
+  const std::optional<Usual> usual = usual_of(event.alarm);
+  const std::string priority =
+      !event.priority.empty() || !usual ? event.priority : monitor::to_text(usual->priority);
+  const bool now = event.alarm == kDaemonAlarm || priority == "high" || priority == "critical";
   return now ? kError : kWarning;
 }
 

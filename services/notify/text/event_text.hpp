@@ -31,7 +31,7 @@ std::string alarm_words(const std::string& alarm);
 std::string sentence(const Event& event, const Sender& sender);
 // One line for the whole message: of one event its sentence, of several their numbers.
 std::string headline(const Message& message, const Sender& sender);
-// Where the page shows the loop; empty: no page is configured, or it is no loop's.
+// Where the page shows the alarm or its incident; it holds nothing secret. Empty: no page is configured, or it is no loop's.
 std::string page_of(const Event& event, const Sender& sender);
 // Text of several lines, each ending with \n: all events that are listed and, of few, what to do.
 std::string letter(const Message& message, const Sender& sender);

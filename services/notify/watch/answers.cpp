@@ -25,7 +25,8 @@ std::vector<AlarmReading> readings_of(const protocol::Alarms& all) {
          .times_raised = static_cast<std::int64_t>(alarm.times_raised),
          .severity_percent = std::isfinite(percent) ? std::optional(percent) : std::nullopt,
          .raised_ms = alarm.raised_ms,
-         .changed_ms = alarm.changed_ms});
+         .changed_ms = alarm.changed_ms,
+         .priority = one_line(alarm.priority)});
     const auto incident = incidents.find(readings.back().key);
     if (incident != incidents.end()) readings.back().incident = incident->second;
   }
@@ -47,12 +48,21 @@ std::vector<JournalLine> lines_of(const protocol::Journal& journal) {
   return lines;
 }
 
-std::map<std::string, std::string> descriptions_of(const protocol::Description& about) {
-  std::map<std::string, std::string> all;
+std::map<std::string, LoopWords> words_of(const protocol::Description& about) {
+  std::map<std::string, LoopWords> all;
   for (const protocol::LoopDescription& loop : about.loops) {
-    all[one_line(loop.tag)] = one_line(loop.description);
+    all[one_line(loop.tag)] = {one_line(loop.description), one_line(loop.area)};
   }
   return all;
+}
+
+AlarmWords words_of(const protocol::Explained& told) {
+  AlarmWords words{.action = one_line(told.action), .time_to_act = one_line(told.time_to_act)};
+  if (told.explanation && told.explanation->raised_ms >= told.alarm.raised_ms) {
+    words.why = one_line(told.explanation->sentence);
+    if (!told.explanation->remedy.empty()) words.action = one_line(told.explanation->remedy);
+  }
+  return words;
 }
 
 }  // namespace loopwarden::notify

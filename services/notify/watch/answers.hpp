@@ -14,7 +14,19 @@ namespace loopwarden::notify {
 
 std::vector<AlarmReading> readings_of(const protocol::Alarms& all);
 std::vector<JournalLine> lines_of(const protocol::Journal& journal);
-// What the loops are for, by their tags.
-std::map<std::string, std::string> descriptions_of(const protocol::Description& about);
+struct LoopWords {
+  std::string description;
+  std::string area;
+};
+// What the loops are for and where, by their tags.
+std::map<std::string, LoopWords> words_of(const protocol::Description& about);
+
+// What a person is told beside the alarm itself.
+struct AlarmWords {
+  std::string why{};  // of this coming; empty: nothing explains it
+  std::string action{};
+  std::string time_to_act{};
+};
+AlarmWords words_of(const protocol::Explained& told);
 
 }  // namespace loopwarden::notify

@@ -69,6 +69,7 @@ void Watcher::ask() {
   snapshot.alarms = readings_of(protocol::ask(daemon_, protocol::AlarmsRequest{}));
   if (changed(snapshot.alarms)) {
     describe();
+    explain(snapshot.alarms);
     try {
       snapshot.journal =
           lines_of(protocol::ask(daemon_, protocol::JournalRequest{.most = kNewestLines}));
@@ -78,8 +79,15 @@ void Watcher::ask() {
     }
   }
   for (AlarmReading& alarm : snapshot.alarms) {
-    const auto known = descriptions_.find(alarm.key.first);
-    if (known != descriptions_.end()) alarm.description = known->second;
+    if (const auto loop = loops_.find(alarm.key.first); loop != loops_.end()) {
+      alarm.description = loop->second.description;
+      alarm.area = loop->second.area;
+    }
+    if (const auto words = words_.find(alarm.key); words != words_.end()) {
+      alarm.why = words->second.why;
+      alarm.action = words->second.action;
+      alarm.time_to_act = words->second.time_to_act;
+    }
   }
   before_ = snapshot.alarms;
   const std::lock_guard lock(mutex_);
@@ -91,11 +99,28 @@ void Watcher::ask() {
 // Only where something may be told. A reload may have changed them.
 void Watcher::describe() {
   try {
-    descriptions_ = descriptions_of(protocol::ask(daemon_, protocol::DescribeRequest{}));
+    loops_ = words_of(protocol::ask(daemon_, protocol::DescribeRequest{}));
   } catch (const protocol::DaemonError& e) {
     if (e.kind() == protocol::DaemonError::Kind::down) throw;
     spdlog::warn("no descriptions: {}", e.what());
   }
+}
+
+// Of those that are there, the newest words. A flood is told without them.
+void Watcher::explain(const std::vector<AlarmReading>& alarms) {
+  constexpr std::size_t kMostExplained = 20;
+  std::map<AlarmKey, AlarmWords> words;
+  for (const AlarmReading& alarm : alarms) {
+    if (!is_told(alarm.state) || words.size() >= kMostExplained) continue;
+    try {
+      words[alarm.key] = words_of(protocol::ask(
+          daemon_, protocol::ExplainRequest{.loop = alarm.key.first, .alarm = alarm.key.second}));
+    } catch (const protocol::DaemonError& e) {
+      if (e.kind() == protocol::DaemonError::Kind::down) throw;
+      words[alarm.key] = {};
+    }
+  }
+  words_ = std::move(words);
 }
 
 bool Watcher::changed(const std::vector<AlarmReading>& alarms) {

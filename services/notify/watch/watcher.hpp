@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "services/notify/rules/watch_rules.hpp"
+#include "services/notify/watch/answers.hpp"
 #include "protocol/daemon_client.hpp"
 #include "base/thread.hpp"
 
@@ -48,6 +49,7 @@ class Watcher {
   void run();
   void ask();
   void describe();
+  void explain(const std::vector<AlarmReading>& alarms);
   bool changed(const std::vector<AlarmReading>& alarms);
 
   static constexpr std::chrono::milliseconds kPatience{3000};
@@ -55,7 +57,8 @@ class Watcher {
   // Of the thread alone.
   protocol::DaemonClient daemon_;
   std::vector<AlarmReading> before_;
-  std::map<std::string, std::string> descriptions_;  // by loop
+  std::map<std::string, LoopWords> loops_;
+  std::map<AlarmKey, AlarmWords> words_;  // of the alarms that are there
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

@@ -16,6 +16,7 @@ http::Response describe(Context& context, const Call& call);
 http::Response events(Context& context, const Call& call);
 http::Response sparklines(Context& context, const Call& call);
 http::Response alarms(Context& context, const Call& call);
+http::Response alarm_figures(Context& context, const Call& call);
 http::Response system(Context& context, const Call& call);
 
 // loop.cpp

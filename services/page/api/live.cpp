@@ -77,6 +77,15 @@ http::Response alarms(Context& context, const Call& call) {
   return response;
 }
 
+http::Response alarm_figures(Context& context, const Call& call) {
+  check_query(call.request, {"hours"});
+  protocol::AlarmFiguresRequest wanted;
+  if (const auto hours = whole_in(call.request, "hours", 1, 720)) {
+    wanted.hours = static_cast<std::uint64_t>(*hours);
+  }
+  return json_response(context.daemon.ask(wanted));
+}
+
 http::Response system(Context& context, const Call& call) {
   check_query(call.request, {});
   const Box::Now now = context.now();

@@ -47,38 +47,46 @@ http::Response windows(Context& context, const Call& call) {
   return json_response(context.daemon.ask(protocol::WindowsRequest{loop.tag}));
 }
 
+namespace {
+
+// Who has the alarm that the address names: a loop's tag, or the box itself.
+std::string owner_of(const std::shared_ptr<const BoxState>& state, std::string_view name) {
+  constexpr std::string_view kBox = "box";
+  return state && name == kBox ? std::string(kBox) : loop_at(state, name).tag;
+}
+
+}  // namespace
+
 http::Response loop_alarm(Context& context, const Call& call) {
   check_query(call.request, {});
   const auto state = context.now().state;
-  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
-  json answer =
-      context.daemon.ask(protocol::ExplainRequest{loop.tag, std::string(call.request.part(4))});
+  json answer = context.daemon.ask(protocol::ExplainRequest{owner_of(state, call.request.part(2)),
+                                                            std::string(call.request.part(4))});
   return json_response(with_evidence(std::move(answer), context.reports));
 }
 
 namespace {
 
-// The loop that the address names, where alarms may be acted on.
-const protocol::LoopDescription& loop_to_act_on(const std::shared_ptr<const BoxState>& state,
-                                                const Call& call) {
-  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
+// Who has what the address names, where alarms may be acted on.
+std::string owner_to_act_on(const std::shared_ptr<const BoxState>& state, const Call& call) {
+  std::string owner = owner_of(state, call.request.part(2));
   if (!state->about.page.alarms) {
     throw ApiError(403, "loopwardend.yaml has no page: {alarms: true}, so alarms are only shown");
   }
-  return loop;
+  return owner;
 }
 
 }  // namespace
 
 http::Response acknowledge_incident(Context& context, const Call& call) {
   const auto state = context.now().state;
-  const protocol::LoopDescription& loop = loop_to_act_on(state, call);
+  const std::string owner = owner_to_act_on(state, call);
   const json body = object_of(call.request, {"action", "reason"});
   if (text_at(body, "action", 32) != "acknowledge") {
     throw ApiError(400, "an incident can be acknowledged; its alarms have all actions", "action");
   }
   return json_response(context.orders.ask(
-      protocol::AcknowledgeIncidentRequest{.loop = loop.tag,
+      protocol::AcknowledgeIncidentRequest{.loop = owner,
                                            .incident = std::string(call.request.part(4)),
                                            .reason = text_or(body, "reason", kLongestReason, ""),
                                            .user = call.who.user,
@@ -87,9 +95,9 @@ http::Response acknowledge_incident(Context& context, const Call& call) {
 
 http::Response act_on_alarm(Context& context, const Call& call) {
   const auto state = context.now().state;
-  const protocol::LoopDescription& loop = loop_to_act_on(state, call);
+  const std::string owner = owner_to_act_on(state, call);
   const json body = object_of(call.request, {"action", "minutes", "reason"});
-  protocol::AlarmRequest order{.loop = loop.tag,
+  protocol::AlarmRequest order{.loop = owner,
                                .alarm = std::string(call.request.part(4)),
                                .action = text_at(body, "action", 32),
                                .reason = text_or(body, "reason", kLongestReason, ""),
@@ -103,9 +111,9 @@ http::Response act_on_alarm(Context& context, const Call& call) {
 
 http::Response note(Context& context, const Call& call) {
   const auto state = context.now().state;
-  const protocol::LoopDescription& loop = loop_to_act_on(state, call);
+  const std::string owner = owner_to_act_on(state, call);
   const json body = object_of(call.request, {"text", "about_ms"});
-  protocol::NoteRequest request{.loop = loop.tag,
+  protocol::NoteRequest request{.loop = owner,
                                 .text = text_at(body, "text", kLongestReason),
                                 .user = call.who.user,
                                 .address = call.request.peer};

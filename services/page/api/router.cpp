@@ -42,6 +42,7 @@ constexpr std::array kRoutes{
     Route{Of::box, Method::get, "api/events", Pool::here, Role::viewer, events},
     Route{Of::box, Method::get, "api/sparklines", Pool::daemon, Role::viewer, sparklines},
     Route{Of::box, Method::get, "api/alarms", Pool::here, Role::viewer, alarms},
+    Route{Of::box, Method::get, "api/alarm-figures", Pool::daemon, Role::viewer, alarm_figures},
     Route{Of::box, Method::get, "api/system", Pool::daemon, Role::viewer, system},
     Route{Of::box, Method::get, "api/loops/*", Pool::daemon, Role::viewer, loop},
     Route{Of::box, Method::get, "api/loops/*/windows", Pool::daemon, Role::viewer, windows},

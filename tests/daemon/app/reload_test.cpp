@@ -175,6 +175,8 @@ TEST_CASE("What changes no number's meaning waits by itself, and the rest is app
   CHECK(waits(after(modbus_loop(), "start: {mode: manual", "start: {mode: automatic"), {"start"}));
   CHECK(waits(after(modbus_loop(), "monitor:", "alarms: {normal_mode: manual}\nmonitor:"),
               {"alarms.normal_mode"}));
+  CHECK(waits(after(modbus_loop(), "monitor:", "alarms: {bad_pv: {on_delay: 5}}\nmonitor:"),
+              {"alarms"}));
   CHECK(waits(after(modbus_loop(), "overlap: 0.5", "overlap: 0.25"), {"monitor.overlap"}));
   CHECK(waits(after(modbus_loop(), "overlap: 0.5", "decimation: 2"), {"monitor.decimation"}));
   CHECK(waits(after(modbus_loop(), "overlap: 0.5", "specialists: s"), {"monitor.specialists"}));

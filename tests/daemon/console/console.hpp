@@ -95,6 +95,7 @@ struct Console {
   EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
   std::int64_t now_ms = 1'800'000'000'000;
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
+  daemon::box::BoxBoard box_alarms{{}, journal, [this] { return now_ms; }};
   base::SpscRing<rt::Event> events{64};
   std::unique_ptr<rt::ControlCycle> cycle;
   std::uint64_t cycles_run = 0;

@@ -3,6 +3,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include <atomic>
@@ -348,7 +349,7 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   };
   CHECK(stiction().at("state") == "unacknowledged");
   CHECK(stiction().at("severity_percent") == 6.5);
-  CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 10);
+  CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 16);
   // What is wrong is not known: nor is how much.
   const json answer = bench.ask(R"({"request": "alarms"})");
   for (const json& alarm : answer.at("alarms")) {
@@ -384,11 +385,40 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   CHECK(reason);
 }
 
+TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled as others") {
+  using loopwarden::monitor::BoxAlarm;
+  Bench bench;
+  daemon::box::BoxReport full;
+  full.found[index_of(BoxAlarm::disk_full)] = true;
+  full.why[index_of(BoxAlarm::disk_full)] = "99 MB are left";
+  bench.box_alarms.look(full, 0);
+  const json told = bench.ask(R"({"request": "explain", "loop": "box", "alarm": "disk_full"})");
+  CHECK(told.at("alarm").at("state") == "unacknowledged");
+  CHECK(told.at("alarm").at("priority") == "high");
+  CHECK_THAT(told.at("action").get<std::string>(), Catch::Contains("room on the disk"));
+  const auto order = [&](const char* alarm, const char* action) {
+    return bench.ask(
+        json{{"request", "alarm"}, {"loop", "box"}, {"alarm", alarm}, {"action", action}}.dump());
+  };
+  CHECK(order("disk_full", "acknowledge").at("alarm").at("state") == "acknowledged");
+  CHECK(order("disk_full", "acknowledge").at("ok") == false);
+  CHECK_THAT(order("bad_pv", "acknowledge").at("error").get<std::string>(),
+             Catch::Contains("the box has no alarm 'bad_pv'; its alarms are disk_full"));
+  const json lines = bench.ask(R"({"request": "journal", "loop": "box"})").at("lines");
+  REQUIRE(lines.size() >= 2);
+  CHECK(lines.back().at("reason") == "99 MB are left");
+  const json alarms = bench.ask(R"({"request": "alarms"})").at("alarms");
+  CHECK(std::any_of(alarms.begin(), alarms.end(), [](const json& one) {
+    return one.at("loop") == "box" && one.at("alarm") == "disk_full";
+  }));
+}
+
 TEST_CASE(
     "a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
   Bench bench;
-  bench.board.process_changed(0, {loopwarden::monitor::AlarmKind::bad_pv, true},
-                              "PV is bad: link lost");
+  bench.board.process_changed(
+      0, std::vector<daemon::monitor::ProcessNews>{
+             {{loopwarden::monitor::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const json told = bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "bad_pv"})");
   CHECK(told.at("alarm").at("state") == "unacknowledged");
   CHECK_THAT(told.at("cause").get<std::string>(), Catch::Contains("PV can't be used"));
@@ -397,7 +427,9 @@ TEST_CASE(
   const json done = bench.ask(
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "bad_pv", "action": "acknowledge"})");
   CHECK(done.at("alarm").at("state") == "acknowledged");
-  bench.board.process_changed(0, {loopwarden::monitor::AlarmKind::bad_pv, false}, "PV is good");
+  bench.board.process_changed(0,
+                              std::vector<daemon::monitor::ProcessNews>{
+                                  {{loopwarden::monitor::AlarmKind::bad_pv, false}, "PV is good"}});
   const std::vector<json> lines = bench.lines(4);
   CHECK(lines[0].at("to") == "unacknowledged");
   CHECK(lines[0].at("reason") == "PV is bad: link lost");

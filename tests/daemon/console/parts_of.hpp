@@ -16,6 +16,7 @@ daemon::console::Parts parts_of(Bench& bench, std::function<protocol::DaemonStat
   return {.loops = bench.loops,
           .historian = bench.historian,
           .board = bench.board,
+          .box_alarms = bench.box_alarms,
           .journal = bench.journal,
           .evidence = bench.evidence,
           .severe_percent = 10.0,

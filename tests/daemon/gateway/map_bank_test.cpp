@@ -547,17 +547,17 @@ TEST_CASE("the veto of a corrective action is a coil that keeps what was written
   CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{1});
 }
 
-TEST_CASE("what corrective action offers is begun by a coil, and what it gains can be read",
+TEST_CASE("what corrective action offers is begun by a register, and what it gains can be read",
           "[gateway][map]") {
   Bench bench;
   const auto calm = [&](std::uint16_t value) {
-    return bench.bank.write(Table::coil, 32768 + 4 + 3, Words{value}, kMaster);
+    return bench.bank.write(Table::holding_register, 32768 + 32 + 9, Words{value}, kMaster);
   };
   CHECK(calm(0) == Exception::none);
   CHECK(bench.plant.begun.empty());
   CHECK(calm(1) == Exception::none);
   CHECK(bench.plant.begun == std::vector<std::size_t>{1});
-  const auto gain = [&] { return bench.read(Table::holding_register, 32768 + 32 + 28, 2); };
+  const auto gain = [&] { return bench.read(Table::holding_register, 32 + 32 + 19, 2); };
   CHECK(gain() == Words{0, 0});
   bench.plant.readings[1].moves =
       control::MovesState{.phase = control::MovePhase::resting, .gain = 0.237};
@@ -619,32 +619,43 @@ TEST_CASE("a request that does several things waits for the last of them", "[gat
   CHECK(bench.bank.take_ticket() == 0);
 }
 
-TEST_CASE("process alarms show in no register, and no master acknowledges what he can't see",
+TEST_CASE("process alarms are bits of the third block, acknowledged and unshelved together",
           "[gateway][map]") {
-  Bench bench(1);
-  auto& alarms = bench.plant.readings[0].watch.alarms;
-  alarms.window_judged(0, {});
-  const auto everything = [&] {
-    std::vector<Words> all;
-    for (const map::Register& reg : map::registers()) {
-      const std::size_t words = map::width(reg);
-      all.push_back(bench.read(reg.table, map::address(reg, 0), words));
-    }
-    return all;
-  };
-  const std::vector<Words> before = everything();
-  for (const model_kind kind : loopwarden::monitor::kProcessAlarms) {
-    REQUIRE_FALSE(alarms.process_changed(1, kind, true).empty());
-  }
-  CHECK(everything() == before);
+  using loopwarden::monitor::AlarmAction;
+  Bench bench(2);
+  auto& alarms = bench.plant.readings[1].watch.alarms;
+  alarms.fit(model_kind::pv_high);
+  const auto masks = [&] { return bench.read(Table::holding_register, 0x8000 + 32 + 28, 4); };
+  CHECK(masks() == Words{0, 0, 0, 0});
+  alarms.process_changed(1, model_kind::output_lost, true);
+  alarms.process_changed(2, model_kind::not_normal_mode, true);
+  alarms.process_changed(2, model_kind::pv_high, true);
+  REQUIRE(alarms.act(model_kind::pv_high, AlarmAction::shelve, 3, 60'000).accepted);
+  // 2 output_lost, 4 output_unknown and 8 not_normal_mode follow from it, 256 pv_high.
+  CHECK(masks() == Words{2 + 8 + 256, 2, 256, 4 + 8});
+  CHECK(bench.read(Table::holding_register, 0x8000 + 28, 4) == Words{0, 0, 0, 0});
+  CHECK(bench.box_word("alarms_active") == 3);
+  CHECK(bench.box_word("alarms_unacknowledged") == 1);
+  CHECK(bench.box_word("alarms_shelved") == 1);
+
+  CHECK(bench.bank.write(Table::coil, 0x8000 + 4 + 3, Words{1}, kMaster) == Exception::none);
+  REQUIRE(bench.plant.actions.size() == 1);
+  CHECK(bench.plant.actions[0].first == 1);
+  CHECK(bench.plant.actions[0].second.kind == model_kind::output_lost);
+  CHECK(bench.plant.actions[0].second.action == AlarmAction::acknowledge);
+  CHECK(bench.bank.write(Table::holding_register, 0x8000 + 32 + 14, Words{2}, kMaster) ==
+        Exception::illegal_value);
+  CHECK(bench.bank.write(Table::holding_register, 0x8000 + 32 + 14, Words{1}, kMaster) ==
+        Exception::none);
+  REQUIRE(bench.plant.actions.size() == 2);
+  CHECK(bench.plant.actions[1].second.kind == model_kind::pv_high);
+  CHECK(bench.plant.actions[1].second.action == AlarmAction::unshelve);
+  CHECK(bench.bank.write(Table::holding_register, 0x8000 + 32 + 28, Words{0}, kMaster) ==
+        Exception::illegal_address);
+
   CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
-  CHECK(bench.plant.acknowledged_kinds == std::vector(loopwarden::monitor::kValveAlarms.begin(),
-                                                      loopwarden::monitor::kValveAlarms.end()));
-  REQUIRE(alarms
-              .act(model_kind::bad_pv, loopwarden::monitor::AlarmAction::shelve,
-                   bench.plant.box().utc_ms, bench.plant.box_reading.utc_ms + 90'000)
-              .accepted);
-  CHECK(everything() == before);
+  CHECK(bench.plant.acknowledged_kinds == std::vector(loopwarden::monitor::kAlarmKinds.begin(),
+                                                      loopwarden::monitor::kAlarmKinds.end()));
 }
 
 TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway][map]") {

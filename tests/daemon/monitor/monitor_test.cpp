@@ -74,7 +74,7 @@ struct Bench {
                            .judge = judges[i].get(),
                            .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}});
     }
-    monitored.front().normal_mode = normal_mode;
+    monitored.front().process = process;
     monitored.front().corrective = corrective;
     monitored.front().orders = &desk;
     monitored.front().settings_taken = &settings_taken;
@@ -142,7 +142,8 @@ struct Bench {
     for (int i = 0; i < 8; ++i) monitor->round();
   }
 
-  model::NormalMode normal_mode = model::NormalMode::automatic;  // of the first loop
+  // Of the first loop.
+  model::ProcessSettings process{.normal_mode = model::NormalMode::automatic, .limits = {}};
   tests::TemporaryFolder folder;
   std::int64_t now_ms = 1'800'000'000'000;
   journal::Journal journal{{.folder = folder.path()}};
@@ -255,11 +256,12 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
   bench.run_spoilt(100, lost);
   CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::normal);
   bench.run_spoilt(1, lost);
-  for (const AlarmKind kind :
-       {AlarmKind::bad_pv, AlarmKind::output_lost, AlarmKind::not_normal_mode}) {
+  for (const AlarmKind kind : {AlarmKind::bad_pv, AlarmKind::output_lost}) {
     CHECK(bench.state(kind) == AlarmState::unacknowledged);
   }
-  CHECK(bench.state(AlarmKind::output_unknown) == AlarmState::normal);
+  for (const AlarmKind kind : {AlarmKind::not_normal_mode, AlarmKind::output_unknown}) {
+    CHECK(bench.state(kind) == AlarmState::suppressed);
+  }
   CHECK(bench.reasons(AlarmKind::bad_pv) == std::vector<std::string>{"PV is bad: link lost"});
   CHECK(bench.reasons(AlarmKind::output_lost) ==
         std::vector<std::string>{"commands don't reach the device; PV is bad: link lost"});
@@ -275,6 +277,14 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
     CHECK(bench.reasons(AlarmKind::bad_pv).back() == "PV is good");
     CHECK(bench.reasons(AlarmKind::output_lost).back() == "commands reach the device");
     CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "AUTO; the normal mode is automatic");
+    CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::normal);
+  }
+  SECTION("what followed from them comes once it stands for itself") {
+    bench.run_spoilt(
+        101, [](RecordRow& row) { row.mode = static_cast<std::uint8_t>(control::Mode::manual); });
+    CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
+    CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::unacknowledged);
+    CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "what it followed from has gone");
   }
   SECTION("a restart keeps them as they were, and they don't come again") {
     bench.make_monitor();
@@ -287,13 +297,47 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
   }
 }
 
+TEST_CASE("a limit that PV passes is told with both; a deviation rests in manual", "[monitor]") {
+  Bench bench;
+  bench.process.at(AlarmKind::pv_high).fitted = true;
+  bench.process.limits.at(AlarmKind::pv_high) = {60.0, 1.0};
+  bench.process.at(AlarmKind::deviation).fitted = true;
+  bench.process.limits.at(AlarmKind::deviation) = {5.0, 0.5};
+  bench.board = std::make_unique<WatchBoard>(
+      std::vector<WatchBoard::Loop>{
+          {.name = "FIC-101",
+           .fitted = {AlarmKind::pv_high, AlarmKind::deviation},
+           .priority = {{AlarmKind::pv_high, model::Priority::critical}}}},
+      model::AlarmSettings{}, bench.journal, [&] { return bench.now_ms; });
+  bench.make_monitor();
+  const auto high = [](RecordRow& row) {
+    row.pv = 61.5;
+    row.sp = 50.0;
+    row.mode = static_cast<std::uint8_t>(control::Mode::automatic);
+  };
+  bench.run_spoilt(101, high);
+  CHECK(bench.state(AlarmKind::pv_high) == AlarmState::unacknowledged);
+  CHECK(bench.reasons(AlarmKind::pv_high) == std::vector<std::string>{"PV 61.5, limit 60 "});
+  CHECK(bench.state(AlarmKind::deviation) == AlarmState::unacknowledged);
+  CHECK(bench.board->watch(0).priority[model::index_of(AlarmKind::pv_high)] ==
+        model::Priority::critical);
+  CHECK(bench.board->watch(0).flaps[model::index_of(AlarmKind::pv_high)] == 1);
+  bench.run_spoilt(110, [&](RecordRow& row) {
+    high(row);
+    row.mode = static_cast<std::uint8_t>(control::Mode::manual);
+  });
+  CHECK(bench.state(AlarmKind::deviation) == AlarmState::returned_unacknowledged);
+  CHECK_FALSE(bench.board->act(0, {AlarmKind::pv_low, model::AlarmAction::acknowledge, 0, "me", {}})
+                  .accepted);
+}
+
 TEST_CASE("each loop has its own process alarms, with or without specialists", "[monitor]") {
   Bench bench(2);
   Monitor monitor({{.cycles = bench.rings[0].get(), .window = {.sample_time_s = 0.1}, .rule = {}},
                    {.cycles = bench.rings[1].get(),
                     .window = {.sample_time_s = 0.1},
                     .rule = {},
-                    .normal_mode = model::NormalMode::manual}},
+                    .process = {.normal_mode = model::NormalMode::manual, .limits = {}}}},
                   *bench.board);
   for (int i = 0; i <= 100; ++i) {
     RecordRow unknown = bench.row(0);
@@ -303,7 +347,7 @@ TEST_CASE("each loop has its own process alarms, with or without specialists", "
   }
   monitor.round();
   CHECK(bench.state(AlarmKind::output_unknown, 0) == AlarmState::unacknowledged);
-  CHECK(bench.state(AlarmKind::not_normal_mode, 0) == AlarmState::normal);
+  CHECK(bench.state(AlarmKind::not_normal_mode, 0) == AlarmState::suppressed);
   CHECK(bench.state(AlarmKind::output_unknown, 1) == AlarmState::normal);
   CHECK(bench.state(AlarmKind::not_normal_mode, 1) == AlarmState::unacknowledged);
   CHECK(bench.reasons(AlarmKind::not_normal_mode).front() == "AUTO; the normal mode is manual");
@@ -451,7 +495,7 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
       board.act(7, {AlarmKind::stiction, model::AlarmAction::shelve, 60'000, "me", {}}).accepted);
 
   // One of a kind that was not meant.
-  board.process_changed(3, {AlarmKind::bad_pv, true}, "PV is bad");
+  board.process_changed(3, std::vector<ProcessNews>{{{AlarmKind::bad_pv, true}, "PV is bad"}});
 
   const Acknowledged done = board.acknowledge_all(model::kValveAlarms, "10.0.0.7:1000", "seen");
   CHECK(done.alarms.size() == 58);

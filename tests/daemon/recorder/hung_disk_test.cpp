@@ -105,6 +105,7 @@ struct Bench {
       {},
       [](const evidence::Evidence&, const std::filesystem::path&, const std::string&) {}};
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
+  daemon::box::BoxBoard box_alarms{{}, journal, [] { return std::int64_t{1}; }};
   std::unique_ptr<ControlServer> server;
   std::uint64_t next = 1;
 };

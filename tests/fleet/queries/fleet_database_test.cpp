@@ -172,12 +172,20 @@ TEST_CASE("the plant out of the host's tables") {
   CHECK(rates[0]["day"]["raised"] == 5);
   CHECK(rates[1]["week"]["raised"] == 4);  // the third of stiction is ten days old
   CHECK(rates[0]["bins"].size() == 144);
+  const json& figures = all["alarm_figures"];
+  CHECK(figures["came"] == 5);
+  CHECK(figures["floods"] == 0);
+  CHECK(figures["top"].size() == 5);
+  CHECK(figures["top"][0]["percent"] == 20.0);
+  CHECK(figures["chattering"].empty());
 
   const json south = parsed(fleet.overview("South"));
   CHECK(south["valves"]["all"] == 1);
   CHECK(south["faults"]["all"] == 0);
   CHECK(column(south["silent"]["list"], "edge") == json{"box4"});
   CHECK(south["versions"]["all"] == 0);
+  CHECK(south["alarm_figures"]["came"] == 1);
+  CHECK(south["alarm_figures"]["top"][0]["loop"] == "box4/FIC/2");
   CHECK(south["groups"].size() == 2);
   CHECK(parsed(fleet.overview("'; DROP TABLE edge; --"))["valves"]["all"] == 0);
   CHECK(database.ask("SELECT count(*) FROM edge") == "4");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/monitor/loop_alarms.hpp"
 
+#include "model/monitor/alarm_guide.hpp"
+
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
@@ -118,10 +120,12 @@ TEST_CASE(
   LoopAlarms alarms{AlarmSettings{}};
   CHECK(alarms.alarm(K::bad_pv).state() == S::normal);  // it needs no window to come
   const AlarmTransitions came = alarms.process_changed(5, K::bad_pv, true);
-  REQUIRE(came.view().size() == 1);
+  REQUIRE(came.view().size() == 2);
   CHECK(came.view()[0].kind == K::bad_pv);
   CHECK(came.view()[0].to == S::unacknowledged);
   CHECK(came.view()[0].reason == AlarmReason::process);
+  CHECK(came.view()[1].kind == K::not_normal_mode);  // it could follow from it
+  CHECK(came.view()[1].to == S::suppressed);
   CHECK(alarms.alarm(K::bad_pv).memory().raised_ms == 5);
 
   alarms.window_judged(6, with({{K::low_air_supply, 20.0}}));
@@ -142,6 +146,90 @@ TEST_CASE(
   CHECK(after.alarm(K::bad_pv).state() == S::normal);
 }
 
+TEST_CASE("what follows from another alarm is suppressed while that one is on, and comes after it",
+          "[monitor][alarm]") {
+  LoopAlarms alarms{AlarmSettings{}};
+  alarms.fit(K::deviation);
+  alarms.process_changed(1, K::deviation, true);
+  const AlarmTransitions lost = alarms.process_changed(2, K::output_lost, true);
+  CHECK(lost.view().size() == 4);  // itself, the deviation, and two that could come of it
+  CHECK(alarms.alarm(K::deviation).state() == S::suppressed);
+  CHECK(alarms.cause_of(K::deviation) == K::output_lost);
+  CHECK_FALSE(alarms.cause_of(K::bad_pv));
+  alarms.process_changed(3, K::not_normal_mode, true);
+  CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
+  // A shelf hides the cause, not what follows from it.
+  REQUIRE(alarms.act(K::output_lost, AlarmAction::shelve, 4, 1000).accepted);
+  CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
+  alarms.process_changed(5, K::output_lost, false);
+  CHECK(alarms.alarm(K::not_normal_mode).state() == S::unacknowledged);
+  CHECK(alarms.alarm(K::deviation).state() == S::unacknowledged);
+}
+
+TEST_CASE("what came and went with its cause alone is told by the cause alone",
+          "[monitor][alarm]") {
+  LoopAlarms alarms{AlarmSettings{}};
+  alarms.process_changed(
+      1, std::vector<ProcessChange>{{K::output_lost, true}, {K::not_normal_mode, true}});
+  alarms.process_changed(
+      2, std::vector<ProcessChange>{{K::output_lost, false}, {K::not_normal_mode, false}});
+  CHECK(alarms.alarm(K::output_lost).state() == S::returned_unacknowledged);
+  CHECK(alarms.alarm(K::not_normal_mode).state() == S::normal);
+}
+
+TEST_CASE("what follows from what ends where nothing follows from itself", "[monitor][alarm]") {
+  for (const K effect : kAlarmKinds) {
+    CHECK_FALSE(follows(effect, effect));
+    for (const K cause : kAlarmKinds) {
+      CAPTURE(to_text(effect), to_text(cause));
+      if (!follows(effect, cause)) continue;
+      CHECK_FALSE(follows(cause, effect));
+      CHECK(is_process_alarm(effect) == is_process_alarm(cause));
+      // So an alarm that stands for itself is always left of what is on.
+      for (const K root : kAlarmKinds) {
+        if (follows(cause, root)) CHECK_FALSE(follows(root, effect));
+      }
+    }
+  }
+}
+
+TEST_CASE("of several process alarms the one that came first is marked", "[monitor][alarm]") {
+  LoopAlarms alarms{AlarmSettings{}};
+  alarms.process_changed(5, K::output_lost, true);
+  CHECK_FALSE(alarms.first_out(K::output_lost));  // it is alone
+  alarms.process_changed(6, K::bad_pv, true);
+  CHECK(alarms.first_out(K::output_lost));
+  CHECK_FALSE(alarms.first_out(K::bad_pv));
+  // Gone, but not seen yet, it still is the first.
+  alarms.process_changed(7, K::output_lost, false);
+  CHECK(alarms.first_out(K::output_lost));
+  alarms.act(K::output_lost, AlarmAction::acknowledge, 8);
+  CHECK_FALSE(alarms.first_out(K::output_lost));
+}
+
+TEST_CASE("a deviation that rests shows suppressed while it is off", "[monitor][alarm]") {
+  LoopAlarms alarms{AlarmSettings{}};
+  alarms.fit(K::deviation);
+  alarms.process_changed(1, K::deviation, true);
+  alarms.deviation_rests(true);
+  CHECK(alarms.alarm(K::deviation).state() == S::unacknowledged);
+  REQUIRE(alarms.act(K::deviation, AlarmAction::acknowledge, 2).accepted);
+  alarms.process_changed(3, K::deviation, false);
+  CHECK(alarms.alarm(K::deviation).state() == S::suppressed);
+  alarms.deviation_rests(false);
+  CHECK(alarms.alarm(K::deviation).state() == S::normal);
+}
+
+TEST_CASE("an alarm that is not fitted is not restored", "[monitor][alarm]") {
+  LoopAlarms before{AlarmSettings{}};
+  before.fit(K::pv_high);
+  before.process_changed(1, K::pv_high, true);
+  LoopAlarms after{AlarmSettings{}};
+  after.restore(K::pv_high, before.alarm(K::pv_high).memory());
+  CHECK_FALSE(after.fitted(K::pv_high));
+  CHECK(after.alarm(K::pv_high).state() == S::normal);
+}
+
 TEST_CASE("a latching process alarm stays until it is reset", "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{.latching = true}};
   alarms.process_changed(1, K::not_normal_mode, true);
@@ -160,12 +248,16 @@ TEST_CASE("process alarms have names of their own, no size, and a guide", "[moni
       if (other != kind) CHECK(std::string(guide_of(other).action) != guide.action);
     }
   }
-  CHECK(names ==
-        std::vector<std::string>{"bad_pv", "output_lost", "output_unknown", "not_normal_mode"});
+  CHECK(names == std::vector<std::string>{"bad_pv", "output_lost", "output_unknown",
+                                          "not_normal_mode", "enable_open", "source_lost",
+                                          "deviation", "pv_high_high", "pv_high", "pv_low",
+                                          "pv_low_low", "rate_of_change"});
+  CHECK(process_bit(K::bad_pv) == 1);
+  CHECK(process_bit(K::rate_of_change) == 1U << 11U);
   for (const K kind : kValveAlarms) CHECK_FALSE(is_process_alarm(kind));
-  CHECK(acts_now(K::output_lost));
-  CHECK_FALSE(acts_now(K::not_normal_mode));
-  CHECK_FALSE(acts_now(K::model_gap));
+  CHECK(usual_priority(K::output_lost) == Priority::critical);
+  CHECK(usual_priority(K::not_normal_mode) == Priority::medium);
+  CHECK(usual_priority(K::model_gap) == Priority::low);
 }
 
 TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {

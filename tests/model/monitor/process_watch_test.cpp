@@ -2,10 +2,15 @@
 #include "model/monitor/process_watch.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <utility>
 #include <vector>
 
+#include "tests/support/property.hpp"
+
 namespace process_watch_test {
+
+namespace property = loopwarden::tests::property;
 
 using namespace loopwarden;
 using namespace loopwarden::monitor;
@@ -15,10 +20,13 @@ using control::Mode;
 namespace {
 
 constexpr double kPeriod_s = 0.1;
-constexpr std::uint64_t kDelay = 100;  // cycles in 10 s
+constexpr std::uint64_t kDelay = 100;   // cycles in 10 s
+constexpr std::uint64_t kMinute = 600;  // cycles
 
 ProcessCycle healthy() {
-  return {.pv_good = true,
+  return {.sp = 50.0,
+          .pv = 50.0,
+          .pv_good = true,
           .output_arrives = true,
           .mode = Mode::automatic,
           .requested_mode = Mode::automatic};
@@ -34,7 +42,9 @@ ProcessCycle with_bad_pv() {
 // A loop that has run well for a minute.
 struct Loop {
   explicit Loop(NormalMode normal = NormalMode::automatic, bool run_first = true)
-      : watch(kPeriod_s, normal) {
+      : Loop(ProcessSettings{.normal_mode = normal, .limits = {}}, run_first) {}
+  explicit Loop(const ProcessSettings& settings, bool run_first = true)
+      : watch(kPeriod_s, settings) {
     if (run_first) run(healthy(), 600);
   }
   void run(ProcessCycle cycle, std::uint64_t cycles) {
@@ -79,11 +89,12 @@ TEST_CASE("a process alarm comes after 10 s without a break, and goes after 10 s
 
 TEST_CASE("what comes and goes within 10 s raises nothing, and ends nothing", "[monitor]") {
   Loop loop;
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < 4; ++i) {
     loop.run(with_bad_pv(), kDelay);
     loop.run(healthy(), 1);
   }
   CHECK(loop.take().empty());
+  loop.run(healthy(), kMinute);
   loop.run(with_bad_pv(), kDelay + 1);
   CHECK(loop.take() == came(AlarmKind::bad_pv));
   for (int i = 0; i < 20; ++i) {
@@ -96,7 +107,7 @@ TEST_CASE("what comes and goes within 10 s raises nothing, and ends nothing", "[
 TEST_CASE("the delay is in the loop's time, whatever its period and whatever cycles are missing",
           "[monitor]") {
   SECTION("a period longer than the delay takes a second cycle") {
-    ProcessWatch slow(60.0, NormalMode::any);
+    ProcessWatch slow(60.0, {.normal_mode = NormalMode::any, .limits = {}});
     ProcessCycle cycle = with_bad_pv();
     cycle.period_index = 1;
     CHECK(slow.add(cycle).view().empty());
@@ -242,6 +253,23 @@ TEST_CASE("several conditions of one cycle are told together, each as its own al
                                {AlarmKind::not_normal_mode, true}});
 }
 
+TEST_CASE("what follows from an alarm does not outlast it", "[monitor]") {
+  Loop loop;
+  ProcessCycle lost = healthy();
+  lost.output_arrives = false;
+  lost.fault = Fault::output_lost;
+  lost.mode = Mode::fallback;
+  loop.run(lost, kDelay + 1);
+  CHECK(loop.take() == Changes{{AlarmKind::output_lost, true}, {AlarmKind::not_normal_mode, true}});
+  // The loop waits for its recovery delay before it goes on.
+  lost.output_arrives = true;
+  loop.run(lost, 10);
+  loop.run(healthy(), 1);
+  CHECK(loop.take() == went(AlarmKind::not_normal_mode));
+  loop.run(healthy(), kDelay);
+  CHECK(loop.take() == went(AlarmKind::output_lost));
+}
+
 TEST_CASE("what was on before a restart does not come again, and goes as ever", "[monitor]") {
   Loop loop(NormalMode::automatic, false);
   loop.watch.restore(AlarmKind::bad_pv, true);
@@ -254,6 +282,83 @@ TEST_CASE("what was on before a restart does not come again, and goes as ever", 
   CHECK(loop.take().empty());
   loop.run(healthy(), kDelay + 1);
   CHECK(loop.take() == Changes{{AlarmKind::bad_pv, false}, {AlarmKind::output_lost, false}});
+}
+
+TEST_CASE("what flaps a thousand times is one alarm with a count", "[monitor]") {
+  Loop loop;
+  for (int i = 0; i < 1000; ++i) {
+    loop.run(with_bad_pv(), 20);
+    loop.run(healthy(), 30);
+  }
+  CHECK(loop.take() == came(AlarmKind::bad_pv));
+  CHECK(loop.watch.flaps(AlarmKind::bad_pv) == 1000);
+  loop.run(healthy(), kMinute + 1);
+  CHECK(loop.take() == went(AlarmKind::bad_pv));
+  loop.run(with_bad_pv(), kDelay + 1);
+  CHECK(loop.watch.flaps(AlarmKind::bad_pv) == 1);
+}
+
+TEST_CASE("whatever the pace of a device that flaps it comes twice at the most", "[monitor]") {
+  property::for_all("flapping", 60, [] {
+    Loop loop;
+    for (int i = 0; i < 100; ++i) {
+      loop.run(with_bad_pv(), static_cast<std::uint64_t>(property::integer(1, 3 * kDelay)));
+      loop.run(healthy(), static_cast<std::uint64_t>(property::integer(1, kMinute - 1)));
+    }
+    std::size_t times = 0;
+    for (const ProcessChange& change : loop.take()) times += change.on ? 1 : 0;
+    property::require(times <= 2, "it came more than twice");
+    property::require(loop.watch.flaps(AlarmKind::bad_pv) == 100, "not each time was counted");
+  });
+}
+
+TEST_CASE("an alarm lasts at least as long as its condition and off-delay", "[monitor]") {
+  property::for_all("delays", 100, [] {
+    ProcessSettings settings{.normal_mode = NormalMode::any, .limits = {}};
+    ProcessRule& rule = settings.at(AlarmKind::bad_pv);
+    rule.on_delay_s = 0.1 * static_cast<double>(property::integer(0, 300));
+    rule.off_delay_s = 0.1 * static_cast<double>(property::integer(0, 300));
+    Loop loop(settings);
+    const auto on = static_cast<std::uint64_t>(property::integer(1, 600));
+    const auto on_delay = static_cast<std::uint64_t>(std::lround(10.0 * rule.on_delay_s));
+    const auto off_delay = static_cast<std::uint64_t>(std::lround(10.0 * rule.off_delay_s));
+    const std::uint64_t first = loop.next;
+    loop.run(with_bad_pv(), on);
+    loop.run(healthy(), 400);
+    const bool outlasts = on > on_delay;
+    property::require(loop.at.size() == (outlasts ? 2 : 0), "it came or not as its delay says");
+    if (!outlasts) return;
+    property::require(loop.at[0] == first + on_delay, "it came with its on-delay");
+    property::require(loop.at[1] == first + on + off_delay, "it went with its off-delay");
+  });
+}
+
+TEST_CASE("an open enable contact and a silent source are alarms of their own", "[monitor]") {
+  ProcessSettings settings{.normal_mode = NormalMode::any, .limits = {}};
+  settings.at(AlarmKind::enable_open).fitted = settings.at(AlarmKind::source_lost).fitted = true;
+  Loop loop(settings);
+  ProcessCycle cycle = healthy();
+  cycle.fault = Fault::enable_open;
+  loop.run(cycle, kDelay + 1);
+  CHECK(loop.take() == came(AlarmKind::enable_open));
+  // While the daemon ends nothing is known of the contact.
+  cycle.fault = Fault::stop;
+  loop.run(cycle, 2 * kDelay);
+  CHECK(loop.take().empty());
+  loop.run(healthy(), kDelay + 1);
+  CHECK(loop.take() == went(AlarmKind::enable_open));
+  ProcessCycle silent = with_bad_pv();
+  silent.pv_silent = true;
+  loop.run(silent, kDelay + 1);
+  CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true}, {AlarmKind::source_lost, true}});
+}
+
+TEST_CASE("without a place in the loop's file there is no alarm of a limit", "[monitor]") {
+  Loop loop;
+  ProcessCycle cycle = healthy();
+  cycle.pv = 1e6;
+  loop.run(cycle, 100 * kDelay);
+  CHECK(loop.take().empty());
 }
 
 }  // namespace process_watch_test

@@ -330,7 +330,7 @@ TEST_CASE("alarms, shelves, vetoes and evidence", "[edge]") {
   const Command command = read_command(
       {wanted("acknowledge_low_air_supply", true), wanted("reset_stiction", true),
        wanted("shelve_unknown", std::uint64_t{30}), wanted("shelve_stiction", std::uint64_t{0}),
-       wanted("veto_corrective_action", false), wanted("calm_stiction", true),
+       wanted("veto_corrective_action", false), wanted("calm_stiction", std::uint64_t{1}),
        wanted("request/evidence", std::string("stiction"))},
       true);
   REQUIRE(command.orders.size() == 6);

@@ -43,6 +43,24 @@ TEST_CASE("not more messages an hour than allowed", "[notify][dispatch]") {
   CHECK(ready(log, {}, waiting({kNoon, kNoon, kNoon}), {}, kNoon).size() == 2);
 }
 
+TEST_CASE("what is of low priority waits for the time of the digest, in the local day",
+          "[notify][dispatch]") {
+  constexpr std::int64_t kHour = 3'600'000;
+  ChannelRule mail{.name = "mail", .group_ms = 0, .most_per_hour = 20};
+  mail.digest_min = 7 * 60;
+  mail.zone = find_zone("Europe/Berlin");  // noon UTC is 13:00
+  auto all = waiting({kNoon, kNoon, kNoon + kHour});
+  all[0].event.priority = all[2].event.priority = "low";
+  all[1].event.priority = "medium";
+  CHECK(ready(mail, {}, all, {}, kNoon) == std::vector<std::size_t>{1});
+  all.erase(all.begin() + 1);
+  CHECK(ready(mail, {}, all, {}, kNoon + 18 * kHour - 1).empty());
+  CHECK(ready(mail, {}, all, {}, kNoon + 18 * kHour).size() == 2);
+  CHECK(ready(mail, {}, all, {}, kNoon + 30 * kHour).size() == 2);
+  // A clock that was set back makes nothing wait for longer.
+  CHECK(ready(mail, {}, all, {}, kNoon - kHour).size() == 2);
+}
+
 TEST_CASE("what quiet hours hold goes at their end, in one message; the severe goes at once",
           "[notify][dispatch]") {
   QuietHours night;

@@ -72,7 +72,9 @@ TEST_CASE("sentences, headlines and letters", "[notify][text]") {
   const std::string text = letter(message_with({event_of("FIC-101")}), sender());
   CHECK(text.find("2026-11-24 13:00:00 +0100  FIC-101: Stiction came, 6.1 %\n") !=
         std::string::npos);
-  CHECK(text.find("\nStiction\n  cause: the stem sticks") != std::string::npos);
+  CHECK_THAT(text, Catch::Contains("\nFIC-101 Stiction\n  since:       2026-11-24 13:00:00 +0100\n"
+                                   "  size:        6.1 % of the output's span\n"
+                                   "  why:         the stem sticks"));
   CHECK(rfc3339(kNoon + 7) == "2026-11-24T12:00:00.007Z");
 }
 
@@ -82,7 +84,7 @@ TEST_CASE("a process alarm is told with its reason and its guide, as urgently as
   lost.alarm = "output_lost";
   lost.reason = "commands don't reach the device";
   CHECK(sentence(lost, sender()) == "FIC-101: Output lost came (commands don't reach the device)");
-  CHECK(letter(message_with({lost}), sender()).find("action: look at the valve") !=
+  CHECK(letter(message_with({lost}), sender()).find("what to do:  look at the valve") !=
         std::string::npos);
   const int urgent = priority_of(lost);
   lost.alarm = "not_normal_mode";
@@ -104,21 +106,47 @@ TEST_CASE("a text says what the loop is for, what the alarm is called, and where
   with_page.page_url = "https://box12:8443";
   CHECK(sentence(event, with_page) ==
         "10/FIC 101 (cooling water): Unknown valve fault came, 6.1 %");
-  const std::string link = "\nhttps://box12:8443/#/loop/10%2FFIC%20101\n";
+  const std::string link = "\nhttps://box12:8443/#/alarms/10%2FFIC%20101/unknown\n";
   CHECK_THAT(letter(message_with({event, event}), with_page), Catch::Contains(link));
   CHECK_THAT(letter(message_with({event}), sender()), !Catch::Contains("http"));
   const nlohmann::json hook =
       nlohmann::json::parse(webhook_body(message_with({event}), with_page)).at("events").at(0);
-  CHECK(hook.at("page") == "https://box12:8443/#/loop/10%2FFIC%20101");
+  CHECK(hook.at("page") == "https://box12:8443/#/alarms/10%2FFIC%20101/unknown");
   CHECK(hook.at("alarm") == "unknown");
   CHECK(hook.at("alarm_text") == "Unknown valve fault");
   // The page itself where there are many loops, or none.
   Event down = event_of("");
   down.alarm = kDaemonAlarm;
   CHECK_THAT(letter(message_with({down}), with_page),
-             Catch::Contains("\nhttps://box12:8443/\n") && !Catch::Contains("#/loop"));
+             Catch::Contains("\nhttps://box12:8443/\n") && !Catch::Contains("#/"));
   CHECK_THAT(letter(message_with(std::vector<Event>(6, event)), with_page),
-             Catch::Contains("\nhttps://box12:8443/\n") && !Catch::Contains("#/loop"));
+             Catch::Contains("\nhttps://box12:8443/\n") && !Catch::Contains("#/"));
+}
+
+TEST_CASE(
+    "a letter says where, why and what to do, as the plant has it; the link opens the incident",
+    "[notify][text]") {
+  Event event = event_of("FIC-101");
+  event.description = "cooling water";
+  event.area = "Utilities";
+  event.priority = "high";
+  event.why = "The valve sticks: 5.9 % of dead band.";
+  event.action = "call the valve shop";
+  event.time_to_act = "this week";
+  event.of_incident = true;
+  Sender with_page = sender();
+  with_page.page_url = "https://box12:8443";
+  const std::string text = letter(message_with({event}), with_page);
+  for (const char* line : {"\n  area:        Utilities\n", "\n  priority:    high\n",
+                           "\n  why:         The valve sticks: 5.9 % of dead band.\n",
+                           "\n  what to do:  call the valve shop\n", "\n  within:      this week\n",
+                           "\nhttps://box12:8443/#/alarms/FIC-101/incident\n"}) {
+    CHECK_THAT(text, Catch::Contains(line));
+  }
+  CHECK(priority_of(event) < priority_of(event_of("FIC-101")));
+  // What has gone asks nothing of anybody.
+  event.change = Change::went;
+  CHECK_THAT(letter(message_with({event}), with_page), !Catch::Contains("what to do"));
 }
 
 TEST_CASE("an alarm that is told late says since when it is there", "[notify][text]") {
@@ -141,6 +169,12 @@ TEST_CASE("an event comes back from JSON as it was", "[notify][text]") {
     event.reason = "r";
     event.description = "d";
     event.noticed_ms = kNoon + 1;
+    event.area = "a";
+    event.priority = "low";
+    event.of_incident = true;
+    event.why = "w";
+    event.action = "x";
+    event.time_to_act = "t";
     CHECK(event_from(nlohmann::json::parse(dump(to_json(event)))) == event);
   }
 }

@@ -7,7 +7,8 @@ export const FAULTS = ['none', 'starting', 'bad_pv', 'output_lost', 'late_cycle'
 export const ALARM_STATES = ['normal', 'unacknowledged', 'acknowledged', 'returned_unacknowledged',
   'latched_unacknowledged', 'latched_acknowledged', 'shelved', 'suppressed'];
 const VALVE_ALARMS = ['stiction', 'backlash', 'hysteresis', 'low_air_supply', 'unknown', 'model_gap'];
-const PROCESS_ALARMS = ['bad_pv', 'output_lost', 'output_unknown', 'not_normal_mode'];
+const PROCESS_ALARMS = ['bad_pv', 'output_lost', 'output_unknown', 'not_normal_mode', 'enable_open', 'source_lost', 'deviation',
+  'pv_high_high', 'pv_high', 'pv_low', 'pv_low_low', 'rate_of_change'];
 export const ALARM_KINDS = [...VALVE_ALARMS, ...PROCESS_ALARMS];
 // The loop does not do its work. No twin explains that, and it leaves no evidence.
 export const ofProcess = (kind) => PROCESS_ALARMS.includes(kind);
@@ -42,9 +43,10 @@ const ACTIONS = {
 };
 export const actionsOf = (state) => ACTIONS[state] ?? [];
 
-// Two steps of urgency, as every alarm of the same two needs the same haste: 'high' is acted on now.
-const ACTED_ON_NOW = new Set(['low_air_supply', 'bad_pv', 'output_lost', 'output_unknown']);
+// Two steps of urgency, as every alarm of the same two needs the same haste: 'high' is acted on now. The daemon says an
+// alarm's priority; of one that is known by its name alone the usual one counts.
+const ACTED_ON_NOW = new Set(['low_air_supply', 'bad_pv', 'output_lost', 'output_unknown', 'enable_open', 'pv_high_high', 'pv_low_low']);
 export function priority(alarm, severe_percent) {
-  if (ACTED_ON_NOW.has(alarm.alarm)) return 'high';
+  if (alarm.priority ? ['high', 'critical'].includes(alarm.priority) : ACTED_ON_NOW.has(alarm.alarm)) return 'high';
   return typeof alarm.severity_percent === 'number' && alarm.severity_percent >= severe_percent ? 'high' : 'low';
 }

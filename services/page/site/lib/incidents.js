@@ -23,7 +23,9 @@ export function linesOf(alarms, incidents) {
     its.sort((a, b) => b.raised_ms - a.raised_ms).forEach((alarm) => told.add(alarm));
     lines.push(incidentLine(incident, its));
   }
-  return lines.concat(seen.filter((alarm) => !told.has(alarm) && shown(alarm.state)).map(alarmLine));
+  const all = lines.concat(seen.filter((alarm) => !told.has(alarm) && shown(alarm.state)).map(alarmLine));
+  // First is only what something else has followed.
+  return all.map((line) => ({...line, firstOut: line.firstOut && all.some((other) => other !== line && other.loop === line.loop)}));
 }
 
 // Of the line in the address: a loop's incident, or one of its alarms.

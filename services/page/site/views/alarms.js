@@ -185,7 +185,7 @@ class Detail {
       [t.size, `${sizeText(alarm.severity_percent)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`],
       [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)],
       alarm.shelved_until_ms ? [texts.alarmStates.shelved, fill(t.until, {time: wall().dateTime(alarm.shelved_until_ms)})] : null]),
-    alarm.consequence ? el('p', {}, t.consequenceOf) : '', el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, t.open)));
+    alarm.consequence ? el('p', {}, fill(t.consequenceOf, {alarm: nameOf(alarm.consequence_of)})) : '', loop ? el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, t.open)) : '');
     this.guide.replaceChildren(guideOf(e));
     const id = e.evidence?.id ?? null;
     if (!ofProcess(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));

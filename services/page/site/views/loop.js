@@ -313,7 +313,7 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
   const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
-  places.calm = el('div', {});
+  places.calm = el('div', {class: 'told'});
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
     el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
       el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));

@@ -44,3 +44,9 @@ test('what has gone waits until it is acknowledged', () => {
   assert.equal(line.active, false);
   assert.deepEqual(linesOf([alarm('A', 'stiction', 'normal', {active: false})], [incident('A', 'stiction', ['stiction'])]), []);
 });
+
+test('an alarm is called the first only where another of its loop has followed', () => {
+  const first = alarm('A', 'bad_pv', 'unacknowledged', {first_out: true});
+  assert.equal(linesOf([first, alarm('B', 'bad_pv', 'acknowledged')], [])[0].firstOut, false);
+  assert.deepEqual(linesOf([first, alarm('A', 'output_lost', 'unacknowledged', {first_out: false})], []).map((line) => line.firstOut), [true, false]);
+});

@@ -91,4 +91,6 @@ test('codes', () => {
   assert.equal(priority({alarm: 'low_air_supply', severity_percent: 1}, 5), 'high');
   for (const alarm of ['bad_pv', 'output_lost', 'output_unknown']) assert.equal(priority({alarm, severity_percent: null}, 5), 'high');
   assert.equal(priority({alarm: 'not_normal_mode', severity_percent: null}, 5), 'low');
+  assert.equal(priority({alarm: 'pv_high', priority: 'critical', severity_percent: null}, 5), 'high');
+  assert.equal(priority({alarm: 'bad_pv', priority: 'medium', severity_percent: null}, 5), 'low');
 });

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/alarms_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+
+namespace loopwarden::config {
+namespace {
+
+using monitor::AlarmKind;
+using monitor::Priority;
+
+constexpr auto kNormalModes =
+    std::to_array<Choice<monitor::NormalMode>>({{"automatic", monitor::NormalMode::automatic},
+                                                {"manual", monitor::NormalMode::manual},
+                                                {"any", monitor::NormalMode::any}});
+constexpr auto kPriorities = std::to_array<Choice<Priority>>({{"low", Priority::low},
+                                                              {"medium", Priority::medium},
+                                                              {"high", Priority::high},
+                                                              {"critical", Priority::critical}});
+
+// What is far outside must be told sooner than what is a little outside.
+constexpr double kFarDelay_s = 2.0;
+// Dead bands, where none is given.
+constexpr double kBandOfSpan = 0.01;
+constexpr double kBandOfLimit = 0.1;
+constexpr double kTimeConstants = 3.0;
+
+class Reader {
+ public:
+  explicit Reader(const AlarmsContext& context) : context_(context) {}
+
+  LoopAlarmConfig read(std::optional<MapReader> in) {
+    monitor::NormalMode& normal = alarms_.process.normal_mode;
+    normal = usual_mode(context_.start_mode);
+    process(AlarmKind::deviation).on_delay_s = monitor::kDeviationDelay_s;
+    process(AlarmKind::pv_high_high).on_delay_s = kFarDelay_s;
+    process(AlarmKind::pv_low_low).on_delay_s = kFarDelay_s;
+    if (!in) return alarms_;
+    in->set_one_of(
+        "normal_mode", kNormalModes, "in another one for 10 s: alarm not_normal_mode; any: never",
+        normal, {.fallback = context_.watched ? "any" : "automatic where start.mode is, else any"});
+    if (in->describing())
+      describe(*in);
+    else
+      read_each(*in);
+    check_order(*in);
+    return alarms_;
+  }
+
+ private:
+  monitor::ProcessRule& process(AlarmKind kind) { return alarms_.process.at(kind); }
+
+  static bool has_limit(AlarmKind kind) { return kind >= AlarmKind::deviation; }
+
+  void read_each(MapReader& in) {
+    for (const AlarmKind kind : monitor::kAlarmKinds) {
+      in.maybe_section(to_text(kind), "", [&](MapReader& alarm) {
+        read_common(alarm, kind);
+        if (has_limit(kind)) read_limit(alarm, kind);
+      });
+    }
+  }
+
+  // What all have stands in the reference once.
+  void describe(MapReader& in) {
+    in.maybe_section("ALARM", "an alarm by its name, such as bad_pv or pv_high: docs/alarms.md",
+                     [&](MapReader& alarm) { read_common(alarm, AlarmKind::bad_pv); });
+    for (const AlarmKind kind : monitor::kLimitAlarms) {
+      in.maybe_section(to_text(kind), "off unless it is there",
+                       [&](MapReader& alarm) { read_limit(alarm, kind); });
+    }
+  }
+
+  void read_common(MapReader& in, AlarmKind kind) {
+    const std::size_t at = monitor::index_of(kind);
+    in.set_one_of("priority", kPriorities, "how soon somebody has to act", alarms_.priority[at],
+                  {.fallback = in.describing() ? "docs/alarms.md" : ""});
+    if (monitor::is_process_alarm(kind)) {
+      monitor::ProcessRule& rule = process(kind);
+      constexpr Interval kDelays = between(0.0, 3600.0);
+      in.set_number("on_delay",
+                    {"s", kDelays, "without a break before it comes; not of a valve alarm",
+                     in.describing() ? "10; deviation 60, pv_high_high and pv_low_low 2" : ""},
+                    rule.on_delay_s);
+      in.set_number("off_delay",
+                    {"s", kDelays, "without a break before it goes; not of a valve alarm"},
+                    rule.off_delay_s);
+    }
+    AlarmTexts& texts = alarms_.texts[at];
+    const auto text = [&](const char* key, const char* meaning, std::string& value) {
+      const Value<std::string> said = in.text(key, meaning, "docs/alarms.md");
+      if (said.given && said.valid) value = said;
+    };
+    text("cause", "what may have made it, for people", texts.cause);
+    text("consequence", "of doing nothing", texts.consequence);
+    text("action", "what to do", texts.action);
+    text("time_to_act", "how long there is for it", texts.time_to_act);
+  }
+
+  void read_limit(MapReader& in, AlarmKind kind) {
+    monitor::Limit& limit = alarms_.process.limits.at(kind);
+    process(kind).fitted = true;
+    const bool rate = kind == AlarmKind::rate_of_change;
+    const bool of_range = kind != AlarmKind::deviation && !rate;
+    const char* unit = rate ? "PV units/s" : "PV units";
+    const Value<double> at =
+        in.need_number("limit", {unit, of_range ? any_number() : above(0.0), meaning_of(kind)});
+    limit.limit = at;
+    if (of_range) require_in_range(in, at);
+    const double usual = of_range ? kBandOfSpan * span() : kBandOfLimit * limit.limit;
+    limit.dead_band = in.number("dead_band",
+                                {unit, at_least(0.0), "so far within the limit before it goes",
+                                 of_range ? "1 % of PV's span" : "a tenth of limit"},
+                                usual);
+    if (!of_range && at.valid && limit.dead_band >= limit.limit && at.given) {
+      in.error("dead_band", fmt::format("must be less than limit = {} (got {})", brief(at),
+                                        brief(limit.dead_band)));
+    }
+    if (kind == AlarmKind::deviation) read_deviation(in);
+    if (rate) {
+      in.set_number("over",
+                    {"s", above(0.0), "time constant of the lag that the slope is taken over"},
+                    alarms_.process.limits.rate_time_s);
+    }
+  }
+
+  void read_deviation(MapReader& in) {
+    const Value<double> time_constant =
+        in.need_number("time_constant",
+                       {"s", above(0.0),
+                        "of the closed loop: for three of them after a move of SP and after manual "
+                        "nothing is told"});
+    alarms_.process.limits.settle_s = kTimeConstants * time_constant;
+    if (!in.describing() && !context_.knows_set_point) {
+      in.error("limit", "needs a set point: io has no set_point");
+    }
+  }
+
+  static const char* meaning_of(AlarmKind kind) {
+    switch (kind) {
+      case AlarmKind::deviation: return "|SP - PV| above it, in automatic";
+      case AlarmKind::rate_of_change: return "PV changes faster, up or down";
+      case AlarmKind::pv_high_high:
+      case AlarmKind::pv_high: return "PV above it";
+      default: return "PV below it";
+    }
+  }
+
+  double span() const {
+    return context_.pv_range.valid ? context_.pv_range.value.second - context_.pv_range.value.first
+                                   : 0.0;
+  }
+
+  void require_in_range(MapReader& in, const Value<double>& at) {
+    const auto& range = context_.pv_range;
+    if (!at.given || !at.valid || !range.given || !range.valid) return;
+    if (at > range.value.first && at < range.value.second) return;
+    in.error("limit", fmt::format("must lie inside the range of PV, [{}, {}] (at {}) (got {})",
+                                  brief(range.value.first), brief(range.value.second),
+                                  to_text(range.place), brief(at)));
+  }
+
+  // Low-low below low below high below high-high, each with its dead band.
+  void check_order(MapReader& in) {
+    if (in.describing()) return;
+    constexpr std::array kRising{AlarmKind::pv_low_low, AlarmKind::pv_low, AlarmKind::pv_high,
+                                 AlarmKind::pv_high_high};
+    std::optional<AlarmKind> below;
+    for (const AlarmKind kind : kRising) {
+      if (!process(kind).fitted) continue;
+      if (below) check_pair(in, *below, kind);
+      below = kind;
+    }
+  }
+
+  void check_pair(MapReader& in, AlarmKind lower, AlarmKind upper) {
+    const monitor::Limit& low = alarms_.process.limits.at(lower);
+    const monitor::Limit& high = alarms_.process.limits.at(upper);
+    if (low.limit >= high.limit) {
+      in.error(to_text(upper), fmt::format("its limit must be above that of {}, {} (got {})",
+                                           to_text(lower), brief(low.limit), brief(high.limit)));
+    } else if (lower == AlarmKind::pv_low && upper == AlarmKind::pv_high &&
+               low.limit + low.dead_band >= high.limit - high.dead_band) {
+      in.error(to_text(upper), "its dead band and that of pv_low leave nothing between them");
+    }
+  }
+
+  const AlarmsContext& context_;
+  LoopAlarmConfig alarms_;
+};
+
+}  // namespace
+
+LoopAlarmConfig read_loop_alarms(std::optional<MapReader> in, const AlarmsContext& context) {
+  return Reader(context).read(std::move(in));
+}
+
+}  // namespace loopwarden::config

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// `alarms` of a loop's file: what is normal, and of each alarm its limit, delays, priority and texts.
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "config/loop_config.hpp"
+#include "config/map_reader.hpp"
+
+namespace loopwarden::config {
+
+struct AlarmsContext {
+  Value<std::pair<double, double>> pv_range;
+  bool watched = false;
+  control::Mode start_mode = control::Mode::manual;
+  bool knows_set_point = true;
+};
+
+// `in` is not there where the file has no `alarms`.
+LoopAlarmConfig read_loop_alarms(std::optional<MapReader> in, const AlarmsContext& context);
+
+}  // namespace loopwarden::config

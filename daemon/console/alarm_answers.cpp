@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/console/alarm_answers.hpp"
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include "model/monitor/alarm_figures.hpp"
+
+namespace loopwarden::daemon::console {
+
+namespace model = loopwarden::monitor;
+using model::AlarmKind;
+
+namespace {
+
+protocol::AlarmDesign design_of(const config::LoopConfig& loop, AlarmKind kind) {
+  const config::LoopAlarmConfig& alarms = loop.alarms;
+  config::AlarmTexts texts = alarms.guide(kind);
+  protocol::AlarmDesign design{.loop = loop.name,
+                               .alarm = model::to_text(kind),
+                               .priority = model::to_text(alarms.priority[model::index_of(kind)]),
+                               .cause = std::move(texts.cause),
+                               .consequence = std::move(texts.consequence),
+                               .action = std::move(texts.action),
+                               .time_to_act = std::move(texts.time_to_act)};
+  if (model::is_process_alarm(kind)) {
+    design.on_delay_s = alarms.process.at(kind).on_delay_s;
+    design.off_delay_s = alarms.process.at(kind).off_delay_s;
+  }
+  if (kind >= model::kLimitAlarms.front()) {
+    const model::Limit& limit = alarms.process.limits.at(kind);
+    design.limit = limit.limit;
+    design.dead_band = limit.dead_band;
+    design.unit = loop.pv_unit + (kind == AlarmKind::rate_of_change ? "/s" : "");
+  }
+  for (const AlarmKind cause : model::kAlarmKinds) {
+    if (model::follows(kind, cause)) design.suppressed_by.emplace_back(model::to_text(cause));
+  }
+  return design;
+}
+
+// A line of the journal with which an alarm came, and not one that came back from the shelf.
+bool tells_of_coming(const journal::JournalEntry& line) {
+  return line.to == model::to_text(model::AlarmState::unacknowledged) && line.from != line.to &&
+         line.from != model::to_text(model::AlarmState::shelved) &&
+         line.from != model::to_text(model::AlarmState::acknowledged);
+}
+
+std::vector<protocol::AlarmFigures::Counted> counted(const std::vector<model::CountedAlarm>& all) {
+  std::vector<protocol::AlarmFigures::Counted> list;
+  for (const model::CountedAlarm& one : all) {
+    list.push_back({one.source, one.alarm, one.count, one.percent});
+  }
+  return list;
+}
+
+void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures& figures) {
+  for (std::size_t i = 0; i < parts.board.loops(); ++i) {
+    parts.board.look(i, [&](const monitor::LoopWatch& watch) {
+      for (const AlarmKind kind : model::kAlarmKinds) {
+        const model::Alarm& alarm = watch.alarms.alarm(kind);
+        const std::int64_t since_ms = alarm.memory().raised_ms;
+        const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
+                           alarm.state() == model::AlarmState::acknowledged;
+        if (!shown || now_ms - since_ms <= model::kStale_ms) continue;
+        figures.stale.push_back({parts.board.name(i), model::to_text(kind), since_ms});
+      }
+    });
+  }
+}
+
+}  // namespace
+
+protocol::AlarmDesigns alarm_designs(const Parts& parts) {
+  protocol::AlarmDesigns all;
+  for (std::size_t i = 0; i < parts.loops.size(); ++i) {
+    const model::LoopAlarms alarms = parts.board.watch(i).alarms;
+    for (const AlarmKind kind : model::kAlarmKinds) {
+      if (alarms.fitted(kind)) all.alarms.push_back(design_of(parts.loops[i].config, kind));
+    }
+  }
+  return all;
+}
+
+protocol::AlarmFigures figures_of(const Parts& parts, const std::vector<journal::JournalRow>& rows,
+                                  std::int64_t from_ms, std::int64_t to_ms) {
+  std::map<std::pair<std::string, std::string>, std::string> priority;
+  for (const protocol::AlarmDesign& one : alarm_designs(parts).alarms) {
+    priority[{one.loop, one.alarm}] = one.priority;
+  }
+  protocol::AlarmFigures figures{.from_ms = from_ms, .to_ms = to_ms};
+  std::vector<model::AlarmCame> came;
+  for (const journal::JournalRow& row : rows) {
+    const journal::JournalEntry& line = row.entry;
+    if (!tells_of_coming(line) || line.utc_ms < from_ms || line.utc_ms >= to_ms) continue;
+    came.push_back({line.utc_ms, line.loop, line.alarm});
+    const auto known = priority.find({line.loop, line.alarm});
+    if (known != priority.end()) ++figures.priorities[known->second];
+  }
+  const model::AlarmFigures found = model::figures_of(came, from_ms, to_ms);
+  figures.came = found.came;
+  figures.per_hour = found.per_hour;
+  figures.most_in_10_min = found.most_in_stretch;
+  figures.floods = found.floods;
+  figures.flood_percent = found.flood_percent;
+  figures.top = counted(found.top);
+  figures.chattering = counted(found.chattering);
+  find_stale(parts, to_ms, figures);
+  return figures;
+}
+
+}  // namespace loopwarden::daemon::console
