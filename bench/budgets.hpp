@@ -38,6 +38,9 @@ inline constexpr Budget kBudgets[]{
     // Mean over 64 levels of 750 s in a row, those of longer samples among them: share of a core = seconds / 750 s.
     {"diagnose/routine", "routine evidence of 1000 loops, all valves sticking", "% of a core", 5.0,
      false, false, 1e5 / 750.0},
+    // Mean over 3000 cycles of 1 s: share of a core = seconds / 3000 s.
+    {"monitor/commissioned", "1000 commissioned loops at 1 s: twin, controller, load, routine",
+     "% of a core", 5.0, false, false, 1e5 / 3000.0},
     {"gap/whole", "gap workflow, 4200 samples, two threads", "s", 10.0, false, false, 1.0},
 };
 

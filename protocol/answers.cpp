@@ -30,11 +30,14 @@ PROTOCOL_JSON(JournalLine, id, utc_ms, kind, loop, alarm, from, to, severity_per
 PROTOCOL_JSON(Journal, lines)
 
 PROTOCOL_JSON(Condition, valve, control_performance, actuator, positioner, environment)
+PROTOCOL_JSON(TwinRemarks::Load, size, since_s)
+PROTOCOL_JSON(TwinRemarks::Untested, change, for_s, tested)
+PROTOCOL_JSON(TwinRemarks, judging, load_outside, controller_not_watched, untested)
 PROTOCOL_JSON(Monitor, window_state, source, windows, windows_suppressed, probability,
               severity_percent, oscillation_index, oscillation_period_s, variability_percent,
               mean_error_percent, saturated_percent, bridged_cycles, travel_percent_per_hour,
               reversals_per_hour, stick_percent, stick_source, condition, corrective_action,
-              hours_automatic, hours_manual, hours_at_limit)
+              hours_automatic, hours_manual, hours_at_limit, twin)
 PROTOCOL_JSON(Io, connected, transactions, timeouts, device_exceptions, invalid_replies,
               stale_replies_discarded, reconnects, writes, write_errors, old_commands_withheld)
 PROTOCOL_JSON(Recording, rows, dropped, waiting, queue_dropped, bytes, rows_lost, disk_errors,

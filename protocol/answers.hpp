@@ -53,6 +53,23 @@ struct Alarms {
   std::int64_t now_ms = 0;
 };
 
+// What a loop's twin says beside its alarm; times of the loop.
+struct TwinRemarks {
+  std::string judging{};  // here, settling, outside
+  struct Load {
+    double size = kNone;  // PV units
+    double since_s = kNone;
+  };
+  std::optional<Load> load_outside{};
+  std::string controller_not_watched{};  // why; empty: it is, or the loop runs here
+  struct Untested {
+    std::string change{};
+    double for_s = kNone;
+    bool tested = false;  // before that; else never since the start
+  };
+  std::vector<Untested> untested{};
+};
+
 // An alarm as it is meant: what it waits for, and what a person is told.
 struct AlarmDesign {
   std::string loop{}, alarm{}, priority{};
@@ -136,6 +153,7 @@ struct Monitor {
   Condition condition{};
   std::string corrective_action{};
   double hours_automatic = 0.0, hours_manual = 0.0, hours_at_limit = 0.0;
+  std::optional<TwinRemarks> twin{};  // nothing: it has none
 };
 
 struct Io {

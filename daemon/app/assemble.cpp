@@ -27,6 +27,7 @@ std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration
     monitor::WatchBoard::Loop& one = loops.emplace_back();
     one.name = loop.name;
     one.period_s = loop.sample_time_s;
+    one.pv_unit = loop.pv_unit;
     for (const AlarmKind kind : loopwarden::monitor::kProcessAlarms) {
       if (loop.alarms.process.at(kind).fitted) one.fitted.push_back(kind);
     }
@@ -151,7 +152,7 @@ void Assembly::make_monitor(const Specialists& specialists) {
                          .window = window_of(loop.config),
                          .judge = judge == watching.judges.end() ? nullptr : judge->second.get(),
                          .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
-                         .history_s = commission::kLongest_s + commission::kEnough_s,
+                         .history_s = commission::kBefore_s + commission::kMostSeen_s,
                          .foreign_controller = config::is_watched(loop.config.io),
                          .rule = loopwarden::monitor::kAlarmRule,
                          .process = loop.config.alarms.process,

@@ -45,9 +45,9 @@ EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config, const Specialists
                            Ends ends)
     : ends_(std::move(ends)),
       accelerate_(config.accelerate),
+      store_folder_(std::filesystem::path(config.state_directory) / "evidence"),
       store_(
-          {.folder = std::filesystem::path(config.state_directory) / "evidence",
-           .most_kept = config.alarms.most_evidence},
+          {.folder = store_folder_, .most_kept = config.alarms.most_evidence},
           contents_of(specialists),
           [this](const evidence::Evidence& e, const std::filesystem::path& folder,
                  const std::string& why) { report_evidence(e, folder, why); },
@@ -75,8 +75,13 @@ void EvidenceFlow::keep(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
   const monitor::History* const history = ends_.history(loop);
   evidence::Evidence evidence;
   evidence.loop = config.name;
+  evidence.elsewhere = config::is_watched(config.io);
   evidence.alarm = alarm;
-  evidence.raised_ms = ends_.board.watch(loop).alarms.alarm(alarm).memory().raised_ms;
+  const monitor::LoopWatch watch = ends_.board.watch(loop);
+  evidence.raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;
+  if (watch.incident.incident().open()) {
+    evidence.incident_ms = watch.incident.incident().opened_ms;
+  }
   if (reason == loopwarden::monitor::AlarmReason::twin) {
     monitor::History::Minutes minutes = history->minutes();
     evidence.take(loop_monitor, std::move(minutes.sp), std::move(minutes.pv),
@@ -105,7 +110,9 @@ void EvidenceFlow::report_evidence(const evidence::Evidence& evidence,
   line.alarm = loopwarden::monitor::to_text(evidence.alarm);
   line.new_value = folder.string();
   ends_.journal.post(std::move(line));
-  if (why.empty() && !evidence.twin.empty()) have_explained(evidence, folder);
+  // What joins an incident is explained with it.
+  const bool first = folder.parent_path() == store_folder_;
+  if (why.empty() && first && !evidence.twin.empty()) have_explained(evidence, folder);
 }
 
 void EvidenceFlow::report_removal(const std::string& why) {
@@ -127,15 +134,18 @@ void EvidenceFlow::have_explained(const evidence::Evidence& evidence,
                    .raised_ms = evidence.raised_ms,
                    .folder = folder,
                    .wait = wall_clock(wait_s, accelerate_),
-                   .enough_s = since_s + wait_s});
+                   .enough_s = since_s + wait_s,
+                   .seen_s = std::max(unquiet_s, commission::kEnough_s)});
 }
 
 void EvidenceFlow::report_explanation(const ExplainJob& job, const Explanation* explanation,
                                       const std::string& why) {
   if (explanation != nullptr) {
     ends_.board.explained(job.loop, *explanation);
+    explain_again(job);
     return;
   }
+  if (job.repeat) return;  // the one before it stands
   Explanation none;
   none.alarm = job.alarm;
   none.raised_ms = job.raised_ms;
@@ -147,16 +157,36 @@ void EvidenceFlow::report_explanation(const ExplainJob& job, const Explanation* 
   ends_.board.explained(job.loop, none);
 }
 
+bool EvidenceFlow::lasts(std::size_t loop) const {
+  const monitor::LoopWatch watch = ends_.board.watch(loop);
+  return watch.incident.incident().open() && watch.incident.incident().gone_ms == 0;
+}
+
+void EvidenceFlow::explain_again(const ExplainJob& job) {
+  if (job.resumed_s || 2.0 * job.seen_s > commission::kMostSeen_s || !lasts(job.loop)) return;
+  ExplainJob next = job;
+  next.repeat = true;
+  next.seen_s = 2.0 * job.seen_s;
+  next.enough_s = job.enough_s + job.seen_s;
+  next.wait = wall_clock(job.seen_s, accelerate_);
+  next.wanted = [this, loop = job.loop] { return lasts(loop); };
+  explainer_.post(std::move(next));
+}
+
 void EvidenceFlow::remember() {
   for (std::size_t i = 0; i < ends_.loops.size(); ++i) {
     std::vector<Explanation> known;
     for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kValveAlarms) {
-      if (!ends_.board.watch(i).alarms.alarm(kind).active()) continue;
+      const monitor::LoopWatch watch = ends_.board.watch(i);
+      const bool active = watch.alarms.alarm(kind).active();
+      const bool of_incident =
+          watch.incident.incident().open() && watch.incident.incident().has(kind);
+      if (!active && !of_incident) continue;
       const auto folder = store_.newest(ends_.board.name(i), kind);
       if (!folder) continue;
       if (std::filesystem::exists(*folder / "explanation.json")) {
         attempt("explanation", [&] { known.push_back(read_explanation(*folder)); });
-      } else if (ends_.history(i) != nullptr) {
+      } else if (active && ends_.history(i) != nullptr && folder->parent_path() == store_folder_) {
         resume_explanation(i, kind, *folder);
       }
     }

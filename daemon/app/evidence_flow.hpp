@@ -60,6 +60,9 @@ class EvidenceFlow {
                        const std::string& why);
   void report_removal(const std::string& why);
   void have_explained(const evidence::Evidence& evidence, const std::filesystem::path& folder);
+  // Of an incident that lasts: when twice as much of it has been seen.
+  void explain_again(const ExplainJob& job);
+  bool lasts(std::size_t loop) const;
   void report_explanation(const ExplainJob& job, const Explanation* explanation,
                           const std::string& why);
   void resume_explanation(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
@@ -69,6 +72,7 @@ class EvidenceFlow {
   double accelerate_;
   std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
   std::map<std::string, std::string> twins_;                // files as text, by name
+  std::filesystem::path store_folder_;
   EvidenceStore store_;
   Explainer explainer_;
 };

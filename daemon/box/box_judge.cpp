@@ -34,11 +34,11 @@ void judge_certificates(const BoxLook& look, std::optional<bool>& found, std::st
       ending.push_back(one.file + " can't be read");
       continue;
     }
-    const double days =
-        static_cast<double>(*one.ends_s - look.utc_ms / 1000) / (24.0 * 3600.0);
+    const double days = static_cast<double>(*one.ends_s - look.utc_ms / 1000) / (24.0 * 3600.0);
     if (days >= kCertificate_days) continue;
-    ending.push_back(days < 0.0 ? one.file + " has ended"
-                                : fmt::format("{} ends in {:.0f} days", one.file, std::floor(days)));
+    ending.push_back(days < 0.0
+                         ? one.file + " has ended"
+                         : fmt::format("{} ends in {:.0f} days", one.file, std::floor(days)));
   }
   found = !ending.empty();
   why = names(ending);
@@ -75,7 +75,8 @@ BoxReport BoxJudge::judge(const BoxLook& look) {
     found(BoxAlarm::service_failed) = !look.failed_services->empty();
     why(BoxAlarm::service_failed) = names(*look.failed_services);
   }
-  judge_certificates(look, found(BoxAlarm::certificate_expires), why(BoxAlarm::certificate_expires));
+  judge_certificates(look, found(BoxAlarm::certificate_expires),
+                     why(BoxAlarm::certificate_expires));
 
   if (dropped_ && look.dropped > *dropped_) dropped_at_ms_ = look.monotonic_ms;
   dropped_ = look.dropped;

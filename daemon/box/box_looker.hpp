@@ -26,8 +26,7 @@ struct BoxSources {
 
 class BoxLooker {
  public:
-  BoxLooker(BoxSources sources, BoxBoard& board)
-      : sources_(std::move(sources)), board_(board) {}
+  BoxLooker(BoxSources sources, BoxBoard& board) : sources_(std::move(sources)), board_(board) {}
   BoxLooker(const BoxLooker&) = delete;
   BoxLooker& operator=(const BoxLooker&) = delete;
   ~BoxLooker() { stop(); }

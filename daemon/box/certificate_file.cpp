@@ -16,8 +16,7 @@ std::optional<std::int64_t> end_of_certificate(const std::string& file) {
   const std::unique_ptr<X509, decltype(&X509_free)> certificate(
       PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr), X509_free);
   std::tm end{};
-  if (certificate == nullptr ||
-      ASN1_TIME_to_tm(X509_get0_notAfter(certificate.get()), &end) != 1) {
+  if (certificate == nullptr || ASN1_TIME_to_tm(X509_get0_notAfter(certificate.get()), &end) != 1) {
     return std::nullopt;
   }
   return timegm(&end);

@@ -17,15 +17,14 @@ using BusMessage = std::unique_ptr<sd_bus_message, decltype(&sd_bus_message_unre
 
 BusMessage question(sd_bus* bus) {
   sd_bus_message* made = nullptr;
-  if (sd_bus_message_new_method_call(bus, &made, "org.freedesktop.systemd1",
-                                     "/org/freedesktop/systemd1",
-                                     "org.freedesktop.systemd1.Manager",
-                                     "ListUnitsByPatterns") < 0) {
+  if (sd_bus_message_new_method_call(
+          bus, &made, "org.freedesktop.systemd1", "/org/freedesktop/systemd1",
+          "org.freedesktop.systemd1.Manager", "ListUnitsByPatterns") < 0) {
     return {nullptr, sd_bus_message_unref};
   }
   BusMessage message(made, sd_bus_message_unref);
-  const bool filled = sd_bus_message_append(made, "asas", 1, "failed", 1,
-                                            "loopwarden-*.service") >= 0;
+  const bool filled =
+      sd_bus_message_append(made, "asas", 1, "failed", 1, "loopwarden-*.service") >= 0;
   return filled ? std::move(message) : BusMessage(nullptr, sd_bus_message_unref);
 }
 

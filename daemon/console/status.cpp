@@ -233,7 +233,12 @@ std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& wa
                                                     model::AlarmKind kind) {
   if (const auto& own = watch.explanations[model::index_of(kind)]) return told(*own);
   const auto& newest = watch.explanation;
-  return newest && newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
+  if (!newest) return std::nullopt;
+  // What joined an incident has its explanation.
+  const model::Incident& incident = watch.incident.incident();
+  const bool same =
+      incident.has(kind) && incident.has(newest->alarm) && newest->raised_ms >= incident.opened_ms;
+  return same || newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
 }
 
 // What a source tells on change alone, and what that hides.
@@ -252,6 +257,24 @@ std::string source_text(const monitor::LoopWatch& watch, const config::LoopConfi
                          ? fmt::format("a dead band below {:.2g} % of CO's span is not seen",
                                        watch.sees_from_percent)
                          : "routine evidence can't tell");
+}
+
+// What the twin says beside its alarm.
+std::optional<protocol::TwinRemarks> remarks_of(const monitor::LoopWatch& watch) {
+  if (!watch.twin) return std::nullopt;
+  protocol::TwinRemarks told{.judging = model::to_text(watch.twin->judging),
+                             .controller_not_watched = watch.controller_not_watched};
+  if (const auto& load = watch.twin->load) {
+    told.load_outside = {.size = load->size, .since_s = load->since_s};
+  }
+  const auto add = [&](const char* change, const model::Untested& one) {
+    told.untested.push_back({change, one.for_s, one.tested});
+  };
+  for (std::size_t i = 0; i < model::kTwinChanges; ++i) {
+    add(model::to_text(static_cast<model::TwinChange>(i)), watch.twin->untested[i]);
+  }
+  if (watch.twin->controller) add("controller", *watch.twin->controller);
+  return told;
 }
 
 protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
@@ -288,7 +311,8 @@ protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::Loop
           .corrective_action = model::to_text(watch.corrective),
           .hours_automatic = watch.times.seconds_in(control::Mode::automatic) / 3600.0,
           .hours_manual = watch.times.seconds_in(control::Mode::manual) / 3600.0,
-          .hours_at_limit = watch.times.seconds_at_limit() / 3600.0};
+          .hours_at_limit = watch.times.seconds_at_limit() / 3600.0,
+          .twin = remarks_of(watch)};
 }
 
 protocol::JudgedWindow window_of(const monitor::LoggedWindow& window) {

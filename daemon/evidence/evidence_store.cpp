@@ -20,10 +20,20 @@ namespace fs = std::filesystem;
 // 20261121T233348123Z-FIC-101-stiction: the order of names is that of time.
 constexpr std::size_t kStamp = 19;
 
+std::string stamp_of(std::int64_t utc_ms) {
+  return fmt::format("{:%Y%m%dT%H%M%S}{:03}Z", fmt::gmtime(static_cast<std::time_t>(utc_ms / 1000)),
+                     utc_ms % 1000);
+}
+
 std::string folder_name(const evidence::Evidence& e) {
-  return fmt::format("{:%Y%m%dT%H%M%S}{:03}Z-{}-{}",
-                     fmt::gmtime(static_cast<std::time_t>(e.raised_ms / 1000)), e.raised_ms % 1000,
-                     e.loop, monitor::to_text(e.alarm));
+  return fmt::format("{}-{}-{}", stamp_of(e.raised_ms), e.loop, monitor::to_text(e.alarm));
+}
+
+std::string name_of(const fs::path& folder) { return folder.filename().string(); }
+
+// No alarm has a '-' in its name.
+std::string loop_in(const std::string& name) {
+  return name.substr(kStamp + 1, name.rfind('-') - kStamp - 1);
 }
 
 // Those that have their name, the oldest first; empty while the folder can't be read.
@@ -31,12 +41,24 @@ std::vector<fs::path> folders_in(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code error;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename().string();
+    const std::string name = name_of(it->path());
     if (name.size() > kStamp && name[kStamp] == '-' && name.front() != '.')
       found.push_back(it->path());
   }
   std::sort(found.begin(), found.end());
   return found;
+}
+
+// The newest `most` stay. Why not all others are gone; empty: they are.
+std::string remove_beyond(std::size_t most, const fs::path& folder) {
+  const std::vector<fs::path> folders = folders_in(folder);
+  std::string why;
+  for (std::size_t i = 0; i + most < folders.size(); ++i) {
+    std::error_code error;
+    fs::remove_all(folders[i], error);
+    if (error && why.empty()) why = fmt::format("{}: {}", folders[i].string(), error.message());
+  }
+  return why;
 }
 
 }  // namespace
@@ -98,12 +120,30 @@ EvidenceStatus EvidenceStore::status() const {
 std::optional<fs::path> EvidenceStore::newest(const std::string& loop,
                                               monitor::AlarmKind alarm) const {
   const std::string wanted = loop + "-" + monitor::to_text(alarm);
+  std::optional<fs::path> newest;
+  const auto look_at = [&](const fs::path& folder) {
+    const bool is = name_of(folder).substr(kStamp + 1) == wanted;
+    if (is && (!newest || name_of(*newest) < name_of(folder))) newest = folder;
+  };
+  for (const fs::path& folder : folders_in(settings_.folder)) {
+    if (loop_in(name_of(folder)) != loop) continue;
+    look_at(folder);
+    for (const fs::path& joined : folders_in(folder)) look_at(joined);
+  }
+  return newest;
+}
+
+// Of an incident the first alarm was raised as it opened.
+fs::path EvidenceStore::place_of(const evidence::Evidence& e) const {
+  const std::string name = folder_name(e);
+  if (e.incident_ms == 0) return settings_.folder / name;
+  const std::string opened = stamp_of(e.incident_ms);
   const std::vector<fs::path> folders = folders_in(settings_.folder);
-  const auto found = std::find_if(folders.rbegin(), folders.rend(), [&](const fs::path& folder) {
-    return folder.filename().string().substr(kStamp + 1) == wanted;
+  const auto first = std::find_if(folders.begin(), folders.end(), [&](const fs::path& folder) {
+    return name_of(folder) >= opened && loop_in(name_of(folder)) == e.loop;
   });
-  if (found == folders.rend()) return std::nullopt;
-  return *found;
+  const bool joins = first != folders.end() && name_of(*first) != name;
+  return (joins ? *first : settings_.folder) / name;
 }
 
 void EvidenceStore::run() {
@@ -133,7 +173,7 @@ void EvidenceStore::write_first() {
     const std::lock_guard lock(mutex_);
     first = &queue_.front();
   }
-  const fs::path folder = settings_.folder / folder_name(*first);
+  fs::path folder;
   std::string why;
   std::string removal;
   try {
@@ -142,11 +182,13 @@ void EvidenceStore::write_first() {
     if (first->by_specialists() && specialists == specialists_.end())
       throw evidence::EvidenceError("its specialists are not there");
     fs::create_directories(settings_.folder);
+    folder = place_of(*first);
     if (!fs::exists(folder)) {
       evidence::write_evidence(*first, first->by_specialists() ? &specialists->second : nullptr,
                                folder);
     }
-    removal = remove_old();
+    if (folder.parent_path() != settings_.folder) remove_beyond(kMostJoined, folder.parent_path());
+    removal = remove_beyond(settings_.most_kept, settings_.folder);
   } catch (const std::exception& e) {
     why = e.what();
   }
@@ -164,19 +206,6 @@ void EvidenceStore::write_first() {
   queue_.pop_front();
   ++status_.written;
   status_.waiting = queue_.size();
-}
-
-std::string EvidenceStore::remove_old() const {
-  const std::vector<fs::path> folders = folders_in(settings_.folder);
-  if (folders.size() <= settings_.most_kept) return {};
-  const auto beyond = static_cast<std::ptrdiff_t>(folders.size() - settings_.most_kept);
-  std::string why;
-  for (auto it = folders.begin(); it != folders.begin() + beyond; ++it) {
-    std::error_code error;
-    fs::remove_all(*it, error);
-    if (error && why.empty()) why = fmt::format("{}: {}", it->string(), error.message());
-  }
-  return why;
 }
 
 void EvidenceStore::tell_removal(const std::string& why) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes evidence below one folder, with a thread of its own for the disk, and keeps the newest of it.
+// Writes evidence below one folder, with a thread of its own for the disk, and keeps the newest of it. An incident has one
+// folder, that of the alarm that opened it; what joins lies within, the newest kMostJoined of it.
 //
 // Whoever posts never waits. While the disk refuses, evidence waits in memory, a little of it, and is
 // tried again; the oldest goes when there is no room, counted. Writing it again is no duty of anyone: an
@@ -64,7 +65,8 @@ class EvidenceStore {
   // Any thread but the real-time one.
   void post(evidence::Evidence evidence);
   EvidenceStatus status() const;
-  // The newest folder of this alarm on the disk; waits for it.
+  static constexpr std::size_t kMostJoined = 8;
+  // The newest folder of this alarm on the disk, that of an incident's first alarm or within it; waits for it.
   std::optional<std::filesystem::path> newest(const std::string& loop,
                                               loopwarden::monitor::AlarmKind alarm) const;
 
@@ -72,8 +74,7 @@ class EvidenceStore {
   void ask_to_end();
   void run();
   void write_first();
-  // Why not all of it; empty: nothing is left that should go.
-  std::string remove_old() const;
+  std::filesystem::path place_of(const evidence::Evidence& evidence) const;
   void tell_removal(const std::string& why);
 
   EvidenceSettings settings_;

@@ -83,7 +83,9 @@ void Explainer::post(ExplainJob job) {
   if (settings_.program.empty()) return;
   {
     const std::lock_guard lock(mutex_);
-    if (queue_.size() < settings_.most_waiting) {
+    const auto firsts = static_cast<std::size_t>(std::count_if(
+        queue_.begin(), queue_.end(), [](const Waiting& one) { return !one.job.repeat; }));
+    if (job.repeat || firsts < settings_.most_waiting) {
       const auto now = std::chrono::steady_clock::now();
       const auto due = now + job.wait;
       queue_.push_back({std::move(job), due, now});
@@ -104,7 +106,8 @@ ExplainerStatus Explainer::status() const {
 Explainer::Item Explainer::next_to_save() {
   Item next = queue_.end();
   for (Item it = queue_.begin(); it != queue_.end(); ++it) {
-    if (!it->job.resumed_s && (next == queue_.end() || it->save < next->save)) next = it;
+    const bool saved = !it->job.resumed_s && !it->job.repeat;
+    if (saved && (next == queue_.end() || it->save < next->save)) next = it;
   }
   return next;
 }
@@ -150,7 +153,7 @@ void Explainer::run() {
   const std::list<Waiting> left = queue_;
   lock.unlock();
   for (const Waiting& waiting : left) {
-    if (!waiting.job.resumed_s) save(waiting.job);
+    if (!waiting.job.resumed_s && !waiting.job.repeat) save(waiting.job);
   }
 }
 
@@ -174,6 +177,7 @@ void Explainer::save(const ExplainJob& job) noexcept {
 }
 
 bool Explainer::explain(const ExplainJob& job) {
+  if (job.repeat && job.wanted && !job.wanted()) return true;
   std::string why;
   Explanation explanation;
   try {

@@ -5,6 +5,7 @@
 // An explanation waits until its minutes are there (`wait`), then writes them to minutes.csv and starts the child; the
 // child bounds its own memory and processor time, and is killed after `most_time`. Whoever posts never waits. A queue
 // that is full drops the newest that came, and says so: the alarm stands without an explanation.
+// The loop's alarms of one incident have one explanation, done again as more has been seen (`repeat`).
 //
 // Minutes live in memory. While an explanation waits, what is there of them is saved once a minute and at the end of the
 // daemon, with pending.json beside them (pending_explanation.hpp): after a restart the explanation goes on with that. Where that
@@ -40,6 +41,11 @@ struct ExplainJob {
   std::optional<double> resumed_s{};
   std::chrono::milliseconds again{0};
   bool renewed = false;  // its minutes are those of after the restart
+  double seen_s = 0.0;   // of what has changed, once it is due, of the loop's time
+  // One more of an alarm that has an explanation, over more minutes; dropped where `wanted` says no once it is due. It takes
+  // no first one's room, and is not saved for a restart.
+  bool repeat = false;
+  std::function<bool()> wanted{};
 };
 
 struct ExplainerSettings {

@@ -125,6 +125,9 @@ Monitor::Monitor(const std::vector<MonitoredLoop>& loops, WatchBoard& board, Rai
   for (const MonitoredLoop& loop : loops) {
     Track& track = tracks_.emplace_back(loop);
     board.corrective_state(tracks_.size() - 1, track.corrective.state());
+    if (const model::ControllerWatch* controller = track.monitor.controller()) {
+      board.controller_not_watched(tracks_.size() - 1, controller->why_not());
+    }
     // What was explained before the start begins nothing by itself.
     if (track.planned && !loop.corrective.on_order) {
       track.planned->explained = board.stick(tracks_.size() - 1);
@@ -210,6 +213,10 @@ bool Monitor::take_turn(std::size_t index) {
   if (taken == 0) return false;
   follow_moves(index, taken);
   cycles_.fetch_add(taken, std::memory_order_relaxed);
+  if (const auto remarks = track.monitor.remarks()) {
+    board_.twin_says(index, *remarks,
+                     track.monitor.settings().sample_time_s * static_cast<double>(taken));
+  }
   board_.set_progress(index, track.times, track.condition.indices(), track.monitor.state());
   board_.set_flaps(index, track.process);
   return window || taken == kCyclesATurn;

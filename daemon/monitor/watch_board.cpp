@@ -25,6 +25,12 @@ void keep(LoopWatch& watch, const Explanation& explanation) {
   watch.explanations[model::index_of(explanation.alarm)] = watch.explanation;
 }
 
+// Of one alarm, explained again: nothing new is told.
+bool same_name(const Explanation& before, const Explanation& now) {
+  return before.raised_ms == now.raised_ms && before.effect == now.effect &&
+         before.verdict == now.verdict;
+}
+
 const char* what_of(const model::CorrectiveStep& step) noexcept {
   using Order = model::CorrectiveStep::Order;
   const bool planned = step.form == model::CorrectiveForm::planned_moves;
@@ -57,7 +63,9 @@ WatchBoard::WatchBoard(std::vector<Loop> loops, const model::AlarmSettings& sett
       watch.priority[model::index_of(kind)] = priority;
     }
     logs_.emplace_back();
+    twin_news_.emplace_back();
     names_.push_back(std::move(loop.name));
+    pv_units_.push_back(std::move(loop.pv_unit));
   }
 }
 
@@ -148,7 +156,29 @@ void WatchBoard::set_flaps(std::size_t loop, const model::ProcessWatch& process)
 void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
   const std::lock_guard lock(mutex_);
   LoopWatch& watch = watches_[loop];
+  const auto before_it = watch.explanations[model::index_of(explanation.alarm)];
   keep(watch, explanation);
+  if (!before_it || !same_name(*before_it, explanation)) tell_explanation(loop, explanation);
+  write_incident(
+      loop, watch.incident.explained(
+                utc_ms_(),
+                {.alarm = explanation.alarm,
+                 .raised_ms = explanation.raised_ms,
+                 .from_ms = std::isfinite(explanation.since_s)
+                                ? explanation.raised_ms - std::llround(1000.0 * explanation.since_s)
+                                : 0,
+                 .effect = explanation.effect,
+                 .block = explanation.block,
+                 .confidence = explanation.confidence}));
+  const Memories before = memories(loop);
+  write_down(loop, before,
+             watch.alarms.explained(
+                 utc_ms_(), explanation.alarm, explanation.final_name.value_or(explanation.alarm),
+                 std::isfinite(explanation.size_percent) ? explanation.size_percent : 0.0),
+             fmt::format("explained: {}", explanation.sentence));
+}
+
+void WatchBoard::tell_explanation(std::size_t loop, const Explanation& explanation) {
   JournalEntry line;
   line.kind = JournalEntry::Kind::system;
   line.utc_ms = utc_ms_();
@@ -165,24 +195,6 @@ void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
   }
   line.result = explanation.agrees ? "agrees" : "does not agree";
   journal_.post(std::move(line));
-  write_incident(
-      loop, watch.incident.explained(
-                utc_ms_(),
-                {.alarm = explanation.alarm,
-                 .raised_ms = explanation.raised_ms,
-                 .from_ms = std::isfinite(explanation.since_s)
-                                ? explanation.raised_ms - std::llround(1000.0 * explanation.since_s)
-                                : 0,
-                 .effect = explanation.effect,
-                 .block = explanation.block,
-                 .confidence = explanation.confidence}));
-  if (!explanation.final_name) return;
-  const Memories before = memories(loop);
-  write_down(loop, before,
-             watch.alarms.explained(
-                 utc_ms_(), explanation.alarm, *explanation.final_name,
-                 std::isfinite(explanation.size_percent) ? explanation.size_percent : 0.0),
-             fmt::format("explained: {}", explanation.sentence));
 }
 
 void WatchBoard::restore(std::size_t loop, const Explanation& explanation) {
@@ -219,6 +231,40 @@ void WatchBoard::set_progress(std::size_t loop, const model::ModeTimes& times,
   watches_[loop].times = times;
   watches_[loop].condition = condition;
   if (state != WindowState::valid) watches_[loop].window_state = state;
+}
+
+void WatchBoard::controller_not_watched(std::size_t loop, std::string why) {
+  const std::lock_guard lock(mutex_);
+  watches_[loop].controller_not_watched = std::move(why);
+}
+
+void WatchBoard::twin_says(std::size_t loop, const model::TwinRemarks& remarks, double passed_s) {
+  using Kind = model::TwinNews::Kind;
+  const std::lock_guard lock(mutex_);
+  watches_[loop].twin = remarks;
+  const std::optional<Kind> news = twin_news_[loop].add(remarks, passed_s);
+  if (!news) return;
+  JournalEntry line;
+  line.kind = JournalEntry::Kind::system;
+  line.utc_ms = utc_ms_();
+  line.loop = names_[loop];
+  line.what = "twin";
+  line.result = "done";
+  switch (*news) {
+    case Kind::load_outside:
+      line.new_value = fmt::format("load outside {:+.3g} {}", remarks.load->size, pv_units_[loop]);
+      line.reason = "a load that the healthy record does not show; no alarm";
+      break;
+    case Kind::load_back: line.new_value = "load back"; break;
+    case Kind::not_judged:
+      line.new_value = "not judged here";
+      line.reason = remarks.judging == model::Judging::outside
+                        ? "PV or CO is where the healthy record never was"
+                        : "PV and CO don't stay long enough where the healthy record was";
+      break;
+    case Kind::judged_again: line.new_value = "judged again"; break;
+  }
+  journal_.post(std::move(line));
 }
 
 void WatchBoard::stick_not_known(std::size_t loop) {

@@ -27,6 +27,7 @@
 #include "model/monitor/mode_times.hpp"
 #include "model/monitor/process_watch.hpp"
 #include "model/monitor/routine_watch.hpp"
+#include "model/monitor/twin_remarks.hpp"
 #include "model/monitor/window_judge.hpp"
 #include "model/monitor/window_measures.hpp"
 
@@ -60,6 +61,9 @@ struct LoopWatch {
   // The newest of each alarm, by its name as it was raised, and of all. Copied with what they stand in: shared.
   std::array<std::shared_ptr<const Explanation>, loopwarden::monitor::kAlarmKindCount> explanations;
   std::shared_ptr<const Explanation> explanation;
+  // What the loop's twin says beside its alarm; nothing: it has none.
+  std::optional<loopwarden::monitor::TwinRemarks> twin;
+  std::string controller_not_watched;  // by the twin: why; empty: it is, or the loop runs here
   // What the source keeps of PV and CO, by the newest routine judgement.
   loopwarden::diagnosis::Archived source;
   double sees_from_percent = 0.0;  // % of the CO span
@@ -101,6 +105,7 @@ class WatchBoard {
   struct Loop {
     std::string name;
     double period_s = 0.1;  // s
+    std::string pv_unit{};
     // Beside those that every loop has.
     std::vector<loopwarden::monitor::AlarmKind> fitted{};
     // Of an alarm that is not there: the usual one.
@@ -133,7 +138,8 @@ class WatchBoard {
   void process_changed(std::size_t loop, std::span<const ProcessNews> news);
   void deviation_rests(std::size_t loop, bool rests);
   void set_flaps(std::size_t loop, const loopwarden::monitor::ProcessWatch& process);
-  // The gap workflow has said why an alarm came: it stands with the alarm, and may give it another name.
+  // It was found why an alarm came, for the first time or once more: the newest stands with the alarm and its incident, and may
+  // give them another name. The journal has a line where that is another one.
   void explained(std::size_t loop, const Explanation& explanation);
   // A window that is full but can't be judged, or whose judgement says that it moves too little to tell.
   void window_not_fit(std::size_t loop, const loopwarden::monitor::WindowMeasures& measures,
@@ -145,6 +151,10 @@ class WatchBoard {
   void set_progress(std::size_t loop, const loopwarden::monitor::ModeTimes& times,
                     const loopwarden::analysis::ConditionIndices& condition,
                     loopwarden::monitor::WindowState state);
+  void controller_not_watched(std::size_t loop, std::string why);
+  // What the twin says by now. `passed_s`: of the loop's time after the last call.
+  void twin_says(std::size_t loop, const loopwarden::monitor::TwinRemarks& remarks,
+                 double passed_s);
   // The newest window's stick is not that of the valve as it is by now.
   void stick_not_known(std::size_t loop);
   void pass_time();
@@ -200,6 +210,7 @@ class WatchBoard {
                            const loopwarden::monitor::AlarmTransitions& transitions,
                            const std::string& why = {}, const std::string& why_gone = {},
                            std::span<const ProcessNews> news = {});
+  void tell_explanation(std::size_t loop, const Explanation& explanation);
   // Journals what became of the loop's incident; returns the last ticket, 0 where nothing did.
   std::uint64_t follow_incident(std::size_t loop);
   std::uint64_t write_incident(std::size_t loop,
@@ -210,12 +221,14 @@ class WatchBoard {
   std::uint64_t write_order(std::size_t loop, const AlarmOrder& order, const OrderResult& result);
 
   std::vector<std::string> names_;
+  std::vector<std::string> pv_units_;
   loopwarden::monitor::AlarmSettings settings_;
   journal::Journal& journal_;
   std::function<std::int64_t()> utc_ms_;
   mutable std::mutex mutex_;
   std::vector<LoopWatch> watches_;
   std::vector<WindowLog> logs_;
+  std::vector<loopwarden::monitor::TwinNews> twin_news_;
   std::uint64_t alarm_changes_ = 0;
 };
 

@@ -15,8 +15,8 @@ constexpr const char* kLock =
 }  // namespace
 
 int migrate(pqxx::connection& connection) {
-  const std::array all{kMigration0001, kMigration0002, kMigration0003,
-                       kMigration0004, kMigration0005, kMigration0006};
+  const std::array all{kMigration0001, kMigration0002, kMigration0003, kMigration0004,
+                       kMigration0005, kMigration0006, kMigration0007};
   const int wanted = static_cast<int>(all.size());
   pqxx::work work(connection);
   work.exec(kLock);

@@ -26,10 +26,10 @@ silent AS (SELECT group_name, count(*) AS silent FROM silent_box GROUP BY 1),
 loops AS (
   SELECT group_name, count(*) AS loops, count(*) FILTER (WHERE online) AS loops_online FROM loop GROUP BY 1),
 sick AS (
-  SELECT l.group_name, count(DISTINCT device_id) FILTER (WHERE is_of_valve(n.name)) AS sick,
-         count(DISTINCT device_id) FILTER (WHERE n.name = ANY($1::text[])) AS faulty,
-         count(*) FILTER (WHERE n.state = 'unacknowledged') AS waiting
-    FROM alarm_now n JOIN loop l USING (device_id) WHERE n.active GROUP BY 1)
+  SELECT group_name, count(DISTINCT device_id) FILTER (WHERE of_valve) AS sick,
+         count(DISTINCT device_id) FILTER (WHERE alarm = ANY($1::text[])) AS faulty,
+         count(*) FILTER (WHERE state = 'unacknowledged') AS waiting
+    FROM worst_valve GROUP BY 1)
 SELECT group_name AS "group", boxes, online, coalesce(silent, 0) AS silent, coalesce(loops, 0) AS loops,
        coalesce(loops_online, 0) AS loops_online, coalesce(sick, 0) AS sick, coalesce(faulty, 0) AS faulty,
        coalesce(waiting, 0) AS waiting
@@ -43,7 +43,7 @@ SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.stat
   WHERE $1 IN ('', w.group_name) AND w.alarm <> ALL($3::text[])
   ORDER BY w.severity DESC NULLS LAST, w.group_name, w.edge, w.tag, w.alarm LIMIT $2)";
 
-// The view has every alarm that is on; here are those that are no valve's.
+// The view has all that is on; here are those that are no valve's.
 constexpr const char* kFaulty = R"(
 SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.state,
        (extract(epoch FROM w.since) * 1000)::bigint AS since_ms, w.online, count(*) OVER () AS "all"
@@ -119,6 +119,10 @@ SELECT d.id AS device_id, e.group_name AS "group", e.name AS edge, d.name AS dev
 constexpr const char* kAlarms = R"(
 SELECT name AS alarm, state, active, severity, (extract(epoch FROM changed) * 1000)::bigint AS changed_ms
   FROM alarm_now WHERE device_id = $1 ORDER BY active DESC, severity DESC NULLS LAST, name)";
+
+constexpr const char* kIncident = R"(
+SELECT id, name, cause, confidence, active, unacknowledged, (extract(epoch FROM raised) * 1000)::bigint AS raised_ms
+  FROM incident_now WHERE device_id = $1 AND name <> '')";
 
 constexpr const char* kChanges = R"(
 SELECT name AS alarm, state, severity, (extract(epoch FROM time) * 1000)::bigint AS time_ms
@@ -298,6 +302,8 @@ std::optional<json> valve(pqxx::transaction_base& database, const ValveName& nam
   valve.erase("device_id");
   valve["now_ms"] = now;
   valve["alarms"] = rows_json(database.exec_params(kAlarms, id));
+  const json incidents = rows_json(database.exec_params(kIncident, id));
+  valve["incident"] = incidents.empty() ? json() : incidents[0];
   valve["changes"] = rows_json(database.exec_params(kChanges, id, kWeeksOfValve.from_s(now)));
   valve["weeks"] = curves_of(database, id, valve["alarms"], valve["changes"], now);
   const json explanations = rows_json(database.exec_params(kExplanation, id));

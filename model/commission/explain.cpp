@@ -27,20 +27,22 @@ struct Held {
   std::vector<double> controller;  // n^2, CO units squared
 };
 
-// Of the sums from a sample to the end the sample with the most likely change, and those from which it is hardly less
-// likely: begin is the earliest of them. `ratio(k)`: twice the logarithm of the likelihood of a change at k.
-std::size_t most_likely(std::size_t samples, const std::function<double(std::size_t)>& ratio) {
+// Of the samples at which a change may have begun the earliest at which it is hardly less likely than at the likeliest, and
+// that. `ratio(k)`: twice the logarithm of the likelihood of a change at k. Nothing: none is likely.
+std::optional<ChangeMoment> most_likely(std::size_t samples,
+                                        const std::function<double(std::size_t)>& ratio) {
   std::vector<double> ratios(samples);
   for (std::size_t k = samples; k-- > 0;) ratios[k] = ratio(k);
   const auto most = std::max_element(ratios.begin(), ratios.end());
-  if (most == ratios.end() || *most <= 0.0) return samples;
+  if (most == ratios.end() || *most <= 0.0) return std::nullopt;
   const auto first =
       std::find_if(ratios.begin(), ratios.end(), [&](double r) { return r > *most - kHardlyLess; });
-  return static_cast<std::size_t>(first - ratios.begin());
+  return ChangeMoment{static_cast<std::size_t>(first - ratios.begin()),
+                      static_cast<std::size_t>(most - ratios.begin())};
 }
 
-// Where a change of the kind that leads began, of samples [0, size); size: nowhere.
-std::size_t where_changed(const std::vector<monitor::TwinWatch::Sample>& samples) {
+// Where a change of the kind that leads began.
+std::optional<ChangeMoment> where_changed(const std::vector<monitor::TwinWatch::Sample>& samples) {
   double up = 0.0;
   double down = 0.0;
   return most_likely(samples.size(), [&](std::size_t k) {
@@ -51,7 +53,7 @@ std::size_t where_changed(const std::vector<monitor::TwinWatch::Sample>& samples
 }
 
 // Where the controller's error became another one: two variances.
-std::size_t where_retuned(const std::vector<double>& squares) {
+std::optional<ChangeMoment> where_retuned(const std::vector<double>& squares) {
   std::vector<double> before(squares.size() + 1, 0.0);
   for (std::size_t k = 0; k < squares.size(); ++k) before[k + 1] = before[k] + squares[k];
   const auto mean = [](double sum, std::size_t count) {
@@ -79,8 +81,8 @@ gap::Record part_of(const gap::Record& record, gap::SampleRange range) {
 }
 
 // A change of the twin goes before what the workflow finds in the stretch alone, where it closes most of the gap, or
-// more than that. What the controller does stands beside it.
-void take_over(Explanation& out, SinceChange&& since) {
+// more than that. What the controller does stands beside it. `first`: sample at which its record begins.
+void take_over(Explanation& out, SinceChange&& since, std::size_t first) {
   gap::Result& result = out.result;
   if (!result.check.usable || since.effects.empty()) return;
   const bool found = result.outcome == gap::Outcome::missing_effect;
@@ -93,6 +95,8 @@ void take_over(Explanation& out, SinceChange&& since) {
   result.corrected = std::move(since.corrected);
   result.remainder.reset();
   out.closed = since.closed;
+  out.at = first + since.at;
+  out.from = {first + since.from.begin, first + since.from.end};
 }
 
 const gap::FoundEffect* sure_effect(const Explanation& e) {
@@ -105,15 +109,15 @@ const gap::FoundEffect* sure_effect(const Explanation& e) {
 
 }  // namespace
 
-gap::SampleRange telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
-                                 std::size_t alarm) {
+TellingStretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
+                               std::size_t alarm, const ExplainSettings& settings) {
   const auto samples = [&](double seconds) {
     return static_cast<std::size_t>(seconds / record.period_s);
   };
   const std::size_t longest = samples(kLongest_s);
   gap::SampleRange stretch{alarm > longest ? alarm - longest : 0,
                            std::min(record.size(), alarm + 1)};
-  if (!record.has_co()) return stretch;
+  if (!record.has_co()) return {stretch, stretch.begin};
   monitor::TwinWatch watch(twin);
   monitor::ControllerWatch controller(twin);
   Held seen;
@@ -124,34 +128,42 @@ gap::SampleRange telling_stretch(const gap::Record& record, const plant::LoopMod
     for (std::size_t i = 0; i < monitor::kTwinChanges; ++i) {
       seen.changes[i].push_back(watch.newest(static_cast<monitor::TwinChange>(i)));
     }
-    if (record.has_sp()) controller.add(record.sp[k], record.pv[k], record.co[k]);
+    if (record.has_sp() && settings.judge_controller) {
+      controller.add(record.sp[k], record.pv[k], record.co[k]);
+    }
     seen.controller.push_back(controller.apart() * controller.apart());
     if (watch.largest() <= largest) continue;
     largest = watch.largest();
     leading = watch.leading();
   }
-  const std::size_t length = stretch.end - stretch.begin;
-  std::size_t at = length;
-  if (watch.on()) at = where_changed(seen.changes[static_cast<std::size_t>(leading)]);
-  if (!watch.on() && controller.on()) at = where_retuned(seen.controller);
-  if (at < length) stretch.begin += at;
+  std::optional<ChangeMoment> moment;
+  if (watch.on()) moment = where_changed(seen.changes[static_cast<std::size_t>(leading)]);
+  if (!watch.on() && controller.on()) moment = where_retuned(seen.controller);
+  const std::size_t likeliest = stretch.begin + (moment ? moment->likeliest : 0);
+  if (moment) stretch.begin += moment->earliest;
   // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
-  stretch.end = std::min(record.size(), std::max(stretch.end, stretch.begin + samples(kEnough_s)));
-  return stretch;
+  stretch.end =
+      std::min(record.size(), std::max(stretch.end, stretch.begin + samples(settings.enough_s)));
+  return {stretch, likeliest};
 }
 
 Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm,
-                    const gap::ParallelFor& parallel) {
+                    const ExplainSettings& settings, const gap::ParallelFor& parallel) {
   Explanation out;
-  out.stretch = telling_stretch(record, twin, alarm);
+  const TellingStretch telling = telling_stretch(record, twin, alarm, settings);
+  out.stretch = telling.range;
+  out.at = out.stretch.begin;
   const gap::Record newest = part_of(record, out.stretch);
-  out.result = gap::find_gap(newest, twin, {}, parallel, [](double) {});
+  gap::Options options;
+  if (!settings.judge_controller) options.search.without = {"controller_mismatch"};
+  out.result = gap::find_gap(newest, twin, options, parallel, [](double) {});
   out.closed = gap::gap_closed(out.result.before.holdout_rmse, out.result.after.holdout_rmse,
                                out.result.floor.rmse());
   const auto before = static_cast<std::size_t>(kBefore_s / record.period_s);
   const std::size_t from = out.stretch.begin - std::min(out.stretch.begin, before);
-  take_over(out, since_change(part_of(record, {from, out.stretch.end}), out.stretch.begin - from,
-                              twin, parallel));
+  const ChangeMoment moment{out.stretch.begin - from, telling.likeliest - from};
+  take_over(out, since_change(part_of(record, {from, out.stretch.end}), moment, twin, parallel),
+            from);
   return out;
 }
 

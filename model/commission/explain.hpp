@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Why an alarm came: the newest record against the twin, by the gap workflow.
 //
-//   stretch     at most kLongest_s before the alarm; of it, what lies behind the moment at which a change of the kind
-//               that leads in the watch is most likely, else one of the controller; and what comes after the alarm, as
-//               far as the record goes, until there are kEnough_s
-//   name        a change of the twin from that moment on (since_change.hpp), where it closes kClosed of the gap or more than the
+//   stretch     at most kLongest_s before the alarm; of it, what lies behind the moment from which on a change of the kind
+//               that leads in the watch, else one of the controller, is hardly less likely than from the likeliest moment; and
+//               what comes after the alarm, as far as the record goes, until there are `enough_s`
+//   name        a change of the twin from a moment between those on (since_change.hpp), where it closes kClosed of the gap or more than the
 //               gap workflow does over the stretch alone; else what that finds
 //   agreement   an effect agrees with an alarm of its own name, and with others as its descriptor says; every effect
 //               agrees with model_gap
@@ -27,23 +27,37 @@
 namespace loopwarden::commission {
 
 inline constexpr double kLongest_s = 1800.0;
-inline constexpr double kEnough_s = 600.0;
-inline constexpr double kBefore_s = 900.0;  // of the twin as it was, before the stretch
+inline constexpr double kEnough_s = 600.0;     // for a first explanation
+inline constexpr double kMostSeen_s = 2400.0;  // for the last
+inline constexpr double kBefore_s = 900.0;     // of the twin as it was, before the stretch
 inline constexpr double kSure = 0.9;
 inline constexpr double kClosed = 0.8;
 
+struct ExplainSettings {
+  double enough_s = kEnough_s;
+  // Whether the twin's controller is the loop's. Not where this program has the loop: gains, jacket and compensator are its
+  // own, and none of them is a change.
+  bool judge_controller = true;
+};
+
+struct TellingStretch {
+  gap::SampleRange range;
+  std::size_t likeliest = 0;  // sample at which the change began
+};
 // Of the record, for an alarm at sample `alarm`.
-gap::SampleRange telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
-                                 std::size_t alarm);
+TellingStretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
+                               std::size_t alarm, const ExplainSettings& settings);
 
 struct Explanation {
   gap::SampleRange stretch;
+  std::size_t at = 0;       // sample at which the change began, as far as is known
+  gap::SampleRange from{};  // at which it may have begun, both ends; both 0: not known
   gap::Result result;
   double closed = gap::kNone;  // share of the gap; NaN: too near to the noise floor to say
   bool usable() const noexcept { return result.check.usable; }
 };
 Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm,
-                    const gap::ParallelFor& parallel);
+                    const ExplainSettings& settings, const gap::ParallelFor& parallel);
 
 bool agrees(const Explanation& explanation, monitor::AlarmKind alarm);
 // Nothing: the alarm keeps its name.

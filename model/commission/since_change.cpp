@@ -36,7 +36,7 @@ constexpr double kMostSureOfTwo = 0.85;
 constexpr double kForgets_s = 300.0;  // a load
 constexpr std::size_t kCompared = 24;
 constexpr int kMostRuns = 160;
-constexpr int kFewestRuns = 40;
+constexpr int kFewRuns = 80;
 
 // A kind of change: what it is at a point of the search.
 struct Kind {
@@ -45,7 +45,7 @@ struct Kind {
   std::vector<double> start;
   std::vector<double> steps;
   std::function<EffectSpec(const std::vector<double>&)> spec;
-  double ramp_s = 0.0;  // until it is there in full
+  bool ramps = false;  // until the record's end
 };
 
 // Scales of the loop and of what is left without a change.
@@ -53,7 +53,7 @@ struct Scales {
   double span;  // CO units
   double answer_s;
   double left;      // PV units, rms
-  double after_s;   // from the change to the end
+  double after_s;   // from the earliest moment to the end
   double period_s;  // of what swings most in what is left
   double phase;
 };
@@ -100,7 +100,7 @@ std::vector<Kind> kinds(const Scales& s) {
        [](const X& x) {
          return EffectSpec{"output_bias", {{"bias", x[0]}}};
        },
-       s.after_s},
+       true},
       {"oscillating_disturbance",
        Block::disturbance,
        {std::log(s.left), 0.0, s.phase},
@@ -166,15 +166,18 @@ struct Squares {
 
 struct Hypothesis {
   std::vector<std::size_t> kinds;  // by number
-  std::vector<double> x;
+  std::vector<double> x;           // of each kind; last the moment, 0 earliest to 1 likeliest
   Squares errors;
 };
 
 class Competition {
  public:
-  Competition(const gap::Record& record, std::size_t change, const LoopModel& twin,
+  Competition(const gap::Record& record, ChangeMoment change, const LoopModel& twin,
               const numeric::ParallelFor& parallel)
-      : record_(record), change_(change), parallel_(parallel) {
+      : record_(record),
+        change_(change.earliest),
+        latest_(std::max(change.earliest, change.likeliest)),
+        parallel_(parallel) {
     twin_ = effects::without_noise(twin);
     twin_.scenario.faults.clear();
     const double h = record.period_s;
@@ -196,16 +199,15 @@ class Competition {
     if (!(excess > noise_ * kLeastExcess)) return {};
     kinds_ = kinds(scales());
     std::vector<Hypothesis> singles(kinds_.size());
-    parallel_(kinds_.size(), [&](std::size_t i) { singles[i] = fitted({i}, kinds_[i].start); });
+    parallel_(kinds_.size(),
+              [&](std::size_t i) { singles[i] = fitted({i}, kinds_[i].start, kLatest); });
     Hypothesis best = plainest(singles);
     const double to_close = std::max(best.errors.held - noise_ * held_share(), 0.0);
     if (to_close < kLeastForSecond * noise_ * held_share()) return describe(best, singles, alone);
-    const std::vector<Hypothesis> seconds = pairs_with(best.kinds.front(), best.x);
+    const std::vector<Hypothesis> seconds = pairs_with(best, 0);
     // The first was chosen without the second: it is chosen again beside it.
     const Hypothesis joined = plainest(seconds);
-    const std::vector<double> of_second(
-        joined.x.begin() + static_cast<std::ptrdiff_t>(best.x.size()), joined.x.end());
-    const std::vector<Hypothesis> pairs = pairs_with(joined.kinds.back(), of_second);
+    const std::vector<Hypothesis> pairs = pairs_with(joined, joined.kinds.size() - 1);
     const Hypothesis second = plainest(pairs);
     const double left_by_both = std::max(second.errors.held - noise_ * held_share(), 0.0);
     const bool both = left_by_both < 0.5 * to_close && ahead(second, best) > kAlike;
@@ -215,38 +217,55 @@ class Competition {
  private:
   static constexpr double kLeastExcess = 0.05;
   static constexpr double kLeastForSecond = 0.3;
+  static constexpr double kLatest = 1.0;
+  static constexpr double kMomentStep = -0.4;  // as a share of the bounds
+  static constexpr double kHardlyMore = 8.0;
+  static constexpr int kMoments = 40;
   static constexpr double kTold = 1.96;     // t
   static constexpr double kNearest = 0.02;  // of a value, ends of its interval
   static constexpr double kFarthest = 2.0;
 
-  std::vector<Hypothesis> pairs_with(std::size_t first, const std::vector<double>& x) const {
+  // The kind at place `k` of a hypothesis beside each other one.
+  std::vector<Hypothesis> pairs_with(const Hypothesis& of, std::size_t k) const {
+    const std::size_t first = of.kinds[k];
     std::vector<Hypothesis> pairs(kinds_.size());
     parallel_(kinds_.size(), [&](std::size_t i) {
       if (i == first) return;
-      std::vector<double> start = x;
+      std::vector<double> start = own(of, k);
       start.insert(start.end(), kinds_[i].start.begin(), kinds_[i].start.end());
-      pairs[i] = fitted({first, i}, start);
+      pairs[i] = fitted({first, i}, start, of.x.back());
     });
     return pairs;
+  }
+
+  // Of the kind at place `k`.
+  std::vector<double> own(const Hypothesis& of, std::size_t k) const {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < k; ++i) at += kinds_[of.kinds[i]].start.size();
+    const auto begin = of.x.begin() + static_cast<std::ptrdiff_t>(at);
+    return {begin, begin + static_cast<std::ptrdiff_t>(kinds_[of.kinds[k]].start.size())};
+  }
+
+  // Sample at which a hypothesis begins.
+  std::size_t moment_of(const Hypothesis& h) const {
+    return change_ + static_cast<std::size_t>(std::lround(std::clamp(h.x.back(), 0.0, 1.0) *
+                                                          static_cast<double>(latest_ - change_)));
   }
 
   double held_share() const {
     return static_cast<double>(count_held_) / static_cast<double>(std::max<std::size_t>(count_, 1));
   }
 
-  LoopModel model_of(const std::vector<std::size_t>& which, const std::vector<double>& x) const {
+  double ramp_s(const Hypothesis& h) const { return before_end_s(moment_of(h)); }
+
+  LoopModel model_of(const Hypothesis& h) const {
     LoopModel model = twin_;
-    std::size_t at = 0;
-    for (const std::size_t i : which) {
-      const Kind& kind = kinds_[i];
-      const std::vector<double> own(
-          x.begin() + static_cast<std::ptrdiff_t>(at),
-          x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
-      at += kind.start.size();
-      model.scenario.faults.push_back(
-          {kind.spec(own),
-           kind.block,
-           {.from_s = record_.period_s * static_cast<double>(change_), .ramp_s = kind.ramp_s}});
+    const double from_s = record_.period_s * static_cast<double>(moment_of(h));
+    for (std::size_t k = 0; k < h.kinds.size(); ++k) {
+      const Kind& kind = kinds_[h.kinds[k]];
+      model.scenario.faults.push_back({kind.spec(own(h, k)),
+                                       kind.block,
+                                       {.from_s = from_s, .ramp_s = kind.ramps ? ramp_s(h) : 0.0}});
     }
     return model;
   }
@@ -256,6 +275,30 @@ class Competition {
     std::vector<double>* left = alone ? &left_ : nullptr;
     return run_model(model, left, alone ? &before_ : nullptr, alone ? &count_ : nullptr,
                      alone ? &count_held_ : nullptr);
+  }
+
+  Squares errors_at(const Hypothesis& h) const {
+    return run_model(model_of(h), nullptr, nullptr, nullptr, nullptr);
+  }
+
+  // Where the winner may have begun.
+  gap::SampleRange moments_of(const Hypothesis& won) const {
+    gap::SampleRange range{moment_of(won), moment_of(won)};
+    if (latest_ == change_ || !(before_ > 0.0)) return range;
+    std::vector<double> all(kMoments + 1);
+    parallel_(all.size(), [&](std::size_t i) {
+      Hypothesis other = won;
+      other.x.back() = static_cast<double>(i) / kMoments;
+      all[i] = errors_at(other).all();
+    });
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (all[i] > won.errors.all() + kHardlyMore * before_) continue;
+      Hypothesis other = won;
+      other.x.back() = static_cast<double>(i) / kMoments;
+      range.begin = std::min(range.begin, moment_of(other));
+      range.end = std::max(range.end, moment_of(other));
+    }
+    return range;
   }
 
   Squares run_model(const LoopModel& model, std::vector<double>* left, double* before,
@@ -329,14 +372,17 @@ class Competition {
     return s;
   }
 
-  Hypothesis fitted(std::vector<std::size_t> which, const std::vector<double>& start) const {
+  Hypothesis fitted(std::vector<std::size_t> which, const std::vector<double>& start,
+                    double moment) const {
     Hypothesis out{.kinds = std::move(which), .x = start, .errors = {}};
+    out.x.push_back(moment);
     std::vector<double> steps;
     for (const std::size_t i : out.kinds) {
       steps.insert(steps.end(), kinds_[i].steps.begin(), kinds_[i].steps.end());
     }
+    steps.push_back(kMomentStep);
     const auto errors = [&](const std::vector<double>& x) {
-      return run_model(model_of(out.kinds, x), nullptr, nullptr, nullptr, nullptr);
+      return errors_at({.kinds = out.kinds, .x = x, .errors = {}});
     };
     const auto objective = [&](const std::vector<double>& x) {
       try {
@@ -347,7 +393,7 @@ class Competition {
     };
     if (!std::isfinite(objective(out.x))) return out;
     numeric::subplex(out.x, steps, -50.0, 50.0, objective,
-                     {.most_evaluations = out.x.size() > 1 ? kMostRuns : kFewestRuns,
+                     {.most_evaluations = out.x.size() > 2 ? kMostRuns : kFewRuns,
                       .value_change = 1e-5,
                       .parameter_change = 1e-3});
     try {
@@ -413,30 +459,35 @@ class Competition {
           std::min(confidence, 1.0 / (1.0 + static_cast<double>(alternatives.size())) + 0.2);
     }
     if (out.closed < kAllClosed) confidence *= out.closed;
-    out.corrected = model_of(won.kinds, won.x);
+    out.corrected = model_of(won);
     out.corrected.scenario.faults.clear();
-    std::size_t at = 0;
-    for (const std::size_t i : won.kinds) {
-      const Kind& kind = kinds_[i];
-      const std::vector<double> own(
-          won.x.begin() + static_cast<std::ptrdiff_t>(at),
-          won.x.begin() + static_cast<std::ptrdiff_t>(at + kind.start.size()));
-      at += kind.start.size();
-      out.effects.push_back(found(kind, own, confidence, out.closed));
-      if (kind.block == Block::valve) {
-        out.effects.back().interval = intervals(won, out.effects.size() - 1);
+    out.at = moment_of(won);
+    out.from = moments_of(won);
+    for (std::size_t k = 0; k < won.kinds.size(); ++k) {
+      out.effects.push_back(found(won, k));
+      out.effects.back().confidence = confidence;
+      out.effects.back().evidence = numeric::text(
+          "With %s, since %.0f s before the last sample (%.0f to %.0f s), the twin explains %.0f "
+          "%% of what it leaves alone, on data that were not fitted.",
+          kinds_[won.kinds[k]].name, before_end_s(out.at), before_end_s(out.from.end),
+          before_end_s(out.from.begin), 100.0 * out.closed);
+      if (kinds_[won.kinds[k]].block == Block::valve) {
+        out.effects.back().interval = intervals(won, k);
       }
-      if (i != won.kinds.back()) continue;
-      std::vector<std::string>& also = out.effects.back().alternatives;
-      also.insert(also.end(), alternatives.begin(), alternatives.end());
     }
+    std::vector<std::string>& also = out.effects.back().alternatives;
+    also.insert(also.end(), alternatives.begin(), alternatives.end());
     return out;
+  }
+
+  double before_end_s(std::size_t sample) const {
+    return record_.period_s * static_cast<double>(record_.size() - sample);
   }
 
   // Of the parameters of one of its effects.
   std::map<std::string, std::array<double, 2>> intervals(const Hypothesis& won,
                                                          std::size_t which) const {
-    const LoopModel model = model_of(won.kinds, won.x);
+    const LoopModel model = model_of(won);
     const auto told = [&](const std::string& name, double value) {
       LoopModel other = model;
       other.scenario.faults[which].effect.parameters[name] = value;
@@ -463,29 +514,26 @@ class Competition {
     return out;
   }
 
-  gap::FoundEffect found(const Kind& kind, const std::vector<double>& x, double confidence,
-                         double closed) const {
+  gap::FoundEffect found(const Hypothesis& won, std::size_t k) const {
+    const Kind& kind = kinds_[won.kinds[k]];
+    const std::vector<double> x = own(won, k);
     gap::FoundEffect effect;
     effect.spec = kind.spec(x);
     effect.block = kind.block;
-    const double from_s = record_.period_s * static_cast<double>(change_);
+    const double from_s = record_.period_s * static_cast<double>(moment_of(won));
     if (std::string(kind.name) == "step_disturbance") {
       effect.block = Block::disturbance;
       effect.spec = {"step_disturbance", {{"size", x[0]}, {"time", from_s}}};
       effect.alternatives = {"output_bias"};
     } else if (std::string(kind.name) == "drift") {
-      effect.spec = {"drift", {{"rate", x[0] / kind.ramp_s}}};
+      effect.spec = {"drift", {{"rate", x[0] / ramp_s(won)}}};
     }
-    effect.confidence = confidence;
-    effect.evidence = numeric::text(
-        "From %.0f s on the twin with %s explains %.0f %% of what it leaves alone, on data that "
-        "were not fitted.",
-        from_s, kind.name, 100.0 * closed);
     return effect;
   }
 
   const gap::Record& record_;
-  std::size_t change_;
+  std::size_t change_;  // the earliest moment
+  std::size_t latest_;
   const numeric::ParallelFor& parallel_;
   LoopModel twin_;
   double gain_ = 0.0;     // K
@@ -501,12 +549,13 @@ class Competition {
 
 }  // namespace
 
-SinceChange since_change(const gap::Record& record, std::size_t change,
+SinceChange since_change(const gap::Record& record, ChangeMoment change,
                          const plant::LoopModel& twin, const numeric::ParallelFor& parallel) {
   // Too little before it, and the load is not known; too little behind it, and nothing is.
   constexpr double kLeastAfter_s = 120.0;
-  const bool known = change > 0 && record.has_co() &&
-                     record.period_s * static_cast<double>(record.size() - change) >= kLeastAfter_s;
+  const bool known =
+      change.earliest > 0 && record.has_co() &&
+      record.period_s * static_cast<double>(record.size() - change.earliest) >= kLeastAfter_s;
   if (!known) return {};
   return Competition(record, change, twin, parallel).run();
 }

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a loop's twin lacks since a known moment: a competition of single changes, and of two, each the twin with one
-// effect from that moment on and the same law before and after.
+// What a loop's twin lacks since a moment that is known within bounds: a competition of single changes, and of two, each the
+// twin with one effect from a moment on, its own within the bounds, and the same law before and after.
 //
 //   r(k) = PV(k) - PV of the twin with the change under the measured CO       PV units
-//   e(k) = r(k) - d(k),  d <- d + K e    K of a load of twice the twin's intensity, begun before the moment
+//   e(k) = r(k) - d(k),  d <- d + K e    K of a load of twice the twin's intensity, begun before the earliest moment
 //   closed = 1 - (sum e^2 - N s^2)/(the same of the twin alone), over the last third, which nothing was fitted to;
-//            s^2 is the mean of e^2 before the moment
-//   t      mean over sd/sqrt(B) of a rival's sum of e^2 less the winner's, over B blocks after the moment
+//            s^2 is the mean of e^2 before the earliest moment
+//   t      mean over sd/sqrt(B) of a rival's sum of e^2 less the winner's, over B blocks after the earliest moment
+//   from   the moments at which the winner, all else kept, leaves less than kHardlyMore s^2 more
 //
-// What is fitted to the first two thirds wins by the least sum of e^2 over all; of those that the blocks can't tell apart (t
+// What is fitted to the first two thirds of what comes after the earliest moment wins by the least sum of e^2 over all; of those that the blocks can't tell apart (t
 // below kAlike) the plainest is chosen, in the order of kinds(): gain, dead time, lag, step, drift, then the valve's; the others are its
 // alternatives. A second change is taken in where it halves what is left, by blocks too. Confidence is that of t against the
 // nearest rival that is no alternative, at most kMostSure, and less where not all is closed.
@@ -17,8 +18,8 @@
 // (t above 1.96), of values 2, 4, 8 ... % off; or a factor of 2.3 away.
 //
 // Errors: none: an empty result where nothing closes kLeastClosed.
-// What it can't do: a change whose beginning is off by more than the loop's answer; more than two changes; effects
-// that are none of kinds(): those are the gap workflow's.
+// What it can't do: a change that began outside of the bounds by more than the loop's answer; more than two changes, or two at
+// different moments; effects that are none of kinds(): those are the gap workflow's.
 //
 // Sources: Ljung, System Identification (1999), ch. 7 (prediction errors); Diebold and Mariano, J. Bus. Econ. Stat. 13 (1995) 253-263 (a test of two predictions).
 #pragma once
@@ -32,14 +33,22 @@
 
 namespace loopwarden::commission {
 
+// Of the record's samples.
+struct ChangeMoment {
+  std::size_t earliest = 0;
+  std::size_t likeliest = 0;  // no change began behind it
+};
+
 struct SinceChange {
   std::vector<gap::FoundEffect> effects{};  // one or two
+  std::size_t at = 0;                       // sample at which it began
+  gap::SampleRange from{};                  // at which it may have begun, both ends
   double closed = gap::kNone;
   plant::LoopModel corrected{};  // with them for good
 };
 
-// The change began at sample `change` of the record; before it the loop was the twin's.
-SinceChange since_change(const gap::Record& record, std::size_t change,
+// Before the change the loop was the twin's.
+SinceChange since_change(const gap::Record& record, ChangeMoment change,
                          const plant::LoopModel& twin, const numeric::ParallelFor& parallel);
 
 }  // namespace loopwarden::commission

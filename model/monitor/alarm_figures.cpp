@@ -51,8 +51,7 @@ void count_stretches(const Times& all, std::int64_t from_ms, std::int64_t to_ms,
 
 }  // namespace
 
-AlarmFigures figures_of(std::span<const AlarmCame> came, std::int64_t from_ms,
-                        std::int64_t to_ms) {
+AlarmFigures figures_of(std::span<const AlarmCame> came, std::int64_t from_ms, std::int64_t to_ms) {
   constexpr double kHour_ms = 3'600'000.0;
   AlarmFigures figures;
   if (to_ms <= from_ms) return figures;

@@ -6,9 +6,11 @@ namespace loopwarden::monitor {
 AlarmGuide guide_of(BoxAlarm kind) noexcept {
   switch (kind) {
     case BoxAlarm::disk_full:
-      return {"records, evidence or something else has filled the disk of the state directory, or it is broken",
-              "nothing more is recorded, and a restart may not remember alarms",
-              "make room on the disk; look at `journal.error` in the status", "an hour"};
+      return {
+          "records, evidence or something else has filled the disk of the state directory, or it "
+          "is broken",
+          "nothing more is recorded, and a restart may not remember alarms",
+          "make room on the disk; look at `journal.error` in the status", "an hour"};
     case BoxAlarm::clock_stepped:
       return {"somebody or a time service has set the clock by more than a second",
               "times in records and journal jump; the loops run on, they have a clock of their own",
@@ -18,11 +20,14 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
               "nothing is known of these loops", "look at the feeder's service and log; start it",
               "an hour"};
     case BoxAlarm::service_failed:
-      return {"a service beside the daemon (page, edge, notify, feed) has died and does not start again",
-              "what it does is not done: nobody may be told, or see, what happens",
-              "`systemctl status` of the service that is named; start it", "an hour"};
+      return {
+          "a service beside the daemon (page, edge, notify, feed) has died and does not start "
+          "again",
+          "what it does is not done: nobody may be told, or see, what happens",
+          "`systemctl status` of the service that is named; start it", "an hour"};
     case BoxAlarm::certificate_expires:
-      return {"a certificate ends within 14 days", "browsers and servers refuse the box from then on",
+      return {"a certificate ends within 14 days",
+              "browsers and servers refuse the box from then on",
               "renew the certificate that is named", "a week"};
     case BoxAlarm::records_dropped: break;
   }

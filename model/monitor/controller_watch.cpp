@@ -63,15 +63,6 @@ ControllerWatch::ControllerWatch(const plant::LoopModel& twin)
   most_quiet_ = static_cast<std::size_t>(kQuiet_s / sample_time_s_);
 }
 
-void ControllerWatch::take_over(const control::PidSettings& settings) noexcept {
-  control::PidSettings law = settings;
-  law.tolerance = std::max(law.tolerance, law_.settings().tolerance);
-  law_.configure(law);
-  other_.configure(higher(law));
-  started_ = false;
-  sum_ = 0.0;
-}
-
 void ControllerWatch::add(double sp, double pv, double co) noexcept {
   ++untested_;
   if (!(std::isfinite(sp) && std::isfinite(pv) && std::isfinite(co))) {
@@ -99,7 +90,10 @@ void ControllerWatch::add(double sp, double pv, double co) noexcept {
 void ControllerWatch::end_block() noexcept {
   const double samples = static_cast<double>(block_) * noise2_;
   size_ = squares_ / samples;
-  if (other_squares_ / samples >= kLimit) untested_ = 0;
+  if (other_squares_ / samples >= kLimit) {
+    untested_ = 0;
+    tested_ = true;
+  }
   sum_ = std::clamp(sum_ + std::min(size_ - kLimit, kMostInBlock), 0.0, 2.0 * kAlarm);
   if (watched_ && sum_ >= kAlarm) on_ = true;
   quiet_samples_ = sum_ < 0.25 * kAlarm ? quiet_samples_ + block_ : 0;

@@ -44,8 +44,6 @@ class ControllerWatch {
   void add(double sp, double pv, double co) noexcept;
   // Nothing is known of what the controller did until now.
   void restart() noexcept { started_ = false; }
-  // Another law from now on, known and wanted: no change.
-  void take_over(const control::PidSettings& settings) noexcept;
   void restore(bool on) noexcept { on_ = on; }
 
   bool watched() const noexcept { return watched_; }
@@ -57,6 +55,7 @@ class ControllerWatch {
   double apart() const noexcept { return apart_; }  // n of the newest sample, CO units
   double size() const noexcept { return size_; }    // mean n^2/N^2 of the newest block
   double untested_s() const noexcept;               // since gains a quarter off would have shown
+  bool tested() const noexcept { return tested_; }  // ever
   // Of the healthy record, with what plant::SeenController says.
   static bool can_watch(const plant::SeenController& seen, double co_span) noexcept;
 
@@ -85,6 +84,7 @@ class ControllerWatch {
   std::size_t in_block_ = 0;
   std::size_t quiet_samples_ = 0;
   std::size_t untested_ = 0;  // samples
+  bool tested_ = false;
 };
 
 }  // namespace loopwarden::monitor

@@ -68,19 +68,24 @@ void LoadWatch::add(double r) noexcept {
     ++full_blocks_;
     judge_step();
   }
-  const bool level = samples_ >= settled_ && (std::abs(means_[0] - mean_) >= limits_[0] ||
-                                              (static_cast<double>(samples_) * h >= kHours_s &&
-                                               std::abs(means_[1] - mean_) >= limits_[1]));
   if (stepped_ != 0.0) {
     const bool back =
         stands_s_ >= kMinutes_s && std::abs(means_[0] - from_) < 0.5 * std::abs(stepped_);
     if (back || stands_s_ >= kStands_s) stepped_ = 0.0;
   }
-  if (!level && stepped_ == 0.0) {
+  if (!level_outside() && stepped_ == 0.0) {
     outside_s_ = 0.0;
   } else if (outside_s_ == 0.0) {
     outside_s_ = sample_time_s_;
   }
+}
+
+bool LoadWatch::level_outside() const noexcept {
+  if (samples_ < settled_) return false;
+  const double share = outside_s_ > 0.0 ? kBack : 1.0;
+  const bool hours = static_cast<double>(samples_) * sample_time_s_ >= kHours_s;
+  return std::abs(means_[0] - mean_) >= share * limits_[0] ||
+         (hours && std::abs(means_[1] - mean_) >= share * limits_[1]);
 }
 
 void LoadWatch::judge_step() noexcept {

@@ -4,7 +4,7 @@
 //   r = PV - y                     of TwinWatch, PV units
 //   m_j <- m_j + (h/T_j)(r - m_j)  means over minutes, kMinutes_s, and over hours, kHours_s
 //   outside   |m_j - mean| >= kDeviations times the standard deviation that the healthy record and the load's
-//             intensity give m_j, and at least kLeast of the span
+//             intensity give m_j, and at least kLeast of the span; until it is below kBack of that
 //   step      means of blocks of half an answer: both newest ones differ from both before the third newest by kDeviations
 //             times what load and noise do in that time, kSlack times the healthy record's largest and kLeast of the span; it stands until the
 //             mean over minutes is back by half of it, at most kStands_s
@@ -41,6 +41,7 @@ class LoadWatch {
   static constexpr double kDeviations = 5.0;
   static constexpr double kSlack = 1.5;
   static constexpr double kLeast = 0.01;
+  static constexpr double kBack = 0.7;
   static constexpr double kStands_s = 1800.0;
 
   explicit LoadWatch(const plant::LoopModel& twin);
@@ -54,6 +55,7 @@ class LoadWatch {
   double step() const noexcept { return step_; }
 
  private:
+  bool level_outside() const noexcept;
   void judge_step() noexcept;
 
   bool known_;

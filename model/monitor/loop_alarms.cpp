@@ -39,6 +39,7 @@ AlarmTransitions LoopAlarms::judged(std::int64_t now_ms, const AlarmConditions& 
     for (const AlarmKind kind : kValveAlarms) {
       const AlarmCondition& condition = conditions[index_of(kind)];
       CountsFor& as = counts_for_[index_of(kind)];
+      on_[index_of(kind)] = condition.on;
       if (!condition.on) {
         as.kind = kind;
         continue;
@@ -60,9 +61,14 @@ AlarmTransitions LoopAlarms::judged(std::int64_t now_ms, const AlarmConditions& 
 AlarmTransitions LoopAlarms::explained(std::int64_t now_ms, AlarmKind kind, AlarmKind as,
                                        double severity_percent) noexcept {
   return after(AlarmReason::explained, [&] {
-    if (kind == as || !alarms_[index_of(kind)].active()) return;
-    alarms_[index_of(kind)].take_back(now_ms);
+    const AlarmKind was = counts_for_[index_of(kind)].kind;
+    if (was == as || !alarms_[index_of(was)].active()) return;
     counts_for_[index_of(kind)] = {as, severity_percent};
+    const bool of_another =
+        std::any_of(kValveAlarms.begin(), kValveAlarms.end(), [&](AlarmKind other) {
+          return other != kind && on_[index_of(other)] && counts_for_[index_of(other)].kind == was;
+        });
+    if (!of_another) alarms_[index_of(was)].take_back(now_ms);
     alarms_[index_of(as)].condition_on(now_ms, severity_percent);
   });
 }

@@ -76,8 +76,9 @@ class LoopAlarms {
   AlarmTransitions window_judged(std::int64_t now_ms, const AlarmConditions& conditions) noexcept {
     return judged(now_ms, conditions, AlarmReason::windows);
   }
-  // The condition of `kind` is explained as that of `as`: `kind` to normal, `as` unacknowledged unless it is raised already.
-  // From then on, until that condition goes, it counts for `as`. Acknowledgement and shelving don't carry over.
+  // The condition of `kind` is explained as that of `as`, which may be `kind` again: the alarm that it counted for to normal,
+  // unless another condition counts for that too, and `as` unacknowledged unless it is raised already. From then on, until the
+  // condition goes, it counts for `as`. Acknowledgement and shelving don't carry over.
   AlarmTransitions explained(std::int64_t now_ms, AlarmKind kind, AlarmKind as,
                              double severity_percent) noexcept;
   AlarmTransitions window_not_valid() noexcept;
@@ -129,6 +130,7 @@ class LoopAlarms {
     double severity_percent = 0.0;
   };
   std::array<CountsFor, kValveAlarmCount> counts_for_{};
+  std::array<bool, kValveAlarmCount> on_{};  // conditions as they were judged last
 };
 
 }  // namespace loopwarden::monitor

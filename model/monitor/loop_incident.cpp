@@ -28,7 +28,8 @@ LoopIncident::Changes LoopIncident::follow(std::int64_t now_ms, const LoopAlarms
     const bool joins = incident_.open();
     if (!joins) {
       incident_ = Incident{};
-      incident_.opened_ms = incident_.from_ms = now_ms;
+      incident_.opened_ms = incident_.from_ms =
+          std::min(now_ms, alarms.alarm(kind).memory().raised_ms);
     }
     incident_.alarms = static_cast<std::uint16_t>(incident_.alarms | bit_of(kind));
     changes.push_back({.kind = joins ? IncidentChange::Kind::joined : IncidentChange::Kind::opened,

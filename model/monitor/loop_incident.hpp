@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is told of a loop: one change of it, however many alarms that raises (by windows, by routine evidence, by the twin).
 //
-//   opens   with the first valve alarm whose condition comes while none is open
+//   opens   with the first valve alarm whose condition comes while none is open, when that was raised
 //   joins   every valve alarm whose condition comes while it is open
 //   ends    kQuiet_ms after the last of their conditions went, kJoin_ms after it opened at the earliest
 //   name    of the explanation, where that is sure (confidence >= kSureName); else of the alarm that says most: low air, which

@@ -24,6 +24,23 @@ std::optional<LoadOutside> LoopMonitor::load_outside() const noexcept {
   return load_ ? load_->outside() : std::nullopt;
 }
 
+std::optional<TwinRemarks> LoopMonitor::remarks() const noexcept {
+  if (!twin_) return std::nullopt;
+  TwinRemarks out;
+  out.judging = !twin_->inside()        ? Judging::outside
+                : !twin_->judged_here() ? Judging::settling
+                                        : Judging::here;
+  if (!twin_on()) out.load = load_outside();
+  for (std::size_t i = 0; i < kTwinChanges; ++i) {
+    const auto change = static_cast<TwinChange>(i);
+    out.untested[i] = {twin_->untested_s(change), twin_->tested(change)};
+  }
+  if (controller_ && controller_->watched()) {
+    out.controller = Untested{controller_->untested_s(), controller_->tested()};
+  }
+  return out;
+}
+
 AlarmConditions LoopMonitor::conditions() noexcept {
   AlarmConditions all = rule_.conditions();
   const bool named = std::any_of(all.begin(), all.end(), [](const auto& c) { return c.on; });

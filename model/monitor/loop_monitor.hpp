@@ -27,6 +27,7 @@
 #include "model/monitor/load_watch.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/monitor/routine_watch.hpp"
+#include "model/monitor/twin_remarks.hpp"
 #include "model/monitor/twin_watch.hpp"
 #include "model/monitor/verdict_rule.hpp"
 #include "model/monitor/window_builder.hpp"
@@ -60,7 +61,7 @@ class LoopMonitor {
   // `judge` may be null, then there are only the classical measures; it outlives this.
   // `twin`, at the cycles' period, may be null: then there is no model_gap. Throws effects::EffectError for one that can't
   // be stepped. `foreign_controller`: the twin's controller is watched as well. Not where this program has the loop: it
-  // changes gains, jacket and compensator itself.
+  // changes gains, jacket and compensator itself, and the journal has each change.
   LoopMonitor(const WindowSettings& window, const VerdictRuleSettings& rule, WindowJudge* judge,
               const plant::LoopModel* twin = nullptr, bool foreign_controller = true)
       : builder_(window), rule_(rule), judge_(judge) {
@@ -90,14 +91,15 @@ class LoopMonitor {
   const ControllerWatch* controller() const noexcept {
     return controller_ ? &*controller_ : nullptr;
   }
-  // Of the load, where it is outside of the healthy record's.
-  std::optional<LoadOutside> load_outside() const noexcept;
+  // Nothing: there is no twin. No allocation.
+  std::optional<TwinRemarks> remarks() const noexcept;
   // There is a twin, and nothing speaks against it.
   bool twin_quiet() const noexcept {
     return twin_ && twin_->quiet() && (!controller_ || controller_->quiet());
   }
 
  private:
+  std::optional<LoadOutside> load_outside() const noexcept;
   MonitorStep judge_windows(const Cycle& cycle);
   AlarmConditions conditions() noexcept;
   bool twin_on() const noexcept { return twin_->on() || (controller_ && controller_->on()); }

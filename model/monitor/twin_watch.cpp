@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <tuple>
-#include <utility>
 
 #include "model/effects/catalogue.hpp"
 #include "model/monitor/load_watch.hpp"
@@ -128,16 +126,18 @@ TwinWatch::TwinWatch(const plant::LoopModel& twin)
   variance_gain_ = h / (kVarianceAnswers * answer_s);
   answer_ = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(answer_s / h)));
   warm_up_ = static_cast<std::size_t>(std::lround(kWarmUp * answer_s / h)) + 50;
+  again_ = static_cast<std::size_t>(std::lround(kAgain * answer_s / h)) + 10;
   block_ = std::max<std::size_t>(1, answer_ / 10);
   most_quiet_ = static_cast<std::size_t>(kQuiet_s / h);
   const plant::TwinFit fit = twin.twin.value_or(plant::TwinFit{});
   limit_ = std::max(kAlarm, kSlack * fit.largest);
-  const auto wider = [](double low, double high) {
-    const double margin = kOutside * (high - low);
-    return std::pair{low - margin, high + margin};
-  };
-  std::tie(pv_low_, pv_high_) = wider(fit.seen_low, fit.seen_high);
-  std::tie(co_low_, co_high_) = wider(fit.co_low, fit.co_high);
+  pv_ = {fit.seen_low, fit.seen_high, fit.seen_high - fit.seen_low};
+  co_ = {fit.co_low, fit.co_high, fit.co_high - fit.co_low};
+}
+
+double TwinWatch::Shown::beyond(double x) const noexcept {
+  const double out = std::max(low - x, x - high);
+  return out > 0.0 ? out / range : 0.0;
 }
 
 void TwinWatch::start(double co) noexcept {
@@ -167,7 +167,8 @@ bool TwinWatch::add(double pv, double co) noexcept {
     std::array<double, kSeries> series{};
     residual_ = series[0] = pv - predicted_[0];
     for (std::size_t i = 1; i < kSeries; ++i) series[i] = predicted_[i] - predicted_[0];
-    inside_ = pv >= pv_low_ && pv <= pv_high_ && co >= co_low_ && co <= co_high_;
+    beyond_ = std::max(pv_.beyond(pv), co_.beyond(co));
+    inside_ = beyond_ <= kOutside;
     if (!inside_) since_start_ = 0;
     if (since_start_ == 0) {
       for (Filter& filter : filters_) {
@@ -177,7 +178,7 @@ bool TwinWatch::add(double pv, double co) noexcept {
     }
     ++since_start_;
     ++since_reset_;
-    counts_ = inside_ && since_start_ > warm_up_;
+    counts_ = inside_ && since_reset_ > warm_up_ && since_start_ > again_;
     // What began in the middle of a move takes the move's end for a load: until samples count, d follows the newest answer.
     const double least = counts_ ? 0.0 : 1.0 / static_cast<double>(std::min(since_start_, answer_));
     for (std::size_t f = 0; f < kFilters; ++f) {
@@ -210,6 +211,7 @@ void TwinWatch::count(Filter& filter, std::array<Sums, kScales>& sums) noexcept 
   const double most = kMostSigmas * std::sqrt(filter.variance);
   const double n = std::clamp(filter.left[0], -most, most);
   const double v = filter.variance + filter.friction2;
+  const double unsure = 1.0 + kUnsure * beyond_;
   for (std::size_t scale = 0; scale < kScales; ++scale) {
     Sums& sum = sums[scale];
     const double keep = keep_[scale];
@@ -218,7 +220,9 @@ void TwinWatch::count(Filter& filter, std::array<Sums, kScales>& sums) noexcept 
       sum.up[i] = keep * sum.up[i] + n * weighed;
       sum.squares[i] = keep * keep * sum.squares[i] + filter.left[i + 1] * weighed;
       for (std::size_t j = 0; j <= i; ++j) {
-        sum.gram[i][j] = keep * sum.gram[i][j] + filter.left[j + 1] * weighed;
+        const double product = filter.left[j + 1] * weighed;
+        sum.gram[i][j] = keep * sum.gram[i][j] + product;
+        sum.unsure[i][j] = keep * sum.unsure[i][j] + unsure * product;
       }
     }
   }
@@ -239,8 +243,8 @@ bool TwinWatch::load_jumps() noexcept {
 double TwinWatch::variance_of(const Sums& sums, std::size_t change) const noexcept {
   double variance = sums.squares[change];
   for (std::size_t j = 0; j < kTwinChanges; ++j) {
-    const double gram = sums.of(change, j);
-    variance += spread_[j] * spread_[j] * gram * gram;
+    const double gram = spread_[j] * sums.unsure_of(change, j);
+    variance += gram * gram;
   }
   return variance;
 }
@@ -262,7 +266,9 @@ void TwinWatch::judge() noexcept {
         }
       }
       for (std::size_t j = 0; j < kTwinChanges; ++j) {
-        if (would[j] >= limit_) untested_[j] = 0;
+        if (would[j] < limit_) continue;
+        untested_[j] = 0;
+        tested_[j] = true;
       }
       if (z <= largest_) continue;
       largest_ = z;

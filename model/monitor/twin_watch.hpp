@@ -6,7 +6,7 @@
 //   y_i(k)      the same with the change i of kChanges
 //   n = r - d,  d <- d + K n      of r = PV - y: innovation; K a steady Kalman gain of a load that wanders
 //   s_i         the same of r = y_i - y: what the change would leave in n
-//   z_i = (sum w n s_i/v)^2 / (sum w^2 s_i^2/v + sum over j of c_j^2 (sum w s_i s_j/v)^2)
+//   z_i = (sum w n s_i/v)^2 / (sum w^2 s_i^2/v + sum over j of c_j^2 (sum w f s_i s_j/v)^2)
 //
 // with weights w that are forgotten in kShort answers of the loop and in kLong_s: z_i is twice a logarithm of a likelihood
 // ratio, and of chi-square with one degree of freedom while the plant is within the twin's own spread c_j (its
@@ -17,8 +17,8 @@
 // one. Where PV jumps further than ten times any change would take it, that is a load, and counting begins anew. On where a z_i reaches the limit: kAlarm, or kSlack times the largest of the healthy record. Off where all
 // have been below a quarter of it for kQuiet_s.
 //
-// Where PV or CO is outside of the healthy record by kOutside of its range the twin is extrapolated: not judged here, and
-// counting begins anew when both are back. A change is tested where kTested times it would have reached the limit.
+// Where PV or CO is outside of the healthy record by d of its range the twin is extrapolated, and its spread is f = 1 + kUnsure d times
+// what it is within; beyond kOutside it is not judged here, and counting begins anew when both have been back for kAgain answers. A change is tested where kTested times it would have reached the limit.
 //
 //   PV, y, d, n, s  PV units     CO  CO units     z, w  1     c  parts of the change
 //
@@ -52,7 +52,9 @@ class TwinWatch {
   static constexpr double kAlarm = 25.0;
   static constexpr double kSlack = 1.5;
   static constexpr double kQuiet_s = 900.0;
-  static constexpr double kOutside = 0.05;
+  static constexpr double kOutside = 0.25;
+  static constexpr double kUnsure = 16.0;
+  static constexpr double kAgain = 2.0;
   static constexpr double kShort = 3.0;
   static constexpr double kLong_s = 1200.0;
   static constexpr double kTested = 2.0;
@@ -78,6 +80,9 @@ class TwinWatch {
   bool inside() const noexcept { return inside_; }
   // Since the change was last tested, s; from the first sample where it never was.
   double untested_s(TwinChange change) const noexcept;
+  bool tested(TwinChange change) const noexcept {
+    return tested_[static_cast<std::size_t>(change)];
+  }
   double load() const noexcept { return residual_; }  // PV - y, PV units
   bool load_known() const noexcept { return inside_ && since_reset_ > warm_up_; }
   // Of the newest sample, for a change: n s/v and s^2/v. Both 0 where it does not count.
@@ -104,11 +109,15 @@ class TwinWatch {
     std::array<double, kSeries> left{};  // n, s_i
   };
   struct Sums {
-    std::array<double, kTwinChanges> up{};                              // w n s/v
-    std::array<double, kTwinChanges> squares{};                         // w^2 s^2/v
-    std::array<std::array<double, kTwinChanges>, kTwinChanges> gram{};  // w s_i s_j/v, lower half
+    std::array<double, kTwinChanges> up{};                                // w n s/v
+    std::array<double, kTwinChanges> squares{};                           // w^2 s^2/v
+    std::array<std::array<double, kTwinChanges>, kTwinChanges> gram{};    // w s_i s_j/v, lower half
+    std::array<std::array<double, kTwinChanges>, kTwinChanges> unsure{};  // w f s_i s_j/v, the same
     double of(std::size_t i, std::size_t j) const noexcept {
       return i > j ? gram[i][j] : gram[j][i];
+    }
+    double unsure_of(std::size_t i, std::size_t j) const noexcept {
+      return i > j ? unsure[i][j] : unsure[j][i];
     }
   };
 
@@ -129,14 +138,21 @@ class TwinWatch {
   double noise2_;                       // least v, PV units squared
   double variance_gain_;                // of the running mean of n^2
   std::size_t warm_up_;                 // samples from a start until they count
+  std::size_t again_;                   // from a return or a jump
   std::size_t answer_;                  // samples
   std::size_t block_;                   // samples from one z to the next
   std::size_t most_quiet_;              // samples
   double limit_;
-  double pv_low_, pv_high_;  // PV units
-  double co_low_, co_high_;  // CO units
+  // Of the healthy record: least, greatest, range.
+  struct Shown {
+    double low, high, range;
+    double beyond(double x) const noexcept;  // d
+  };
+  Shown pv_;  // PV units
+  Shown co_;  // CO units
 
   bool started_ = false;
+  double beyond_ = 0.0;  // d
   bool inside_ = true;
   bool counts_ = false;
   std::size_t since_start_ = 0;
@@ -145,7 +161,8 @@ class TwinWatch {
   std::size_t in_block_ = 0;
   std::size_t quiet_samples_ = 0;
   std::array<std::size_t, kTwinChanges> untested_{};  // samples
-  std::array<double, kSeries> predicted_{};           // y, y_i
+  std::array<bool, kTwinChanges> tested_{};
+  std::array<double, kSeries> predicted_{};  // y, y_i
   double residual_ = 0.0;
   double largest_ = 0.0;
   TwinChange leading_ = TwinChange::gain;

@@ -25,9 +25,12 @@ struct TwinFinding {
 struct Evidence {
   // --- the alarm ---
   std::string loop;
+  bool elsewhere = false;  // another controller has it
   loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;
   std::int64_t raised_ms = 0;   // UTC, ms since 1970
-  std::uint64_t raised_at = 0;  // the loop's cycle; not in the file
+  std::uint64_t raised_at = 0;  // the loop's cycle; not in the file, as is the next
+  std::int64_t incident_ms =
+      0;  // when the incident that it belongs to opened; 0: it belongs to none
   // --- the samples, as they were judged: decimated, missing cycles stood in for ---
   std::vector<double> sp;
   std::vector<double> pv;

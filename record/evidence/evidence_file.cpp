@@ -117,6 +117,7 @@ json about_alarm(const Evidence& e) {
           {"format_version", kVersion},
           {"kind", kind_of(e)},
           {"loop", e.loop},
+          {"control", e.elsewhere ? "elsewhere" : "here"},
           {"alarm", monitor::to_text(e.alarm)},
           {"raised_ms", e.raised_ms},
           {"raised_utc", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
@@ -225,6 +226,7 @@ Evidence evidence_of(const json& j) {
   }
   Evidence e;
   e.loop = j.at("loop").get<std::string>();
+  e.elsewhere = j.value("control", "here") == "elsewhere";
   const auto alarm = j.at("alarm").get<std::string>();
   for (const AlarmKind known : monitor::kValveAlarms) {
     if (alarm == monitor::to_text(known)) e.alarm = known;

@@ -95,7 +95,7 @@ std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
   const std::size_t last = alarm + samples(commission::kEnough_s);
   if (last > r.pv.size()) return std::nullopt;
   const commission::Explanation explanation =
-      commission::explain(record_of(r, 0, last), *twin, alarm, in_turn);
+      commission::explain(record_of(r, 0, last), *twin, alarm, {}, in_turn);
   if (!explanation.usable()) return std::nullopt;
   const auto& effects = explanation.result.effects;
   const auto effect = std::find_if(effects.begin(), effects.end(),

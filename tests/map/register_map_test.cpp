@@ -130,15 +130,18 @@ TEST_CASE("the places that are promised", "[register_map]") {
 }
 
 TEST_CASE(
-    "the third block is read-only but for shelving, and what is kept for later can't be taken by "
-    "anything",
+    "the third block is read-only but for orders about alarms, and what is kept for later can't be "
+    "taken by anything",
     "[register_map]") {
   for (const Register& reg : registers()) {
     if (reg.area == Area::third && reg.table == Table::holding_register) {
       CHECK(writable(reg) ==
-            (reg.field == Field::shelve_minutes || reg.field == Field::unshelve_process));
+            (reg.field == Field::shelve_minutes || reg.field == Field::unshelve_process ||
+             reg.field == Field::calm));
     }
-    if (reg.area == Area::loop && reg.table == Table::holding_register) CHECK(writable(reg));
+    if (reg.area == Area::loop && reg.table == Table::holding_register) {
+      CHECK(writable(reg) == (reg.field != Field::moves_phase && reg.field != Field::moves_gain));
+    }
     if (reg.table == Table::input_register) CHECK_FALSE(writable(reg));
   }
   for (const Reserved& place : reserved()) {

@@ -120,6 +120,12 @@ std::map<std::string, std::string> answers() {
                             stiction_seen(), console_bench::stiction_on());
   bench.board.set_progress(0, model::ModeTimes(0.1), {.control_performance = 91.0, .valve = 40.5},
                            model::WindowState::valid);
+  bench.board.controller_not_watched(0, "it is not known");
+  bench.board.twin_says(0,
+                        {.judging = model::Judging::here,
+                         .load = model::LoadOutside{.size = 2.5, .since_s = 90.0},
+                         .untested = {{{60.0, true}, {7200.0, false}}}},
+                        1.0);
   bench.board.explained(0, why());
   bench.now_ms += 48'000;
   bench.board.window_not_fit(0, {}, model::WindowState::saturated);
@@ -155,7 +161,7 @@ std::map<std::string, std::string> answers() {
   ask("reload", {{"request", "reload"}, {"dry_run", true}});
   ask("reload_state", {{"request", "reload_state"}, {"reload", 1}});
   ask("explain", {{"request", "explain"}, {"alarm", "stiction"}});
-  bench.lines(19);
+  bench.lines(20);
   ask("journal", {{"request", "journal"}, {"most", 20}});
   ask("outcome", {{"request", "outcome"}, {"found", "stiction"}, {"note", "packing tight"}});
   ask("note", {{"request", "note"}, {"text", "pump changed"}});

@@ -72,8 +72,9 @@ const char* advice(commission::Outcome outcome) {
   return "Nothing was written for the loop.";
 }
 
-void print_result(const commission::Commissioning& c, const commission::Sight* sight,
+void print_result(const commission::Commissioning& c, const CommissionSight& seen_here,
                   const std::string& out) {
+  const std::optional<commission::Sight>& sight = seen_here.specialists;
   fmt::print("{}: {}\n", commission::to_text(c.outcome), c.why);
   for (const std::string& note : c.notes) fmt::print("  {}\n", note);
   if (!c.stages.empty()) {
@@ -85,7 +86,11 @@ void print_result(const commission::Commissioning& c, const commission::Sight* s
   if (c.gap && std::isfinite(c.gap->floor.rmse())) {
     fmt::print("{:<36}{:>24.4g}\n", "noise floor", c.gap->floor.rmse());
   }
-  if (sight != nullptr) {
+  if (!seen_here.twin.empty()) fmt::print("\nWhat the twin sees on this loop\n");
+  for (const commission::TwinSeen& seen : seen_here.twin) {
+    fmt::print("  {:<16} {}\n", to_text(seen.change), seen_text(seen));
+  }
+  if (sight) {
     fmt::print(
         "\nWhat can be seen on this loop, in 95 % of the windows with a move of SP as recorded\n");
     for (const commission::Seen& seen : sight->seen) {
@@ -96,9 +101,9 @@ void print_result(const commission::Commissioning& c, const commission::Sight* s
   }
   const fs::path folder = fs::absolute(out).lexically_normal();
   if (c.outcome == commission::Outcome::commissioned) {
-    if (sight == nullptr) fmt::print("\nNo specialists: they know no integrating process.\n");
+    if (!sight) fmt::print("\nNo specialists: they know no integrating process.\n");
     fmt::print("\nFor the loop's file:\nmonitor:\n");
-    if (sight != nullptr) fmt::print("  specialists: {}\n", (folder / "specialists").string());
+    if (sight) fmt::print("  specialists: {}\n", (folder / "specialists").string());
     fmt::print("  twin: {}\n", (folder / "twin.yaml").string());
   } else {
     fmt::print("{}\n", advice(c.outcome));
@@ -174,7 +179,10 @@ int run_commission(const CommissionOptions& given) {
     const commission::Commissioning made = commission::commission(
         request, parallel, [&](double share) { progress->update_share(share); });
     progress.reset();
-    std::optional<commission::Sight> sight;
+    CommissionSight sight;
+    if (made.outcome == commission::Outcome::commissioned) {
+      sight.twin = commission::look_by_twin(made.twin, options.seed, parallel);
+    }
     if (made.outcome == commission::Outcome::commissioned && !made.twin.process.integrating()) {
       TrainingJob job;
       job.plant = options.plant;
@@ -193,8 +201,9 @@ int run_commission(const CommissionOptions& given) {
                                   files.add(out / "specialists" / name, text);
                                 });
       progress.emplace("what can be seen", 100);
-      sight = commission::look(made.twin, *trained.folder.team, {.seed = options.seed}, parallel,
-                               [&](double share) { progress->update_share(share); });
+      sight.specialists =
+          commission::look(made.twin, *trained.folder.team, {.seed = options.seed}, parallel,
+                           [&](double share) { progress->update_share(share); });
       progress.reset();
     }
     const double seconds =
@@ -208,17 +217,17 @@ int run_commission(const CommissionOptions& given) {
     if (before && made.outcome == commission::Outcome::commissioned) {
       changes = commission::changes(*before, made.twin);
     }
-    nlohmann::json answer = commission_json(made, sight ? &*sight : nullptr);
+    nlohmann::json answer = commission_json(made, sight);
     if (before) answer["changes"] = changes_json(changes);
     files.add(out / "commission.json", answer.dump(2) + "\n");
-    files.add(out / "report.html", commission_page(made, sight ? &*sight : nullptr,
-                                                   request.records.front().columns, seconds));
+    files.add(out / "report.html",
+              commission_page(made, sight, request.records.front().columns, seconds));
     files.commit();
     if (options.json) {
       show_json(answer);
     } else {
       print_changes(changes);
-      print_result(made, sight ? &*sight : nullptr, options.out);
+      print_result(made, sight, options.out);
     }
   } catch (const effects::EffectError& e) {
     fail(kExitConfiguration, "{}: {}", start, e.what());

@@ -44,6 +44,7 @@ struct Raised {
   AlarmKind alarm = AlarmKind::model_gap;
   std::int64_t raised_ms = 0;
   std::string loop;
+  bool elsewhere = true;  // its controller; also where an older daemon did not say
 };
 
 // Throws std::runtime_error for what is no evidence.
@@ -57,7 +58,8 @@ Raised read_raised(const fs::path& folder) {
         std::find_if(monitor::kValveAlarms.begin(), monitor::kValveAlarms.end(),
                      [&](AlarmKind kind) { return about.at("alarm") == monitor::to_text(kind); });
     if (found == monitor::kValveAlarms.end()) throw std::runtime_error("its alarm is not known");
-    return {*found, about.at("raised_ms").get<std::int64_t>(), about.at("loop").get<std::string>()};
+    return {*found, about.at("raised_ms").get<std::int64_t>(), about.at("loop").get<std::string>(),
+            about.value("control", "elsewhere") == "elsewhere"};
   } catch (const std::exception& e) {
     throw std::runtime_error(fmt::format("{}: {}", file.string(), e.what()));
   }
@@ -103,9 +105,10 @@ int run_explain(const ExplainOptions& options) {
     const bool from_alarm = record_file == minutes && at != record.time_s.end();
     const std::size_t alarm =
         from_alarm ? static_cast<std::size_t>(at - record.time_s.begin()) : record.size() - 1;
-    const commission::Explanation explanation =
-        commission::explain({record.period_s, record.pv, record.sp, record.co}, twin, alarm,
-                            on_threads(options.background ? 1 : threads(options.jobs)));
+    const commission::Explanation explanation = commission::explain(
+        {record.period_s, record.pv, record.sp, record.co}, twin, alarm,
+        {.enough_s = commission::kMostSeen_s, .judge_controller = raised.elsewhere},
+        on_threads(options.background ? 1 : threads(options.jobs)));
     const std::optional<AlarmKind> name = commission::final_name(explanation, raised.alarm);
     const double first_s = record.time_s.front() - record.time_s[alarm];
     json out = explanation_json(explanation, name.value_or(raised.alarm), first_s, record.period_s);

@@ -110,7 +110,7 @@ class Explainer {
 
   const commission::Explanation& at(std::size_t sample) {
     if (!newest_ || sample >= newest_->stretch.end) {
-      newest_ = commission::explain(record_, twin_, sample, on_threads(jobs_));
+      newest_ = commission::explain(record_, twin_, sample, {}, on_threads(jobs_));
     }
     return *newest_;
   }
@@ -192,7 +192,7 @@ class Replayer {
                         const commission::Explanation& e, const nlohmann::json& told) {
     monitor::IncidentExplanation says{.alarm = alarm, .raised_ms = now_ms};
     if (e.usable()) {
-      says.from_ms = std::llround(1000.0 * record_.time_s[e.stretch.begin]);
+      says.from_ms = std::llround(1000.0 * record_.time_s[e.at]);
       if (!e.result.effects.empty()) {
         const gap::FoundEffect& first = e.result.effects.front();
         says.effect = first.spec.name;

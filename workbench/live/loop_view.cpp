@@ -84,6 +84,46 @@ std::string condition_line(const protocol::LoopStatus& loop) {
       rounded(c.positioner, 0), rounded(c.environment, 0));
 }
 
+// "12 min", "3.5 h", "4.0 d"
+std::string age(double seconds) {
+  if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);
+  if (seconds < 172'800.0) return fmt::format("{:.1f} h", seconds / 3600.0);
+  return fmt::format("{:.1f} d", seconds / 86'400.0);
+}
+
+// Kinds of change that would not have shown for an hour or more.
+std::string untested_text(const protocol::TwinRemarks& twin) {
+  constexpr double kWorthSaying_s = 3600.0;
+  std::string text;
+  for (const protocol::TwinRemarks::Untested& one : twin.untested) {
+    if (one.for_s < kWorthSaying_s) continue;
+    std::string name = one.change;
+    std::replace(name.begin(), name.end(), '_', ' ');
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name,
+                        one.tested ? age(one.for_s) + " ago"
+                                   : fmt::format("not in {} since the start", age(one.for_s)));
+  }
+  return text;
+}
+
+std::string twin_line(const protocol::LoopStatus& loop) {
+  const protocol::TwinRemarks& twin = *loop.monitor.twin;
+  std::string line = "twin: ";
+  line += twin.judging == "here"      ? "judges"
+          : twin.judging == "outside" ? "not judged here (PV or CO is where the healthy record "
+                                        "never was)"
+                                      : "not judged yet";
+  if (twin.load_outside) {
+    line += fmt::format("   load outside {:+.3g} {} for {}", twin.load_outside->size, loop.pv_unit,
+                        age(twin.load_outside->since_s));
+  }
+  if (!twin.controller_not_watched.empty()) {
+    line += fmt::format("   controller not watched: {}", twin.controller_not_watched);
+  }
+  const std::string untested = untested_text(twin);
+  return untested.empty() ? line : line + "   last tested: " + untested;
+}
+
 // The loop's alarms that are on, wait, or lie on the shelf, in words; empty: none.
 std::string alarm_summary(const protocol::LoopStatus& loop) {
   std::string text;
@@ -220,7 +260,10 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
 }
 
 std::vector<std::string> loop_details(const protocol::LoopStatus& loop) {
-  return {valve_line(loop), condition_line(loop), record_and_bus_line(loop)};
+  std::vector<std::string> lines{valve_line(loop), condition_line(loop)};
+  if (loop.monitor.twin) lines.push_back(twin_line(loop));
+  lines.push_back(record_and_bus_line(loop));
+  return lines;
 }
 
 std::size_t loop_index(const std::vector<protocol::LoopStatus>& loops, const std::string& name) {

@@ -77,12 +77,20 @@ std::string effects_list(const commission::Commissioning& made) {
 
 }  // namespace
 
-std::string commission_page(const commission::Commissioning& made, const commission::Sight* sight,
+std::string commission_page(const commission::Commissioning& made, const CommissionSight& seen_here,
                             const gap::Record& record, double seconds) {
   std::string body =
       fmt::format("<p><b>{}</b>: {}</p>\n", commission::to_text(made.outcome), escaped(made.why));
   for (const std::string& note : made.notes) body += fmt::format("<p>{}</p>\n", escaped(note));
-  if (sight != nullptr) {
+  if (!seen_here.twin.empty()) {
+    body += "<h2>What the twin sees on this loop</h2>\n<table><tbody>";
+    for (const commission::TwinSeen& seen : seen_here.twin) {
+      body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", to_text(seen.change),
+                          escaped(seen_text(seen)));
+    }
+    body += "</tbody></table>\n";
+  }
+  if (const std::optional<commission::Sight>& sight = seen_here.specialists) {
     body +=
         "<h2>What can be seen on this loop</h2>\n<p>Found in 95 % of the simulated windows that "
         "hold a "

@@ -12,7 +12,16 @@ namespace loopwarden::workbench {
 
 using nlohmann::json;
 
-json commission_json(const commission::Commissioning& made, const commission::Sight* sight) {
+namespace {
+
+bool is_share(commission::TwinSees change) {
+  return change == commission::TwinSees::gain || change == commission::TwinSees::controller;
+}
+
+}  // namespace
+
+json commission_json(const commission::Commissioning& made, const CommissionSight& all) {
+  const commission::Sight* sight = all.specialists ? &*all.specialists : nullptr;
   json effects = json::array();
   json gap = nullptr;
   if (made.gap) {
@@ -28,8 +37,15 @@ json commission_json(const commission::Commissioning& made, const commission::Si
     }
   }
   json detectable = nullptr;
+  if (sight != nullptr || !all.twin.empty()) detectable = json::object();
+  for (const commission::TwinSeen& seen : all.twin) {
+    const bool share = is_share(seen.change);
+    detectable[to_text(seen.change)] = {
+        {share ? "percent" : "seconds",
+         seen.size ? json((share ? 100.0 : 1.0) * *seen.size) : json()},
+        {"hours_to_alarm", seen.to_alarm_s ? json(*seen.to_alarm_s / 3600.0) : json()}};
+  }
   if (sight != nullptr) {
-    detectable = json::object();
     for (const commission::Seen& seen : sight->seen) {
       detectable[specialist::to_text(seen.condition)] = {
           {"percent_of_span", seen.percent_of_span ? json(*seen.percent_of_span) : json()},
@@ -62,6 +78,14 @@ std::string seen_text(const commission::Seen& seen) {
                      seen.hours_to_alarm
                          ? fmt::format("alarm after {:.0f} min", 60.0 * *seen.hours_to_alarm)
                          : std::string("no alarm within two hours"));
+}
+
+std::string seen_text(const commission::TwinSeen& seen) {
+  if (!seen.size) return "can't be relied on: larger moves of SP would help";
+  return is_share(seen.change) ? fmt::format("from {:.0f} % on, alarm after {:.0f} min",
+                                             100.0 * *seen.size, *seen.to_alarm_s / 60.0)
+                               : fmt::format("from {:.2g} s on, alarm after {:.0f} min", *seen.size,
+                                             *seen.to_alarm_s / 60.0);
 }
 
 }  // namespace loopwarden::workbench

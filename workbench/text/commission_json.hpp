@@ -2,18 +2,28 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "model/commission/commission.hpp"
 #include "model/commission/sight.hpp"
+#include "model/commission/twin_sight.hpp"
 
 namespace loopwarden::workbench {
 
-// commission.json. `sight` is null where nothing was commissioned.
-nlohmann::json commission_json(const commission::Commissioning& made,
-                               const commission::Sight* sight);
+// What can be seen on the loop, where it was commissioned.
+struct CommissionSight {
+  std::optional<commission::Sight> specialists{};
+  std::vector<commission::TwinSeen> twin{};
+};
+
+// commission.json.
+nlohmann::json commission_json(const commission::Commissioning& made, const CommissionSight& sight);
 
 // "from 1.5 % of span on, alarm after 12 min".
 std::string seen_text(const commission::Seen& seen);
+// "from 1.2 s on, alarm after 4 min".
+std::string seen_text(const commission::TwinSeen& seen);
 
 }  // namespace loopwarden::workbench

@@ -14,8 +14,12 @@ using nlohmann::json;
 
 json explanation_json(const commission::Explanation& e, monitor::AlarmKind alarm, double first_s,
                       double period_s) {
-  json out = {{"from_s", first_s + period_s * static_cast<double>(e.stretch.begin)},
-              {"to_s", first_s + period_s * static_cast<double>(e.stretch.end - 1)}};
+  const auto time_s = [&](std::size_t k) { return first_s + period_s * static_cast<double>(k); };
+  const bool known = e.from.end > 0;
+  json out = {
+      {"from_s", time_s(e.at)},
+      {"from_between_s", known ? json{time_s(e.from.begin), time_s(e.from.end)} : json(nullptr)},
+      {"to_s", time_s(e.stretch.end - 1)}};
   if (!e.usable()) {
     out["verdict"] = "not_explained";
     out["effects"] = json::array();

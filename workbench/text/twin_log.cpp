@@ -9,8 +9,9 @@ namespace loopwarden::workbench {
 
 void TwinLog::add(const monitor::LoopMonitor& loop, double time_s) {
   ++cycles_;
-  if (loop.twin()->judged_here()) ++judged_;
-  const std::optional<monitor::LoadOutside> load = loop.load_outside();
+  const monitor::TwinRemarks remarks = loop.remarks().value();
+  if (remarks.judging == monitor::Judging::here) ++judged_;
+  const std::optional<monitor::LoadOutside>& load = remarks.load;
   if (load && !outside_) loads_.push_back({time_s, time_s, load->size});
   outside_ = load.has_value();
   if (!load) return;

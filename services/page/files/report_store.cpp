@@ -206,16 +206,30 @@ std::optional<ReportStore::Content> ReportStore::read(const std::string& id,
 }
 
 std::vector<std::string> ReportStore::evidence_files(const std::string& id) const {
-  return folder_.list({"evidence", id}, 100);
+  return folder_.list(evidence_parts(id), 100);
 }
 
 std::optional<std::string> ReportStore::evidence_file(const std::string& id,
                                                       const std::string& name) const {
-  return folder_.read({"evidence", id, name}, kMostEvidenceBytes);
+  std::vector<std::string> parts = evidence_parts(id);
+  parts.push_back(name);
+  return folder_.read(parts, kMostEvidenceBytes);
 }
 
 fs::path ReportStore::evidence_folder(const std::string& id) const {
-  return folder_.path() / "evidence" / id;
+  fs::path folder = folder_.path();
+  for (const std::string& part : evidence_parts(id)) folder /= part;
+  return folder;
+}
+
+std::vector<std::string> ReportStore::evidence_parts(const std::string& id) const {
+  if (!folder_.list({"evidence", id}, 1).empty()) return {"evidence", id};
+  std::error_code gone;
+  for (const fs::directory_entry& of : fs::directory_iterator(folder_.path() / "evidence", gone)) {
+    const std::string incident = of.path().filename().string();
+    if (!folder_.list({"evidence", incident, id}, 1).empty()) return {"evidence", incident, id};
+  }
+  return {"evidence", id};
 }
 
 }  // namespace loopwarden::page::files

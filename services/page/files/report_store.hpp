@@ -50,7 +50,7 @@ class ReportStore {
   // A file below the report's folder, by its path there. A page has its stylesheets and scripts inside.
   std::optional<Content> read(const std::string& id, const std::vector<std::string>& below);
 
-  // Files of a piece of evidence, by name.
+  // Files of a piece of evidence, by name; it may lie within another one's folder.
   std::vector<std::string> evidence_files(const std::string& id) const;
   std::optional<std::string> evidence_file(const std::string& id, const std::string& name) const;
   std::filesystem::path evidence_folder(const std::string& id) const;
@@ -58,6 +58,7 @@ class ReportStore {
   static constexpr std::size_t kMost = 5000;
 
  private:
+  std::vector<std::string> evidence_parts(const std::string& id) const;
   struct Known {
     std::int64_t utc_ms;
     std::uintmax_t bytes;

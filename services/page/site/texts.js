@@ -93,7 +93,7 @@ const en = {
   },
   loop: {
     faceplate: 'Faceplate', trend: 'Trend', phase: 'PV over CO', condition: 'Condition of the valve', measures: 'What the newest window shows',
-    windows: 'Windows and their specialists', health: 'Communication and recording', explanation: 'Explanation', alarms: 'Alarms of this loop',
+    windows: 'Windows and their specialists', health: 'Communication and recording', explanation: 'Explanation', twin: 'What the twin says', alarms: 'Alarms of this loop',
     noLoop: 'There is no loop {tag}.', state: 'State', ne107: 'NE 107', requested: 'asked for: {mode}',
     previous: 'Previous loop', next: 'Next loop', operate: 'Operate', setPoint: 'Set point', output: 'Output', mode: 'Mode',
     noControl: 'Operating from this page is off (loopwardend.yaml: page: control).', needsOperator: 'To operate, log in as an operator.',
@@ -143,6 +143,12 @@ const en = {
     timeouts: 'Time-outs', device_exceptions: 'Device exceptions', invalid_replies: 'Invalid replies', stale_replies_discarded: 'Late replies discarded',
     reconnects: 'Reconnects', writes: 'Writes', write_errors: 'Write errors', old_commands_withheld: 'Old commands withheld', rows: 'Rows recorded',
     lost: 'Rows lost', bytes: 'On the disk', disk: 'Disk', diskError: '{n} errors, the last: {text}', refused: 'Orders refused',
+  },
+  twin: {
+    judging: 'It judges', judges: {here: 'yes', settling: 'not yet: too soon after a start or a jump of the load', outside: 'not here: PV or CO is where the healthy record never was'},
+    load: 'Load', loadOutside: 'outside of the healthy record by {size}, for {long}; no alarm', controller: 'Controller', notWatched: 'not watched: {why}',
+    untested: 'When something last moved enough to show a change', change: 'Change', lastTested: 'Last tested', ago: '{long} ago', never: 'not in the {long} since the start',
+    now: 'under 1 min', changes: {gain: 'gain', time_constant: 'time constant', dead_time: 'dead time', lag: 'another lag', play: 'play', stick: 'stick', controller: 'controller'},
   },
   explain: {
     none: 'No alarm of this loop has been explained by its twin yet.', noTwin: 'This loop has no twin. “loopwarden commission” makes one.', effect: 'Effect', size: 'Size', confidence: 'Confidence', closed: 'Gap closed',
@@ -195,7 +201,7 @@ const en = {
   fleet: {
     title: 'Fleet', search: 'Search', searchHint: 'valve, box or alarm', group: 'Group', allGroups: 'All groups', asOf: 'As of {time}',
     old: 'The plant’s database does not answer ({why}). What is shown is of {time}, {long} old.', down: 'The plant’s database does not answer ({why}). It is asked again by itself.',
-    boxesOnline: 'Boxes online', loopsOnline: 'Loops online', sick: 'Loops with a valve alarm', faulty: 'Loops at fault', waiting: 'Alarms to acknowledge', rateToday: 'Alarms in 10 min, last day', nOf: '{n} of {all}',
+    boxesOnline: 'Boxes online', loopsOnline: 'Loops online', sick: 'Sick valves', faulty: 'Loops at fault', waiting: 'Alarms to acknowledge', rateToday: 'Alarms in 10 min, last day', nOf: '{n} of {all}',
     worst: 'Worst loops', worstCaption: 'Loops with an alarm that is on, in the chosen order', valve: 'Loop', alarm: 'Alarm', size: 'Size', since: 'Since', weeks: 'Eight weeks', for: 'for {long}', ago: '{long} ago',
     curve: 'now {now}, at most {most} in eight weeks', noCurve: 'no history', noSick: 'No loop has an alarm that is on.', shown: '{n} shown of {all} alarms that are on, the greatest first; sizes in % of the CO span.', nothing: 'No row is like that.',
     faults: 'Loops at fault', faultsCaption: 'Loops whose PV, output or mode is not as it should be, the newest first', loop: 'Loop', noFault: 'PV, output and mode of every loop are as they should be.', ofHeard: 'Of the boxes that are heard: {text} Silent boxes: {n}.',
@@ -208,7 +214,7 @@ const en = {
     judged: {acceptable: 'acceptable', manageable: 'manageable', over: 'too many', floods: 'floods'},
   },
   valve: {
-    alarms: 'Alarms of this valve', noAlarm: 'No alarm of this valve has ever come.', away: 'This box has not been heard since {time}. What is shown is of then; how the valve is now is not known.', loopAwayLong: 'This loop is not told of any longer, since {time}. What is shown is of then.', where: 'Where', online: 'online', loopAway: 'the box is online, the loop is not', weeks: 'Size of its faults over thirteen weeks', ofSpan: '% of CO span',
+    incident: '{where}{sure}, since {time}', sure: ', {confidence} sure', alarms: 'Alarms of this valve', noAlarm: 'No alarm of this valve has ever come.', away: 'This box has not been heard since {time}. What is shown is of then; how the valve is now is not known.', loopAwayLong: 'This loop is not told of any longer, since {time}. What is shown is of then.', where: 'Where', online: 'online', loopAway: 'the box is online, the loop is not', weeks: 'Size of its faults over thirteen weeks', ofSpan: '% of CO span',
     values: 'Last values', noValues: 'No value of this loop has come yet.', changes: 'Changes of its alarms', detectable: 'Smallest fault that can be seen', evidence: 'Files in the host’s database; they are looked at on the box.', file: 'File', asked: 'Begun', there: 'Complete',
   },
   valueNames: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem', variability: 'Variability', mean_error: 'Mean of SP − PV', oscillation_index: 'Regularity of the oscillation', oscillation_period: 'Its period', travel: 'Travel', reversals: 'Reversals', stick: 'Stick',

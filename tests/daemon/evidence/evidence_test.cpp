@@ -223,6 +223,44 @@ TEST_CASE("the newest of each alarm is found, and old evidence goes", "[evidence
   CHECK_FALSE(store.newest("FIC-1", AlarmKind::backlash));
 }
 
+TEST_CASE("what joins an incident lies in the folder of the alarm that opened it", "[evidence]") {
+  const tests::TemporaryFolder folder;
+  std::vector<fs::path> told;
+  EvidenceStore store(
+      {.folder = folder / "evidence"}, {{"plant", specialists()}},
+      [&](const auto&, const fs::path& place, const auto&) { told.push_back(place); });
+  store.start();
+  constexpr std::int64_t kOpened_ms = 1'800'000'000'000;
+  const auto post = [&](AlarmKind alarm, std::int64_t after_ms, const std::string& loop,
+                        std::int64_t incident_ms) {
+    Evidence e = example(kOpened_ms + after_ms);
+    e.alarm = alarm;
+    e.loop = loop;
+    e.incident_ms = incident_ms;
+    store.post(std::move(e));
+  };
+  post(AlarmKind::backlash, -5'000'000, "FIC-101", kOpened_ms - 5'000'000);  // an earlier one
+  post(AlarmKind::hysteresis, 0, "FIC-101", kOpened_ms);
+  post(AlarmKind::stiction, 10, "A-FIC-101", kOpened_ms);  // another loop
+  post(AlarmKind::unknown, 0, "FIC-101", kOpened_ms);      // by the same window
+  for (int i = 1; i < 12; ++i) post(AlarmKind::backlash, 1000 * i, "FIC-101", kOpened_ms);
+  REQUIRE(test::eventually([&] { return store.status().written == 15; }));
+  store.stop();
+  CHECK(names(folder / "evidence").size() == 3);
+  const fs::path first = *store.newest("FIC-101", AlarmKind::hysteresis);
+  CHECK(first.parent_path() == folder / "evidence");
+  CHECK_FALSE(store.newest("FIC-101", AlarmKind::unknown));  // eight newer ones joined
+  const fs::path joined = *store.newest("FIC-101", AlarmKind::backlash);
+  CHECK(joined.parent_path() == first);
+  CHECK(told.back() == joined);
+  CHECK(read_evidence(joined).raised_ms == kOpened_ms + 11'000);
+  CHECK(read_evidence(first).raised_ms == kOpened_ms);
+  const auto there = names(first);
+  CHECK(std::count_if(there.begin(), there.end(), [](const std::string& name) {
+          return name.ends_with("-backlash");
+        }) == EvidenceStore::kMostJoined);
+}
+
 TEST_CASE("an old folder that can't be deleted is told once, and keeps no new evidence back",
           "[evidence]") {
   const tests::TemporaryFolder folder;

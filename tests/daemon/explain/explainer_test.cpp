@@ -27,7 +27,7 @@ constexpr const char* kExplanation = R"({"alarm": "stiction", "final_name": "mod
   "from_s": -120.0, "to_s": 300.0, "sentence": "The gain has changed.",
   "first": {"name": "gain_change", "number": 7, "size_percent": null, "low_percent": null,
             "high_percent": null, "confidence": 0.94, "alternatives": ["leakage"],
-            "remedy": "Find out why."}})";
+            "remedy": "Find out why."}, "effects": []})";
 
 // As a copy of minutes.csv would be: three samples, the alarm at the second.
 monitor::History::Minutes minutes() {
@@ -258,6 +258,30 @@ TEST_CASE("a history that began anew after the alarm does not replace the minute
     bench.now = {.period_s = 0.5, .end = 100, .sp = {1}, .pv = {9}, .co = {9}};
   }
   CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4});
+}
+
+TEST_CASE("a repeat takes no first one's room, is not kept for a restart, and may be called off",
+          "[explain]") {
+  Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
+  Explainer explainer = bench.make({.program = {}, .most_waiting = 1});
+  ExplainJob later = bench.job(1);
+  later.repeat = true;
+  later.wait = std::chrono::hours(1);
+  explainer.post(later);
+  ExplainJob over = bench.job(2);
+  over.repeat = true;
+  over.wanted = [] { return false; };
+  explainer.post(over);
+  explainer.post(bench.job(3));
+  explainer.start();
+  REQUIRE(bench.wait(1));
+  CHECK(bench.reports.front().job.loop == 3);
+  CHECK(bench.reports.front().why.empty());
+  while (explainer.status().waiting > 1) {
+  }
+  explainer.stop();
+  CHECK(bench.reports.size() == 1);
+  CHECK_FALSE(read_pending(bench.folder / "evidence"));
 }
 
 TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {

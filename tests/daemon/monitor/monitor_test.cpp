@@ -56,7 +56,7 @@ struct Bench {
     for (std::size_t i = 0; i < loops; ++i) {
       rings.push_back(std::make_unique<base::SpscRing<RecordRow>>(ring));
       judges.push_back(std::make_unique<ScriptedJudge>());
-      names.push_back({"FIC-" + std::to_string(101 + i), 0.1});
+      names.push_back({"FIC-" + std::to_string(101 + i), 0.1, "L/min"});
       next.push_back(1);
     }
     journal.open();
@@ -844,6 +844,65 @@ TEST_CASE("an explanation stands with the alarm, and gives it another name where
     if (row.entry.what == "explanation") said.push_back(row.entry.new_value + row.entry.result);
   }
   CHECK(said == std::vector<std::string>{"gain_changeagrees", "backlashdoes not agree"});
+}
+
+TEST_CASE("what is explained again has a line where its name is another one",
+          "[monitor][explain]") {
+  Bench bench;
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(2 * kWindow);
+  const auto lines = [&](const std::string& what) {
+    bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
+    const auto rows = bench.journal.newest(200);
+    return std::count_if(rows.begin(), rows.end(),
+                         [&](const auto& row) { return row.entry.what == what; });
+  };
+  Explanation e;
+  e.alarm = AlarmKind::stiction;
+  e.raised_ms = bench.now_ms;
+  e.verdict = "missing_effect";
+  e.effect = "gain_change";
+  e.block = plant::Block::process;
+  e.confidence = 0.94;
+  e.final_name = AlarmKind::model_gap;
+  bench.board->explained(0, e);
+  e.confidence = 0.96;
+  bench.board->explained(0, e);
+  CHECK(lines("explanation") == 1);
+  CHECK(lines("incident renamed") == 1);
+  CHECK(bench.board->watch(0).explanation->confidence == 0.96);
+  CHECK(bench.board->watch(0).incident.incident().name == "gain_change");
+  // The newest stands: the alarm has its own name again.
+  e.effect = "stiction";
+  e.block = plant::Block::valve;
+  e.final_name.reset();
+  bench.board->explained(0, e);
+  CHECK(lines("explanation") == 2);
+  CHECK(lines("incident renamed") == 2);
+  CHECK(bench.board->watch(0).incident.incident().name == "stiction");
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+  CHECK(bench.state(AlarmKind::model_gap) == AlarmState::normal);
+}
+
+TEST_CASE("what the twin says beside its alarm stands on the board, and its news in the journal",
+          "[monitor][twin]") {
+  Bench bench;
+  model::TwinRemarks remarks{.judging = model::Judging::here,
+                             .load = model::LoadOutside{.size = 0.6, .since_s = 0.1}};
+  bench.board->twin_says(0, remarks, 0.1);
+  bench.board->twin_says(0, remarks, 0.1);
+  remarks.load.reset();
+  bench.board->twin_says(0, remarks, 0.1);
+  remarks.judging = model::Judging::outside;
+  bench.board->twin_says(0, remarks, 700.0);
+  CHECK(bench.board->watch(0).twin->judging == model::Judging::outside);
+  bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
+  std::vector<std::string> told;
+  for (const journal::JournalRow& row : bench.journal.newest(200)) {
+    if (row.entry.what == "twin") told.push_back(row.entry.new_value);
+  }
+  CHECK(told ==
+        std::vector<std::string>{"not judged here", "load back", "load outside +0.6 L/min"});
 }
 
 }  // namespace loopwarden::daemon::monitor::monitor_test

@@ -208,6 +208,64 @@ TEST_CASE("an alarm that is none of the valve is no loop with a valve alarm") {
   CHECK(all["valves"]["all"] == 4);
 }
 
+// What a box tells of the incident of a loop of box4.
+void tell_incident(pqxx::nontransaction& work, const std::string& name, const std::string& cause,
+                   bool active) {
+  const auto tell = [&](const char* part, const std::string& number, const std::string& text) {
+    work.exec_params(
+        "WITH m AS (INSERT INTO metric(device_id, name, type) SELECT device_id, $1, 'String' FROM "
+        "loop WHERE edge = 'box4' AND device = 'FIC_2' ON CONFLICT (device_id, name) DO UPDATE SET "
+        "type = 'String' RETURNING id) INSERT INTO latest SELECT id, now(), "
+        "nullif($2, '')::float8, nullif($3, ''), false FROM m ON CONFLICT (metric_id) DO UPDATE "
+        "SET "
+        "number = excluded.number, text = excluded.text",
+        std::string("incident/") + part, number, text);
+  };
+  tell("id", "", "FIC/2-20261126T090000Z");
+  tell("name", "", name);
+  tell("cause", "", cause);
+  tell("confidence", "0.94", "");
+  tell("active", active ? "1" : "0", "");
+  tell("unacknowledged", "1", "");
+  tell("raised", "1795683600000", "");
+}
+
+TEST_CASE("an incident is one line, and one outside of the valve makes no valve sick") {
+  if (!installed()) return;
+  const Postgres database;
+  fill(database);
+  pqxx::connection connection(database.url());
+  pqxx::nontransaction work(connection);
+  work.exec(
+      "INSERT INTO alarm SELECT device_id, 'model_gap', now(), 'acknowledged', NULL FROM loop "
+      "WHERE edge = 'box4' AND device = 'FIC_2'");
+  FleetDatabase fleet({database.url(), {}}, kNoCache);
+  tell_incident(work, "stiction", "valve", true);
+  json south = parsed(fleet.overview("South"));
+  CHECK(south["groups"][1]["sick"] == 1);
+  CHECK(south["groups"][1]["waiting"] == 1);
+  REQUIRE(south["valves"]["all"] == 1);
+  CHECK(south["valves"]["list"][0]["alarm"] == "stiction");
+  CHECK(south["valves"]["list"][0]["severity"] == 9.0);
+  CHECK(south["valves"]["list"][0]["since_ms"] == 1795683600000);
+
+  tell_incident(work, "gain_change", "process", true);
+  south = parsed(fleet.overview("South"));
+  CHECK(south["groups"][1]["sick"] == 0);
+  REQUIRE(south["valves"]["all"] == 1);
+  CHECK(south["valves"]["list"][0]["alarm"] == "gain_change");
+  CHECK(south["valves"]["list"][0]["severity"].is_null());
+  const json valve = parsed(fleet.valve({"South", "box4", "FIC_2"}));
+  CHECK(valve["incident"]["name"] == "gain_change");
+  CHECK(valve["incident"]["confidence"] == 0.94);
+
+  // Of an incident that has ended, each alarm that is on stands by itself again.
+  tell_incident(work, "gain_change", "process", false);
+  south = parsed(fleet.overview("South"));
+  CHECK(south["groups"][1]["sick"] == 1);
+  CHECK(south["valves"]["all"] == 2);
+}
+
 TEST_CASE("a valve of the plant") {
   if (!installed()) return;
   const Postgres database;
@@ -217,6 +275,7 @@ TEST_CASE("a valve of the plant") {
   CHECK(valve["tag"] == "FIC/1");
   CHECK(valve["online"] == true);
   CHECK(column(valve["alarms"], "state") == json{"acknowledged"});
+  CHECK(valve["incident"].is_null());
   CHECK(column(valve["changes"], "state") ==
         json{"acknowledged", "unacknowledged", "normal", "acknowledged", "unacknowledged"});
   const json& curve = valve["weeks"]["severity"]["stiction"];

@@ -208,10 +208,14 @@ TEST_CASE(
     "[commission][explain][long]") {
   const gap::Record record = changed_at(gain_change(1.4), 900.0);
   const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
-  const gap::SampleRange stretch = commission::telling_stretch(record, twin_model(), alarm);
+  const commission::TellingStretch telling =
+      commission::telling_stretch(record, twin_model(), alarm, {});
+  const gap::SampleRange stretch = telling.range;
+  CHECK(telling.likeliest >= stretch.begin);
   CHECK(record.time_s(stretch.begin) == Approx(300.0).margin(45.0));
   CHECK(stretch.end > alarm);
-  const commission::Explanation e = commission::explain(record, twin_model(), alarm, test::serial);
+  const commission::Explanation e =
+      commission::explain(record, twin_model(), alarm, {}, test::serial);
   REQUIRE(e.usable());
   REQUIRE(e.result.effects.size() == 1);
   CHECK(e.result.effects[0].spec.name == "gain_change");
@@ -238,6 +242,23 @@ TEST_CASE(
   CHECK(!commission::final_name(other, AlarmKind::hysteresis));
   other.result.effects[0].spec = {"leakage", {{"flow", 0.4}}};
   CHECK(commission::final_name(other, AlarmKind::stiction) == AlarmKind::unknown);
+}
+
+TEST_CASE("of a loop of our own no change of the controller is named",
+          "[commission][explain][long]") {
+  plant::LoopModel other = test::believed_model();
+  other.controller.pid.gains.kp *= 2.0;
+  const gap::Record record = test::record_of(other, 240.0);
+  const auto controller_named = [&](bool judged) {
+    const commission::Explanation e =
+        commission::explain(record, test::believed_model(), record.size() - 1,
+                            {.judge_controller = judged}, test::serial);
+    const auto& effects = e.result.effects;
+    return std::any_of(effects.begin(), effects.end(),
+                       [](const auto& one) { return one.block == plant::Block::controller; });
+  };
+  CHECK(controller_named(true));
+  CHECK_FALSE(controller_named(false));
 }
 
 TEST_CASE("windows of a twin have its noise and the set-point moves of its scenario",

@@ -14,8 +14,9 @@ using plant::Block;
 
 constexpr double kAt_s = 300.0;
 
-// Healthy for five minutes, ten more with `faults`.
-commission::SinceChange named(const std::vector<std::pair<plant::EffectSpec, Block>>& faults) {
+// Healthy for five minutes, ten more with `faults`; what is known of the moment.
+commission::SinceChange named(const std::vector<std::pair<plant::EffectSpec, Block>>& faults,
+                              double earliest_s = kAt_s, double likeliest_s = kAt_s) {
   plant::LoopModel twin = test::believed_model();
   twin.transmitter.noise = 0.015;
   plant::LoopModel truth = twin;
@@ -27,7 +28,8 @@ commission::SinceChange named(const std::vector<std::pair<plant::EffectSpec, Blo
     truth.scenario.faults.push_back({spec, block, {.from_s = kAt_s}});
   }
   const gap::Record record = test::run_of(truth, 900.0);
-  return commission::since_change(record, static_cast<std::size_t>(kAt_s / record.period_s), twin,
+  const auto sample = [&](double t) { return static_cast<std::size_t>(t / record.period_s); };
+  return commission::since_change(record, {sample(earliest_s), sample(likeliest_s)}, twin,
                                   test::serial);
 }
 
@@ -76,6 +78,24 @@ TEST_CASE("two changes at once are both named", "[commission][since]") {
   };
   CHECK(has("gain_change"));
   CHECK(has("stiction"));
+}
+
+TEST_CASE("a moment that is known within bounds is found, with its interval",
+          "[commission][since]") {
+  const auto gain = named({{{"gain_change", {{"factor", 1.3}}}, Block::process}}, 240.0, 360.0);
+  REQUIRE(gain.effects.size() == 1);
+  CHECK(gain.effects[0].spec.name == "gain_change");
+  CHECK(gain.effects[0].spec.parameters.at("factor") == Approx(1.3).margin(0.02));
+  const auto time_s = [](std::size_t sample) { return 0.1 * static_cast<double>(sample); };
+  CHECK(time_s(gain.at) == Approx(kAt_s).margin(6.0));
+  CHECK(gain.from.begin <= gain.at);
+  CHECK(gain.from.end >= gain.at);
+  CHECK(time_s(gain.from.begin) > 280.0);
+  CHECK(time_s(gain.from.end) < 320.0);
+  CHECK(gain.closed > 0.9);
+  const auto play = named({{{"backlash", {{"deadband", 0.6}}}, Block::valve}}, 240.0, 330.0);
+  REQUIRE(play.effects.size() == 1);
+  CHECK(play.effects[0].block == Block::valve);
 }
 
 TEST_CASE("where nothing changed, nothing is named", "[commission][since]") {

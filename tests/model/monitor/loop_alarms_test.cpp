@@ -311,6 +311,33 @@ TEST_CASE("a condition that is explained counts for the other alarm until it goe
   CHECK(alarms.alarm(K::stiction).state() == S::unacknowledged);
 }
 
+TEST_CASE("a condition that is explained again counts for the newest name, or for its own",
+          "[alarm]") {
+  LoopAlarms alarms = healthy();
+  const auto on = [&](std::initializer_list<K> kinds) {
+    AlarmConditions conditions{};
+    for (const K kind : kinds) conditions[index_of(kind)].on = true;
+    return conditions;
+  };
+  alarms.judged(1, on({K::model_gap}), AlarmReason::twin);
+  alarms.explained(2, K::model_gap, K::stiction, 4.0);
+  CHECK(alarms.alarm(K::stiction).active());
+  alarms.explained(3, K::model_gap, K::backlash, 5.0);
+  CHECK_FALSE(alarms.alarm(K::stiction).active());
+  CHECK(alarms.alarm(K::backlash).active());
+  alarms.explained(4, K::model_gap, K::model_gap, 0.0);
+  CHECK_FALSE(alarms.alarm(K::backlash).active());
+  CHECK(alarms.alarm(K::model_gap).active());
+  alarms.judged(5, on({K::model_gap}), AlarmReason::twin);
+  CHECK(alarms.alarm(K::model_gap).active());
+  // Windows show the stick as well: it stays when the twin's gap is no stick.
+  alarms.explained(6, K::model_gap, K::stiction, 4.0);
+  alarms.judged(7, on({K::model_gap, K::stiction}), AlarmReason::windows);
+  alarms.explained(8, K::model_gap, K::model_gap, 0.0);
+  CHECK(alarms.alarm(K::stiction).active());
+  CHECK(alarms.alarm(K::model_gap).active());
+}
+
 TEST_CASE("what is not raised is not explained, and a shelved alarm is none afterwards",
           "[monitor][alarm]") {
   LoopAlarms alarms = healthy();

@@ -42,6 +42,8 @@ struct Side {
   double load_size = 0.0;
   TwinChange leading = TwinChange::gain;
   std::array<double, monitor::kTwinChanges> untested_s{};
+  monitor::TwinRemarks foreign;  // at the end
+  monitor::TwinRemarks own;
 };
 
 struct Change {
@@ -49,8 +51,7 @@ struct Change {
   control::PidSettings pid = test::believed_model().controller.pid;
   plant::LoopModel plant = test::believed_model();
   std::function<double(double)> load = [](double) { return 0.0; };
-  double take_over_s = 1e9;  // when the watch is told
-  double sp_move = 1.0;      // PV units
+  double sp_move = 1.0;  // PV units
 };
 
 // A loop of 20 minutes with a move of SP each two.
@@ -85,7 +86,6 @@ Side beside(const Change& change, const plant::LoopModel& twin = twin_model()) {
       law.configure(change.pid);
       retuned = true;
     }
-    if (t >= change.take_over_s && t < change.take_over_s + 0.05) controller.take_over(change.pid);
     const control::PidSettings& s = law.settings();
     const double u = law.step(sp, pv, co, 0.0);
     co = std::round(std::clamp(u, s.output_low, s.output_high) / kResolution) * kResolution;
@@ -114,6 +114,8 @@ Side beside(const Change& change, const plant::LoopModel& twin = twin_model()) {
   for (std::size_t i = 0; i < monitor::kTwinChanges; ++i) {
     out.untested_s[i] = watch.untested_s(static_cast<TwinChange>(i));
   }
+  out.foreign = foreign.remarks().value();
+  out.own = own.remarks().value();
   return out;
 }
 
@@ -141,13 +143,6 @@ TEST_CASE("a controller that was retuned or limited is seen, and only there", "[
   side = beside(limited);
   CHECK(side.controller_s > 300.0);
   CHECK(side.change_s == 0.0);
-}
-
-TEST_CASE("settings that were taken over are no change", "[twin]") {
-  Change retuned;
-  retuned.pid.gains.kp *= 0.6;
-  retuned.take_over_s = retuned.at_s;
-  CHECK(beside(retuned).controller_s == 0.0);
 }
 
 TEST_CASE("a controller that the healthy record does not show is not watched, and says why",
@@ -202,6 +197,33 @@ TEST_CASE("where nothing moves, nothing was tested", "[twin]") {
   const Side side = beside(moving);
   CHECK(side.untested_s[static_cast<std::size_t>(TwinChange::gain)] < 240.0);
   CHECK(side.untested_s[static_cast<std::size_t>(TwinChange::dead_time)] < 240.0);
+}
+
+TEST_CASE("what a monitor remarks is what its watches hold", "[twin]") {
+  Change moving;
+  moving.sp_move = 2.0;
+  Side side = beside(moving);
+  CHECK(side.own.judging == monitor::Judging::here);
+  CHECK_FALSE(side.own.load);
+  CHECK_FALSE(side.own.controller);
+  REQUIRE(side.foreign.controller);
+  CHECK(side.foreign.controller->tested);
+  const auto gain = static_cast<std::size_t>(TwinChange::gain);
+  CHECK(side.own.untested[gain].tested);
+  CHECK(side.own.untested[gain].for_s == side.untested_s[gain]);
+  Change still;
+  still.sp_move = 0.0;
+  still.load = [](double t) { return t >= 350.0 ? 0.6 : 0.0; };
+  side = beside(still);
+  CHECK_FALSE(side.own.untested[gain].tested);
+  REQUIRE(side.own.load);
+  CHECK(side.own.load->size == Approx(0.6).margin(0.1));
+  // Higher than any PV of the healthy record.
+  moving.sp_move = 4.8;
+  moving.at_s = 0.0;
+  plant::LoopModel twin = twin_model();
+  twin.twin->seen_high = 6.0;
+  CHECK(beside(moving, twin).own.judging == monitor::Judging::outside);
 }
 
 }  // namespace twin_side_test

@@ -72,6 +72,23 @@ TEST_CASE("the details of a loop are the numbers of its status", "[workbench][to
   has(2, "900 transactions, 1 timeouts, 2 exceptions, 3 invalid, 4 reconnects");
 }
 
+TEST_CASE("what a twin says beside its alarm has a line", "[workbench][top]") {
+  protocol::LoopStatus one = loop("FIC-101");
+  one.pv_unit = "L/min";
+  one.monitor.twin = {.judging = "here",
+                      .untested = {{"gain", 30.0, true}, {"dead_time", 260'000.0, true}}};
+  CHECK(loop_details(one).at(2) == "twin: judges   last tested: dead time 3.0 d ago");
+  one.monitor.twin = {.judging = "outside",
+                      .load_outside = {{.size = 0.62, .since_s = 720.0}},
+                      .controller_not_watched = "something else moves it",
+                      .untested = {{"lag", 5400.0, false}}};
+  CHECK(
+      loop_details(one).at(2) ==
+      "twin: not judged here (PV or CO is where the healthy record never was)   load outside +0.62 "
+      "L/min for 12 min   controller not watched: something else moves it   last tested: lag not "
+      "in 90 min since the start");
+}
+
 TEST_CASE("a loop whose output is not known looks like no loop that runs", "[workbench][top]") {
   protocol::LoopStatus unknown = loop("FIC-101");
   unknown.cycle = {.sp = 27.5, .pv = 31.0, .mode = "FALLBACK", .fault = "output unknown"};

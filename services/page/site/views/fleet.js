@@ -10,7 +10,7 @@ import {live} from '../lib/live.js';
 import {priority, waits} from '../lib/codes.js';
 import {signOf} from '../lib/state.js';
 import {wall} from '../lib/shell.js';
-import {fill, texts} from '../texts.js';
+import {changeName, fill, texts} from '../texts.js';
 
 const t = texts.fleet;
 const SEVERE_PERCENT = 5; // as the daemon's own default: a box does not tell its own
@@ -30,7 +30,7 @@ const boxKey = (row) => `${row.group}\n${row.edge}`;
 
 export function alarmSign(row) {
   const grave = priority({alarm: row.alarm, severity_percent: row.severity}, SEVERE_PERCENT);
-  return el('span', {class: `state ${grave} ${waits(row.state) ? 'waits' : 'seen'}`}, el('span', {class: 'sign'}, icon(signOf(row.state, grave))), el('span', {}, texts.alarms[row.alarm] ?? row.alarm));
+  return el('span', {class: `state ${grave} ${waits(row.state) ? 'waits' : 'seen'}`}, el('span', {class: 'sign'}, icon(signOf(row.state, grave))), el('span', {}, changeName(row.alarm)));
 }
 
 function curve({weeks: values, severity}, top) {
@@ -117,14 +117,14 @@ class FleetView {
     const number = {class: 'number'};
     this.valves = new SortedTable(t.worstCaption, [
       {key: 'tag', head: t.valve, row: true, value: (row) => row.tag, cell: (row) => [el('a', {href: valveHref(row)}, row.tag), el('small', {}, `${row.group} · ${row.edge}${row.online ? '' : ` · ${t.away}`}`)]},
-      {key: 'alarm', head: t.alarm, value: (row) => texts.alarms[row.alarm] ?? row.alarm, cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
+      {key: 'alarm', head: t.alarm, value: (row) => changeName(row.alarm), cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
       {key: 'severity', head: t.size, ...number, falls: true, value: (row) => row.severity, cell: (row) => value(percent(row.severity, 1))},
       {key: 'since', head: t.since, class: 'time', value: (row) => row.since_ms, cell: (row) => [at(row.since_ms), el('small', {}, fill(t.for, {long: duration((this.answer.now_ms - row.since_ms) / 1000)}))]},
       {key: 'weeks', head: t.weeks, class: 'curve-cell', cell: (row) => curve(row, this.top)},
     ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'severity', {class: 'lines worst'});
     this.faults = new SortedTable(t.faultsCaption, [
       {key: 'tag', head: t.loop, row: true, value: (row) => row.tag, cell: (row) => [el('a', {href: valveHref(row)}, row.tag), el('small', {}, `${row.group} · ${row.edge}${row.online ? '' : ` · ${t.away}`}`)]},
-      {key: 'alarm', head: t.alarm, value: (row) => texts.alarms[row.alarm] ?? row.alarm, cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
+      {key: 'alarm', head: t.alarm, value: (row) => changeName(row.alarm), cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
       {key: 'since', head: t.since, class: 'time', falls: true, value: (row) => row.since_ms, cell: (row) => [at(row.since_ms), el('small', {}, fill(t.for, {long: duration((this.answer.now_ms - row.since_ms) / 1000)}))]},
     ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'since');
     this.silent = new SortedTable(t.silentCaption, [
@@ -192,7 +192,7 @@ class FleetView {
   }
 
   #list(name, table, {all, list}, nothing, known) {
-    const rows = matching(list, this.search.value, (row) => [row.group, row.edge, row.tag ?? '', row.alarm ? texts.alarms[row.alarm] ?? row.alarm : '', row.version ?? '']);
+    const rows = matching(list, this.search.value, (row) => [row.group, row.edge, row.tag ?? '', row.alarm ? changeName(row.alarm) : '', row.version ?? '']);
     table.node.hidden = !rows.length;
     this.none[name].hidden = rows.length > 0;
     this.none[name].replaceChildren(...(all ? [t.nothing] : [icon(known ? 'ok' : 'low'), nothing]));

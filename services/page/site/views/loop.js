@@ -16,7 +16,7 @@ import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {pictureOf, save} from '../lib/picture.js';
 import {wall} from '../lib/shell.js';
-import {calmPart, conditionTable, explanationPart, healthTable, measureTable, windowTable} from './loop_parts.js';
+import {calmPart, conditionTable, explanationPart, healthTable, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
 import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
 import {actsOf, modeOf, ne107Of, signOf} from '../lib/state.js';
@@ -312,10 +312,10 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const head = header(loop), faceplate = new Faceplate(loop);
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
-  const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
+  const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
   places.calm = el('div', {class: 'told'});
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
-    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm)), panel(t.measures, places.measures), panel(t.health, places.health),
+    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
       el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
   const i = live.places.get(tag);
   const update = () => {
@@ -349,6 +349,8 @@ function followDetails(loop, places, scope) {
       const folder = now.explanation?.folder.split('/').at(-1) ?? null, report = folder && await reportOf(folder, scope.signal);
       put('condition', now.monitor.condition, () => conditionTable(now.monitor.condition));
       put('measures', now.monitor, () => measureTable(now.monitor));
+      const said = now.monitor.twin && twinFacts(now.monitor.twin);
+      if (said) put('twin', said, () => twinPart(said, loop));
       put('health', [now.io, now.recording, now.pv_age_ms], () => healthTable(now));
       put('windows', windows.windows, () => windowTable(windows.windows));
       put('explanation', [now.explanation, report?.id], () => (now.explanation ? explanationPart(now.explanation, report?.id ?? null)

@@ -67,6 +67,23 @@ export function healthTable(loop) {
   return table(t.caption, [{head: t.what, row: true}, {head: t.value, class: 'number'}], rows.filter(Boolean), {captionHidden: true, class: 'pairs'});
 }
 
+// What the twin says beside its alarm. Times in minutes: what changes no more than once a minute is drawn no more often.
+export function twinFacts(twin) {
+  const minutes = (s) => 60 * Math.round(s / 60), {load_outside: load} = twin;
+  return {judging: twin.judging, why: twin.controller_not_watched, load: load && {size: significant(load.size), for_s: minutes(load.since_s)},
+    untested: twin.untested.map((one) => ({...one, for_s: minutes(one.for_s)}))};
+}
+
+export function twinPart(said, loop) {
+  const t = texts.twin, age = (s) => (s < 60 ? t.now : duration(s));
+  return el('div', {}, facts([
+    [t.judging, t.judges[said.judging] ?? said.judging],
+    said.load ? [t.load, fill(t.loadOutside, {size: `${said.load.size} ${loop.pv_unit}`.trim(), long: age(said.load.for_s)})] : null,
+    said.why ? [t.controller, fill(t.notWatched, {why: said.why})] : null]),
+  table(t.untested, [{head: t.change, row: true}, {head: t.lastTested, class: 'number'}],
+    said.untested.map((one) => [t.changes[one.change] ?? one.change, fill(one.tested ? t.ago : t.never, {long: age(one.for_s)})]), {class: 'pairs'}));
+}
+
 // What keeps the loop calm until its valve is repaired; null: nothing does, and nothing is offered.
 export function calmPart(loop, begin) {
   const t = texts.calm, state = loop.monitor.corrective_action, says = loop.compensator?.says;

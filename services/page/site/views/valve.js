@@ -10,12 +10,11 @@ import {live} from '../lib/live.js';
 import {wall} from '../lib/shell.js';
 import {alarmSign} from './fleet.js';
 import {conditionTable, explanationPart} from './loop_parts.js';
-import {fill, texts} from '../texts.js';
+import {changeName as nameOf, fill, texts} from '../texts.js';
 
 const t = texts.valve;
 const SEVERE_PERCENT = 5;
 const LINES = [['measured', null], ['co', [6, 4]], ['stem', [3, 3]], ['sp', [8, 3, 2, 3]]]; // told apart without colour too
-const nameOf = (alarm) => texts.alarms[alarm] ?? alarm;
 const stateText = (state) => texts.alarmStates[state] ?? state;
 const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, title), what);
 const byName = (values) => new Map(values.map((one) => [one.name, one]));
@@ -28,6 +27,14 @@ function alarmTable(valve) {
   const columns = [{head: texts.alarm.alarm, row: true}, {head: texts.alarm.state}, {head: texts.alarm.size, class: 'number'}, {head: texts.alarm.changed, class: 'time'}];
   return scroller(t.alarms, table(t.alarms, columns, valve.alarms.map((alarm) => [alarm.active ? alarmSign(alarm) : nameOf(alarm.alarm), stateText(alarm.state),
     percent(alarm.severity, 1), wall().dateTime(alarm.changed_ms)]), {captionHidden: true, class: 'lines as-cards'}));
+}
+
+// What raised the alarms, as one.
+function incidentLine({incident: one}) {
+  if (!one?.active) return null;
+  const sure = one.confidence === null ? '' : fill(t.sure, {confidence: percent(100 * one.confidence)});
+  return el('p', {}, alarmSign({alarm: one.name, state: one.unacknowledged ? 'unacknowledged' : 'acknowledged', severity: null}), ' ',
+    fill(t.incident, {where: texts.causes[one.cause] ?? one.cause, sure, time: wall().dateTime(one.raised_ms)}));
 }
 
 function historyTable(changes) {
@@ -107,7 +114,7 @@ export async function show(main, {parts}, scope) {
       el('span', {class: 'stretch'}), el('span', {class: 'soft small'}, fill(texts.fleet.asOf, {time: wall().dateTime(valve.now_ms)}))),
     awayNote(valve) ?? '',
     el('div', {class: 'cards', 'data-old': !valve.online},
-      el('div', {class: 'wider'}, panel(t.alarms, alarmTable(valve))), panel(t.where, boxFacts(valve)),
+      el('div', {class: 'wider'}, panel(t.alarms, incidentLine(valve), alarmTable(valve))), panel(t.where, boxFacts(valve)),
       el('div', {class: 'across'}, el('section', {class: 'panel trend'}, el('h2', {}, t.weeks), el('p', {class: 'unseen', id: 'valve-keys'}, texts.trend.keys), weeks)),
       el('div', {class: 'across'}, panel(texts.loop.condition, conditionTable(conditions))),
       el('div', {class: 'wider'}, panel(texts.loop.explanation, valve.explanation ? explanationPart(explanationOf(valve.explanation), null) : el('p', {class: 'nothing'}, texts.explain.none))),

@@ -105,6 +105,10 @@ TEST_CASE("no link and no odd file leads out") {
     CHECK_FALSE(store.evidence_file(id, "secret.html"));
     CHECK(store.evidence_files(id).empty());
   }
+  // What joined an incident lies in the folder of the alarm that opened it.
+  write_file(folder / "state/evidence/one/two/evidence.json", "{}");
+  CHECK(store.evidence_file("two", "evidence.json") == "{}");
+  CHECK(store.evidence_folder("two") == folder / "state/evidence/one/two");
   CHECK_FALSE(store.evidence_file("one", "link.html"));
   CHECK_FALSE(store.evidence_file("one", "pipe.html"));
   CHECK_FALSE(store.evidence_file("one", "../one/evidence.json"));

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/commission/twin_sight.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/model/gap/gap_support.hpp"
+
+namespace twin_sight_test {
+
+using namespace loopwarden;
+using commission::TwinSeen;
+using commission::TwinSees;
+
+plant::LoopModel twin_model() {
+  plant::LoopModel twin = test::believed_model();
+  twin.transmitter.noise = 0.015;
+  twin.scenario.set_point = {{0.0, 4.0}, {60.0, 6.0}, {180.0, 4.5}, {240.0, 5.5}};
+  twin.scenario.duration_s = 300.0;
+  twin.twin.emplace();
+  twin.twin->seen_low = 3.0;
+  twin.twin->seen_high = 7.0;
+  twin.twin->co_low = 0.0;
+  twin.twin->co_high = 10.0;
+  twin.twin->controller = plant::SeenController{.rms = 0.001, .resolution = 10.0 / 4096.0};
+  return twin;
+}
+
+TwinSeen of(const std::vector<TwinSeen>& all, TwinSees change) {
+  return *std::find_if(all.begin(), all.end(), [&](const auto& s) { return s.change == change; });
+}
+
+TEST_CASE("the least change that the twin sees grows where SP moves less", "[commission][twin]") {
+  const auto moving = commission::look_by_twin(twin_model(), 1, test::serial);
+  REQUIRE(moving.size() == 4);
+  for (const TwinSeen& seen : moving) {
+    INFO(to_text(seen.change));
+    REQUIRE(seen.size);
+    CHECK(*seen.to_alarm_s > 0.0);
+    CHECK(*seen.to_alarm_s < TwinSeen::kWithin_s);
+  }
+  CHECK(*of(moving, TwinSees::gain).size <= 0.2);
+  CHECK(*of(moving, TwinSees::controller).size <= 0.5);
+  plant::LoopModel still = twin_model();
+  still.scenario.set_point = {{0.0, 5.0}};
+  const auto standing = commission::look_by_twin(still, 1, test::serial);
+  CHECK_FALSE(of(standing, TwinSees::dead_time).size);
+}
+
+TEST_CASE("of a controller that is not watched nothing is said", "[commission][twin]") {
+  plant::LoopModel twin = twin_model();
+  twin.scenario.set_point = {{0.0, 5.0}};
+  twin.twin->controller.reset();
+  const auto seen = commission::look_by_twin(twin, 1, test::serial);
+  CHECK(seen.size() == 3);
+}
+
+}  // namespace twin_sight_test
