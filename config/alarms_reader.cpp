@@ -141,7 +141,7 @@ class Reader {
 
   static const char* meaning_of(AlarmKind kind) {
     switch (kind) {
-      case AlarmKind::deviation: return "|SP - PV| above it, in automatic";
+      case AlarmKind::deviation: return "how far PV may be from SP in automatic";
       case AlarmKind::rate_of_change: return "PV changes faster, up or down";
       case AlarmKind::pv_high_high:
       case AlarmKind::pv_high: return "PV above it";

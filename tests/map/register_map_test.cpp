@@ -135,9 +135,8 @@ TEST_CASE(
     "[register_map]") {
   for (const Register& reg : registers()) {
     if (reg.area == Area::third && reg.table == Table::holding_register) {
-      CHECK(writable(reg) ==
-            (reg.field == Field::shelve_minutes || reg.field == Field::unshelve_process ||
-             reg.field == Field::calm));
+      CHECK(writable(reg) == (reg.field == Field::shelve_minutes ||
+                              reg.field == Field::unshelve_process || reg.field == Field::calm));
     }
     if (reg.area == Area::loop && reg.table == Table::holding_register) {
       CHECK(writable(reg) == (reg.field != Field::moves_phase && reg.field != Field::moves_gain));
