@@ -33,6 +33,9 @@ const std::set<std::string> kOfCo{"co", "stem", "output"};
 const std::set<std::string> kOrdersToController{"output", "output_scaled", "veto_corrective_action",
                                                 "calm_stiction"};
 
+// Orders of a master to several alarms at once; a host names each alarm.
+const std::set<std::string> kOfMasters{"acknowledge_process", "unshelve_process"};
+
 struct RegisterKind {
   DataType type;
   double low;
@@ -245,6 +248,10 @@ BoxModel::Area BoxModel::take_names(const std::vector<protocol::Field>& names, c
   std::size_t column = 0;
   for (const protocol::Field& field : names) {
     if (field.area != area) continue;
+    if (kOfMasters.contains(field.name)) {
+      ++column;
+      continue;
+    }
     MetricSpec spec = spec_of(field, bands);
     const bool scaled = field.type == "i16" && spec.type == DataType::float32;
     if (known.emplace(spec.name, taken.specs.size()).second) {

@@ -64,7 +64,11 @@ std::optional<Order> shelve_order(const Metric& metric) {
 }
 
 std::optional<Order> alarm_order(const Metric& metric) {
-  for (const char* action : {"acknowledge", "reset", "unshelve", "calm"}) {
+  // A register, not a coil: a number.
+  if (metric.name == "calm_stiction" && ordered(metric.value) == 1.0) {
+    return Order{metric.name, on_alarm("stiction", "calm")};
+  }
+  for (const char* action : {"acknowledge", "reset", "unshelve"}) {
     const auto alarm = behind(std::string(action) + '_', metric.name);
     if (alarm && is_true(metric.value)) {
       return Order{metric.name, on_alarm(*alarm, action)};

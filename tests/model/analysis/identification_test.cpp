@@ -12,6 +12,7 @@
 #include "model/analysis/step_metrics.hpp"
 #include "model/analysis/tuning_rules.hpp"
 #include "model/numeric/random.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace identification_test {
 
@@ -310,7 +311,12 @@ TEST_CASE("a record alone suggests a loop model, and what it assumed is said",
   CHECK(assumed.model->controller.pid.gains.ki == Approx(0.06).epsilon(0.03));
   CHECK(assumed.model->controller.pid.output_high == 10.0);
   CHECK(assumed.model->uncertainty.gain >= 0.03);
-  CHECK(assumed.assumptions.size() >= 4);
+  CHECK(assumed.assumptions.size() >= 5);
+  // The process alone would put PV elsewhere: what was identified are changes.
+  const std::vector<plant::EffectSpec>& level = assumed.model->transmitter_effects;
+  REQUIRE(level.size() == 1);
+  CHECK(level[0].parameters.at("bias") ==
+        Approx(numeric::mean(r.pv) - assumed.model->process.gain * numeric::mean(r.co)));
   const AssumedModel told =
       assumed_model({.co = r.co, .pv = r.pv, .sp = r.sp, .sample_time_s = kPeriod},
                     {.pv = {{0.0, 40.0}}, .co = {{4.0, 20.0}}});
@@ -320,7 +326,7 @@ TEST_CASE("a record alone suggests a loop model, and what it assumed is said",
   CHECK(told.model->controller.set_point.high == 40.0);
   CHECK(told.model->controller.pid.output_low == 4.0);
   CHECK(told.model->controller.output.high == 20.0);
-  CHECK(told.assumptions[2] == "PV runs from 0 to 40, as it was told");
+  CHECK(told.assumptions[3] == "PV runs from 0 to 40, as it was told");
   const LoopRun still = loop_run(7, 0.0, 0.3);
   const AssumedModel none =
       assumed_model({.co = still.co, .pv = still.pv, .sp = still.sp, .sample_time_s = kPeriod});

@@ -52,7 +52,7 @@ TEST_CASE("what is of low priority waits for the time of the digest, in the loca
   auto all = waiting({kNoon, kNoon, kNoon + kHour});
   all[0].event.priority = all[2].event.priority = "low";
   all[1].event.priority = "medium";
-  CHECK(ready(mail, {}, all, {}, kNoon) == std::vector<std::size_t>{1});
+  CHECK(ready(mail, {}, all, {}, kNoon + kHour) == std::vector<std::size_t>{1});
   all.erase(all.begin() + 1);
   CHECK(ready(mail, {}, all, {}, kNoon + 18 * kHour - 1).empty());
   CHECK(ready(mail, {}, all, {}, kNoon + 18 * kHour).size() == 2);
