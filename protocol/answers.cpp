@@ -30,8 +30,8 @@ PROTOCOL_JSON(JournalLine, id, utc_ms, kind, loop, alarm, from, to, severity_per
 PROTOCOL_JSON(Journal, lines)
 
 PROTOCOL_JSON(Condition, valve, control_performance, actuator, positioner, environment)
-PROTOCOL_JSON(TwinRemarks::Load, size, since_s)
-PROTOCOL_JSON(TwinRemarks::Untested, change, for_s, tested)
+PROTOCOL_JSON(LoadRemark, size, since_s)
+PROTOCOL_JSON(UntestedRemark, change, for_s, tested)
 PROTOCOL_JSON(TwinRemarks, judging, load_outside, controller_not_watched, untested)
 PROTOCOL_JSON(Monitor, window_state, source, windows, windows_suppressed, probability,
               severity_percent, oscillation_index, oscillation_period_s, variability_percent,

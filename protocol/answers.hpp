@@ -54,20 +54,22 @@ struct Alarms {
 };
 
 // What a loop's twin says beside its alarm; times of the loop.
+struct LoadRemark {
+  double size = kNone;  // PV units
+  double since_s = kNone;
+};
+
+struct UntestedRemark {
+  std::string change{};
+  double for_s = kNone;
+  bool tested = false;  // before that; else never since the start
+};
+
 struct TwinRemarks {
   std::string judging{};  // here, settling, outside
-  struct Load {
-    double size = kNone;  // PV units
-    double since_s = kNone;
-  };
-  std::optional<Load> load_outside{};
+  std::optional<LoadRemark> load_outside{};
   std::string controller_not_watched{};  // why; empty: it is, or the loop runs here
-  struct Untested {
-    std::string change{};
-    double for_s = kNone;
-    bool tested = false;  // before that; else never since the start
-  };
-  std::vector<Untested> untested{};
+  std::vector<UntestedRemark> untested{};
 };
 
 // An alarm as it is meant: what it waits for, and what a person is told.

@@ -44,9 +44,11 @@ TEST_CASE("an open enable contact is told with what PV does, and not the mode th
     }
     return all;
   };
-  REQUIRE(test::eventually([&] { return alarms().at("pv_low").active; }));
-  const auto now = alarms();
-  CHECK(now.at("enable_open").active);
+  std::map<std::string, protocol::Alarm> now;
+  REQUIRE(test::eventually([&] {
+    now = alarms();
+    return now.at("pv_low").active && now.at("enable_open").active;
+  }));
   CHECK(now.at("pv_low").first_out);  // its delay is the shorter one
   CHECK(now.at("not_normal_mode").state == "suppressed");
   CHECK(now.at("not_normal_mode").consequence_of == "enable_open");

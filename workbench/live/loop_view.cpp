@@ -95,7 +95,7 @@ std::string age(double seconds) {
 std::string untested_text(const protocol::TwinRemarks& twin) {
   constexpr double kWorthSaying_s = 3600.0;
   std::string text;
-  for (const protocol::TwinRemarks::Untested& one : twin.untested) {
+  for (const protocol::UntestedRemark& one : twin.untested) {
     if (one.for_s < kWorthSaying_s) continue;
     std::string name = one.change;
     std::replace(name.begin(), name.end(), '_', ' ');
