@@ -36,10 +36,11 @@ void cycle_sticking(benchmark::State& state) { cycle_of(state, sticking_plant1()
 void cycle_calmed(benchmark::State& state) {
   Loop loop(calmed_plant1());
   std::uint64_t period = 0;
-  while (loop.loop.channels.moves.read().phase == control::MovePhase::watching &&
-         period < 100'000) {
-    loop.run(period++);
-  }
+  const auto watches = [&] {
+    return loop.loop.channels.moves.read().value_or(control::MovesState{}).phase ==
+           control::MovePhase::watching;
+  };
+  while (watches() && period < 100'000) loop.run(period++);
   for (auto _ : state) loop.run(period++);
 }
 BENCHMARK(cycle_calmed)->Name("control_cycle/planned_moves");
