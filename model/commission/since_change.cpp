@@ -210,13 +210,23 @@ class Competition {
     const std::vector<Hypothesis> pairs = pairs_with(joined, joined.kinds.size() - 1);
     const Hypothesis second = plainest(pairs);
     const double left_by_both = std::max(second.errors.held - noise_ * held_share(), 0.0);
-    const bool both = left_by_both < 0.5 * to_close && ahead(second, best) > kAlike;
-    return describe(both ? second : best, both ? pairs : singles, alone);
+    const double gap = std::max(alone.held - noise_ * held_share(), 0.0);
+    const bool both = left_by_both < 0.5 * to_close && to_close - left_by_both > kOfGap * gap &&
+                      ahead(second, best) > kAlike;
+    if (!both) return describe(best, singles, alone);
+    SinceChange out = describe(second, pairs, alone);
+    const auto alone_leaves = [&](std::size_t k) { return singles[second.kinds[k]].errors.all(); };
+    // What explains more by itself is told first.
+    if (out.effects.size() == 2 && alone_leaves(1) < alone_leaves(0)) {
+      std::swap(out.effects[0], out.effects[1]);
+    }
+    return out;
   }
 
  private:
   static constexpr double kLeastExcess = 0.05;
   static constexpr double kLeastForSecond = 0.3;
+  static constexpr double kOfGap = 0.05;  // what a second one closes at least
   static constexpr double kLatest = 1.0;
   static constexpr double kMomentStep = -0.4;  // as a share of the bounds
   static constexpr double kHardlyMore = 8.0;

@@ -80,6 +80,13 @@ TEST_CASE("two changes at once are both named", "[commission][since]") {
   CHECK(has("stiction"));
 }
 
+TEST_CASE("what closes next to nothing beside a change is not named", "[commission][since]") {
+  const auto sticks = named({{{"stiction", {{"s", 0.9}, {"j", 0.4}}}, Block::valve},
+                             {{"hysteresis", {{"width", 0.08}}}, Block::valve}});
+  REQUIRE(sticks.effects.size() == 1);
+  CHECK(sticks.effects[0].spec.name == "stiction");
+}
+
 TEST_CASE("a moment that is known within bounds is found, with its interval",
           "[commission][since]") {
   const auto gain = named({{{"gain_change", {{"factor", 1.3}}}, Block::process}}, 240.0, 360.0);
