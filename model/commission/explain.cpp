@@ -123,12 +123,17 @@ TellingStretch telling_stretch(const gap::Record& record, const plant::LoopModel
   Held seen;
   monitor::TwinChange leading = monitor::TwinChange::gain;
   double largest = 0.0;
+  double co = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t k = stretch.begin; k < stretch.end; ++k) {
-    watch.add(record.pv[k], record.co[k]);
+    // CO of a missing cycle is the last one, as for the watch that raised the alarm.
+    const bool missing = !std::isfinite(record.co[k]);
+    if (!missing) co = record.co[k];
+    watch.add(record.pv[k], co);
     for (std::size_t i = 0; i < monitor::kTwinChanges; ++i) {
       seen.changes[i].push_back(watch.newest(static_cast<monitor::TwinChange>(i)));
     }
-    if (record.has_sp() && settings.judge_controller) {
+    if (missing) controller.restart();
+    if (!missing && record.has_sp() && settings.judge_controller) {
       controller.add(record.sp[k], record.pv[k], record.co[k]);
     }
     seen.controller.push_back(controller.apart() * controller.apart());

@@ -283,8 +283,15 @@ TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs 
       nlohmann::json::parse(lines_of(folder / "log").at(0).at("body").get<std::string>());
   CHECK(body.at("count") == kAlarms);
   CHECK(body.at("events").size() == kMostListed);
-  CHECK(eventually([&] { return lines_of(folder / "syslog").size() == kAlarms; },
-                   std::chrono::minutes(10)));
+  // A busy machine may keep the daemon's answer so long that its silence is told as well.
+  const auto of_alarms = [&] {
+    const auto lines = lines_of(folder / "syslog");
+    return static_cast<std::size_t>(std::count_if(lines.begin(), lines.end(), [](const auto& line) {
+      return line.dump().find("stiction") != std::string::npos;
+    }));
+  };
+  CHECK(eventually([&] { return of_alarms() >= kAlarms; }, std::chrono::minutes(2)));
+  CHECK(of_alarms() == kAlarms);
   CHECK(program.end(SIGTERM) == 0);
 }
 
