@@ -109,6 +109,7 @@ std::optional<Monitor::PlannedMoves> Monitor::planned_moves_of(const MonitoredLo
   PlannedMoves planned{.to_loop = loop.moves_settings,
                        .state = loop.moves,
                        .hardware = loop.hardware,
+                       .on_order = loop.corrective.on_order,
                        .period_s = loop.window.sample_time_s,
                        .settings = commission::planned_moves_of(*loop.twin),
                        .explained = nullptr};
@@ -120,17 +121,13 @@ std::optional<Monitor::PlannedMoves> Monitor::planned_moves_of(const MonitoredLo
 }
 
 Monitor::Monitor(const std::vector<MonitoredLoop>& loops, WatchBoard& board, Raised raised)
-    : board_(board), raised_(std::move(raised)) {
+    : board_(board), raised_(std::move(raised)), started_ms_(board.now_ms()) {
   tracks_.reserve(loops.size());
   for (const MonitoredLoop& loop : loops) {
     Track& track = tracks_.emplace_back(loop);
     board.corrective_state(tracks_.size() - 1, track.corrective.state());
     if (const model::ControllerWatch* controller = track.monitor.controller()) {
       board.controller_not_watched(tracks_.size() - 1, controller->why_not());
-    }
-    // What was explained before the start begins nothing by itself.
-    if (track.planned && !loop.corrective.on_order) {
-      track.planned->explained = board.stick(tracks_.size() - 1);
     }
     const LoopWatch known = board.watch(tracks_.size() - 1);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
@@ -297,7 +294,8 @@ void Monitor::attend(std::size_t index) {
 void Monitor::look_for_stick(std::size_t index) {
   Track& track = tracks_[index];
   const std::shared_ptr<const Explanation> stick = board_.stick(index);
-  const bool fresh = stick && stick != track.planned->explained;
+  const bool begins = track.planned->on_order || (stick && stick->raised_ms >= started_ms_);
+  const bool fresh = stick && begins && stick != track.planned->explained;
   if (fresh && track.planned->settings && !track.corrective.moves_run()) {
     commission::set_stick(*track.planned->settings, *stick->stick);
     track.corrective.explained(!track.planned->hardware || commission::known_well(*stick->stick));

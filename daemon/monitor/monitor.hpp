@@ -94,6 +94,7 @@ class Monitor {
     base::NewestValue<control::PlannedMovesSettings>* to_loop;
     const rt::MovesBoard* state;
     bool hardware;
+    bool on_order;
     double period_s;
     std::optional<control::PlannedMovesSettings> settings;  // nothing: the process has none
     std::shared_ptr<const Explanation> explained;           // the newest that was looked at
@@ -153,7 +154,8 @@ class Monitor {
   std::vector<Track> tracks_;
   WatchBoard& board_;
   Raised raised_;
-  std::size_t first_ = 0;  // loop at which the next round begins
+  std::int64_t started_ms_;  // alarms from before begin no planned moves by themselves
+  std::size_t first_ = 0;    // loop at which the next round begins
   std::atomic<std::uint64_t> windows_{0};
   std::atomic<std::uint64_t> cycles_{0};
   std::atomic<std::size_t> backlog_{0};

@@ -129,6 +129,11 @@ Refusal ControlCycle::take(const Order& order, const InForce& now) noexcept {
   Refusal refusal = judge(order.expected, now, settings_);
   if (refusal == Refusal::none)
     refusal = judge(order, standing(), settings_, configured_.controller.jacket.form);
+  // After a reload the file may have another corrective action than the one that orders.
+  if (refusal == Refusal::none && order.moves && *order.moves != MovesWish::off &&
+      configured_.controller.compensator.kind != control::CompensatorKind::none) {
+    refusal = Refusal::compensator_of_file;
+  }
   if (refusal == Refusal::none) {
     apply(order);
   } else {

@@ -2,6 +2,7 @@
 // One loop, one period: from the newest sample to the newest command; the backend's thread speaks to the devices.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -24,25 +25,28 @@ namespace loopwarden::daemon::rt {
 class MovesBoard {
  public:
   void publish(const control::MovesState& state) noexcept {
-    shadow_.store(state.shadow, std::memory_order_relaxed);
-    for_good_.store(state.for_good, std::memory_order_relaxed);
-    phase_.store(state.phase, std::memory_order_relaxed);
-    reason_.store(state.reason, std::memory_order_relaxed);
     settles_off_.store(state.settles_off, std::memory_order_relaxed);
     pays_from_.store(state.pays_from, std::memory_order_relaxed);
     output_.store(state.output, std::memory_order_relaxed);
     gain_.store(state.gain, std::memory_order_relaxed);
-    run_.store(true, std::memory_order_release);
+    // What a reader decides by, in one word: no half of it is older than the other.
+    what_.store({.run = true,
+                 .shadow = state.shadow,
+                 .for_good = state.for_good,
+                 .phase = state.phase,
+                 .reason = state.reason},
+                std::memory_order_release);
   }
-  void none() noexcept { run_.store(false, std::memory_order_relaxed); }
+  void none() noexcept { what_.store({}, std::memory_order_relaxed); }
   // Nothing: there are none.
   std::optional<control::MovesState> read() const noexcept {
-    if (!run_.load(std::memory_order_acquire)) return std::nullopt;
+    const What what = what_.load(std::memory_order_acquire);
+    if (!what.run) return std::nullopt;
     control::MovesState state;
-    state.shadow = shadow_.load(std::memory_order_relaxed);
-    state.for_good = for_good_.load(std::memory_order_relaxed);
-    state.phase = phase_.load(std::memory_order_relaxed);
-    state.reason = reason_.load(std::memory_order_relaxed);
+    state.shadow = what.shadow;
+    state.for_good = what.for_good;
+    state.phase = what.phase;
+    state.reason = what.reason;
     state.settles_off = settles_off_.load(std::memory_order_relaxed);
     state.pays_from = pays_from_.load(std::memory_order_relaxed);
     state.output = output_.load(std::memory_order_relaxed);
@@ -51,11 +55,16 @@ class MovesBoard {
   }
 
  private:
-  std::atomic<bool> run_{false};
-  std::atomic<bool> shadow_{false};
-  std::atomic<bool> for_good_{false};
-  std::atomic<control::MovePhase> phase_{control::MovePhase::watching};
-  std::atomic<control::GivenBack> reason_{control::GivenBack::no};
+  struct alignas(8) What {
+    bool run = false;
+    bool shadow = false;
+    bool for_good = false;
+    control::MovePhase phase = control::MovePhase::watching;
+    control::GivenBack reason = control::GivenBack::no;
+    std::array<std::uint8_t, 3> rest{};  // no bit of the word is left open
+  };
+  static_assert(std::atomic<What>::is_always_lock_free);
+  std::atomic<What> what_{What{}};
   std::atomic<double> settles_off_{0.0};
   std::atomic<double> pays_from_{0.0};
   std::atomic<double> output_{0.0};

@@ -56,6 +56,7 @@ enum class Refusal : std::uint8_t {
   compensator_acts,
   moves_may_not_act,
   jacket_acts,
+  compensator_of_file,
   output_unknown,
   output_in_automatic,
   output_in_fault,
@@ -81,6 +82,8 @@ constexpr const char* to_text(Refusal refusal) noexcept {
       return "planned moves act where monitor.corrective_action has that form, with what it asks "
              "for on hardware";
     case Refusal::jacket_acts: return "the jacket acts, and planned moves can't act beside it";
+    case Refusal::compensator_of_file:
+      return "the loop's file has a compensator of its own, which planned moves don't replace";
     case Refusal::output_unknown:
       return "where the output stands is not known; in manual, set an output first";
     case Refusal::output_in_automatic:

@@ -495,7 +495,10 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
   delta = wanted_ - place;
   if (delta * sign <= 0.0) return;
   const double detour = kDetour * (seen() ? j : sure_jump());
-  if (delta * sign > kSingle * sure_jump()) {
+  const bool single = delta * sign > kSingle * sure_jump();
+  // There and back are two moves of the stem, the longer one by the detour longer than the way.
+  if (!single && (detour + delta * sign > settings_.max_move || tokens_ < 2.0)) return;
+  if (single) {
     phase_ = MovePhase::moving;
     start_leg(wanted_, wanted_ + way(sign).stands);
   } else {
@@ -527,7 +530,7 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
   doubt_before_ = load_variance_;
   answer_due_ = false;
   travel_ = 0.0;
-  tokens_ -= 1.0;
+  tokens_ -= single ? 1.0 : 2.0;
   ++moves_;
   ++moves_since_probe_;
 }
@@ -541,7 +544,15 @@ bool PlannedMoves::stands_now(double samples) noexcept {
   return true;
 }
 
+// Without a read-back nobody knows whether the stem has moved: CO stays until it is back, or the loop is given back.
+bool PlannedMoves::waits_for_read_back() noexcept {
+  if (!seen() || lost_ == 0) return false;
+  leg_s_ -= period_s_;
+  return true;
+}
+
 void PlannedMoves::back_off() noexcept {
+  if (waits_for_read_back()) return;
   const double sign = sign_of(leg_to_ - from_);
   if (!seen()) {
     if (leg_s_ < std::max(period_s_, 5.0 * actuator_s_)) return;
@@ -570,6 +581,7 @@ void PlannedMoves::back_off() noexcept {
 }
 
 void PlannedMoves::move() noexcept {
+  if (waits_for_read_back()) return;
   const double sign = sign_of(leg_to_ - from_);
   if (!seen()) {
     if (leg_s_ < settle_s()) return;

@@ -182,6 +182,7 @@ class PlannedMoves {
   void rest(const CompensatorInputs& in) noexcept;
   void plan(const CompensatorInputs& in, double error) noexcept;
   bool stands_now(double samples) noexcept;
+  bool waits_for_read_back() noexcept;
   void back_off() noexcept;
   void move() noexcept;
   void start_leg(double to, double output) noexcept;

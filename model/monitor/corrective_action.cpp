@@ -165,7 +165,8 @@ CorrectiveStep CorrectiveAction::refused() noexcept {
   if (!acting() && state_ != State::in_shadow) return {};
   settling_ = 0;
   CorrectiveStep step = go(State::given_up, "the loop refused the order");
-  step.order = Order::none;
+  // The jacket stays as it was; planned moves in shadow would stay there for good.
+  if (!planned()) step.order = Order::none;
   return step;
 }
 

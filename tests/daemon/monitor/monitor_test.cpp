@@ -763,6 +763,32 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   CHECK_FALSE(box.orders.try_pop(order));
 }
 
+TEST_CASE("what was explained of an alarm from before the start begins no planned moves",
+          "[monitor][corrective]") {
+  Bench bench;
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(3 * kWindow);
+  Explanation e;
+  e.alarm = AlarmKind::stiction;
+  e.raised_ms = e.ended_ms = bench.now_ms;
+  e.effect = "stiction";
+  e.stick = commission::Stick{.s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}};
+  bench.now_ms += 1000;
+  const bool on_order = GENERATE(false, true);
+  bench.make_monitor({.enabled = true,
+                      .form = model::CorrectiveForm::planned_moves,
+                      .on_order = on_order,
+                      .max_move = 2.0,
+                      .max_moves_per_hour = 30.0});
+  // As the daemon does once all is made.
+  bench.board->restore(0, e);
+  bench.run(3 * kWindow);
+  rt::Order order;
+  CHECK_FALSE(bench.box.orders.try_pop(order));
+  CHECK(bench.board->watch(0).corrective ==
+        (on_order ? model::CorrectiveState::offered : model::CorrectiveState::waiting));
+}
+
 TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly",
           "[monitor][corrective]") {
   Bench bench;
@@ -771,7 +797,7 @@ TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly
   bench.run(3 * kWindow);
   Explanation e;
   e.alarm = AlarmKind::stiction;
-  e.ended_ms = bench.now_ms;
+  e.raised_ms = e.ended_ms = bench.now_ms;
   e.effect = "stiction";
   e.stick = commission::Stick{.s = 0.8, .j = 0.3, .s_interval = {0.4, 0.9}, .j_interval = {}};
   bench.board->explained(0, e);

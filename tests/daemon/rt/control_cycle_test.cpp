@@ -945,6 +945,14 @@ TEST_CASE("planned moves don't act where the file does not allow it, nor beside 
     CHECK(loop.answer() == Refusal::moves_may_not_act);
     CHECK(loop.channels.moves.read()->shadow);
   }
+  SECTION("the file has a compensator") {
+    settings.controller.compensator.kind = control::CompensatorKind::knocker;
+    Loop loop(settings);
+    loop.order({.moves = MovesWish::shadow});
+    loop.run(1);
+    CHECK(loop.answer() == Refusal::compensator_of_file);
+    CHECK_FALSE(loop.channels.moves.read());
+  }
   SECTION("the jacket acts") {
     settings.moves_may_act = true;
     settings.controller.jacket.form = control::JacketForm::bounded;

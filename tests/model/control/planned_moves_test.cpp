@@ -166,6 +166,24 @@ TEST_CASE("a loop that does not cycle is left alone", "[control][planned_moves]"
   CHECK(with.co == without.co);
 }
 
+TEST_CASE("CO stands still while the read-back is lost in a move", "[control][planned_moves]") {
+  plant::LoopModel m = loop("karnopp", 0.02);
+  m.controller.compensator = moves(0.02);
+  const Run whole = run(m, 4000.0);
+  const std::size_t move = whole.first(MovePhase::moving);
+  REQUIRE(move < whole.co.size());
+  // As long as a move would push on, and shorter than what gives the loop back.
+  const double lost_s = static_cast<double>(move) * m.sample_time_s;
+  const auto samples = static_cast<std::size_t>(1.2 / m.sample_time_s);
+  const Run with = run(m, 4000.0, [&](double time_s, double stem) {
+    return ReadBack{stem, !(time_s > lost_s && time_s < lost_s + 1.2)};
+  });
+  for (std::size_t k = move + 1; k < move + samples; ++k) {
+    REQUIRE(with.phase[k] == MovePhase::moving);
+    REQUIRE(with.co[k] == with.co[move + 1]);
+  }
+}
+
 TEST_CASE("a read-back that is lost gives the loop back without a bump",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
@@ -226,16 +244,25 @@ TEST_CASE("no move is longer and no hour has more than allowed", "[control][plan
   plant::LoopModel m = loop("he", 0.02);
   m.controller.compensator = moves(0.02);
   m.controller.compensator.planned.max_moves_per_hour = 12.0;
-  m.controller.compensator.planned.max_move = 0.5;
+  m.controller.compensator.planned.max_move = 2.5 * kJ;
   const Run with = run(m, 7200.0 + 1500.0);
   REQUIRE(with.was(MovePhase::moving));
-  // Two at once, and what an hour fills up.
-  CHECK(with.state.moves <= 2 + 24 + 5);
+  // Two at once, and what two hours fill up; most are there and back.
+  CHECK(with.state.moves <= 2 + 24);
   const std::size_t from = with.first(MovePhase::resting);
   for (std::size_t k = from + 1; k < with.co.size(); ++k) {
     if (with.phase[k] == MovePhase::given_back) break;
     REQUIRE(std::abs(with.co[k] - with.co[k - 1]) < 0.5 + 2.0 * kS);
   }
+}
+
+TEST_CASE("a move that is longer than allowed is not made in another way",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("he", 0.02);
+  m.controller.compensator = moves(0.02);
+  m.controller.compensator.planned.max_move = kJ;  // a detour alone is longer
+  const Run with = run(m, 4000.0);
+  CHECK_FALSE(with.was(MovePhase::backing_off));
 }
 
 TEST_CASE("a shadow changes nothing and says what it would gain", "[control][planned_moves]") {

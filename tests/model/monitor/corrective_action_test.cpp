@@ -319,7 +319,9 @@ TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
   SECTION("refused") {
-    CHECK(action.refused().to == State::given_up);
+    const CorrectiveStep step = action.refused();
+    CHECK(step.to == State::given_up);
+    CHECK(step.order == Order::back);
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
   }
 }
