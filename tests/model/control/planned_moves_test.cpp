@@ -172,16 +172,22 @@ TEST_CASE("CO stands still while the read-back is lost in a move", "[control][pl
   const Run whole = run(m, 4000.0);
   const std::size_t move = whole.first(MovePhase::moving);
   REQUIRE(move < whole.co.size());
-  // As long as a move would push on, and shorter than what gives the loop back.
-  const double lost_s = static_cast<double>(move) * m.sample_time_s;
-  const auto samples = static_cast<std::size_t>(1.2 / m.sample_time_s);
-  const Run with = run(m, 4000.0, [&](double time_s, double stem) {
-    return ReadBack{stem, !(time_s > lost_s && time_s < lost_s + 1.2)};
-  });
-  for (std::size_t k = move + 1; k < move + samples; ++k) {
-    REQUIRE(with.phase[k] == MovePhase::moving);
-    REQUIRE(with.co[k] == with.co[move + 1]);
-  }
+  const double move_s = static_cast<double>(move) * m.sample_time_s;
+  // A stem that seems to stand is pushed on.
+  const auto stands = [&](double lost_s) {
+    return [&, lost_s, place = 0.0](double time_s, double stem) mutable {
+      if (time_s <= move_s) place = stem;
+      return ReadBack{place, time_s < lost_s};
+    };
+  };
+  const Run pushed = run(m, 4000.0, stands(4000.0));
+  std::size_t push = move + 2;
+  while (push < pushed.co.size() && pushed.co[push] == pushed.co[push - 1]) ++push;
+  REQUIRE(push + 20 < pushed.co.size());
+  REQUIRE(pushed.phase[push + 5] == MovePhase::moving);
+  const Run lost = run(m, 4000.0, stands(static_cast<double>(push + 2) * m.sample_time_s));
+  CHECK(pushed.co[push + 5] != pushed.co[push + 3]);
+  CHECK(lost.co[push + 5] == lost.co[push + 3]);
 }
 
 TEST_CASE("a read-back that is lost gives the loop back without a bump",
