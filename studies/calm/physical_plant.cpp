@@ -35,11 +35,9 @@ PhysicalValve random_physical_valve(numeric::Random& random, double s, double j)
   valve.air_lag_s = random.uniform(0.1, 0.5);
   valve.frequency_rad_s = random.uniform(15.0, 50.0);
   // A slip takes some tenths of a second and does not swing.
-  valve.damping_s =
-      std::max(numeric::log_uniform(random, 0.04, 0.2), 1.6 / valve.frequency_rad_s);
-  valve.stribeck_per_s =
-      valve.friction == PhysicalFriction::lugre ? random.uniform(0.02, 0.05)
-                                                : random.uniform(0.005, 0.02);
+  valve.damping_s = std::max(numeric::log_uniform(random, 0.04, 0.2), 1.6 / valve.frequency_rad_s);
+  valve.stribeck_per_s = valve.friction == PhysicalFriction::lugre ? random.uniform(0.02, 0.05)
+                                                                   : random.uniform(0.005, 0.02);
   valve.bristle_stiffness = random.uniform(40.0, 100.0);
   return valve;
 }
@@ -81,8 +79,8 @@ void PhysicalPlant::step(double co) {
 
 void PhysicalPlant::read() {
   true_pv_ = flow_ + load_;
-  const double seen =
-      std::clamp(true_pv_ + transmitter_.noise * random_.normal(), transmitter_.low, transmitter_.high);
+  const double seen = std::clamp(true_pv_ + transmitter_.noise * random_.normal(), transmitter_.low,
+                                 transmitter_.high);
   pv_ = transmitter_.resolution > 0.0
             ? transmitter_.resolution * std::round(seen / transmitter_.resolution)
             : seen;

@@ -248,8 +248,8 @@ TEST_CASE("a valve that was repaired while nothing moves is probed, and given ba
 
 TEST_CASE("a read-back that comes late gives the loop back for good after one move",
           "[control][planned_moves]") {
-  plant::LoopModel m = loop("karnopp", 0.02);
-  m.controller.compensator = moves(0.02);
+  plant::LoopModel m = loop("karnopp", 0.01);
+  m.controller.compensator = moves(0.01);
   std::vector<double> stems;
   const Run with = run(m, 8000.0, [&](double time_s, double stem) {
     stems.push_back(stem);
@@ -291,13 +291,21 @@ TEST_CASE("CO stays within the output's limits, and a set point out of reach is 
 }
 
 TEST_CASE("no move is longer and no hour has more than allowed", "[control][planned_moves]") {
-  const auto [allowed, hours, most] =
-      GENERATE(table<double, double, std::size_t>({{12.0, 1.0, 12}, {1.5, 1.0, 1}, {0.5, 2.0, 1}}));
+  struct Limit {
+    double allowed;
+    double hours;
+    std::size_t most;
+    double set_point_stands_s;
+  };
+  const Limit limit =
+      GENERATE(Limit{12.0, 1.0, 12, 1e6}, Limit{1.5, 1.0, 1, 1700.0}, Limit{0.5, 2.0, 1, 3000.0});
   plant::LoopModel m = loop("he", 0.02);
   m.controller.compensator = moves(0.02);
-  m.controller.compensator.planned.max_moves_per_hour = allowed;
+  m.controller.compensator.planned.max_moves_per_hour = limit.allowed;
   m.controller.compensator.planned.max_move = 2.5 * kJ;
-  const Run with = run(m, 4.0 * 3600.0 + 1500.0);
+  const Run with = run(m, 4.0 * 3600.0 + 1500.0, {}, [&](double time_s) {
+    return std::fmod(time_s, 2.0 * limit.set_point_stands_s) < limit.set_point_stands_s ? 8.0 : 7.0;
+  });
   REQUIRE(with.was(MovePhase::moving));
   // A detour is away and there.
   std::vector<double> made_s;
@@ -308,11 +316,10 @@ TEST_CASE("no move is longer and no hour has more than allowed", "[control][plan
     made_s.push_back(0.1 * static_cast<double>(k));
     const auto newest =
         static_cast<std::size_t>(std::count_if(made_s.begin(), made_s.end(), [&](double t) {
-          return t > made_s.back() - 3600.0 * hours;
+          return t > made_s.back() - 3600.0 * limit.hours;
         }));
-    REQUIRE(newest <= most);
+    REQUIRE(newest <= limit.most);
   }
-  CHECK(made_s.size() >= 2);
   const std::size_t from = with.first(MovePhase::resting);
   for (std::size_t k = from + 1; k < with.co.size(); ++k) {
     if (with.phase[k] == MovePhase::given_back) break;
@@ -342,8 +349,8 @@ TEST_CASE("a shadow changes nothing and says what it would gain", "[control][pla
 }
 
 TEST_CASE("what a shadow says it gains is what is gained", "[control][planned_moves]") {
-  plant::LoopModel m = loop("karnopp", 0.02);
-  m.controller.compensator = moves(0.02);
+  plant::LoopModel m = loop("karnopp", 0.01);
+  m.controller.compensator = moves(0.01);
   const Run acting = run(m, 8000.0);
   REQUIRE(acting.state.reason == GivenBack::no);
   m.controller.compensator.shadow = true;

@@ -270,7 +270,8 @@ TEST_CASE("planned moves in shadow begin anew with what explains the alarm anew"
   SECTION("acting: kept for the next beginning") {
     CHECK_FALSE(action.explained(false).changed());
     CHECK(action.interrupted(false).order == Order::back);
-    CHECK(windows(action, 1 + kLeastBaseline, errors(10.0)).changed() == false);
+    CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
+    windows(action, kLeastBaseline, errors(10.0));
     CHECK(action.state() == State::in_shadow);
     CHECK_FALSE(action.moves(in_shadow(0.2), 10.0 * kShadow_s).changed());
   }

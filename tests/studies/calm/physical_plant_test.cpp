@@ -81,8 +81,8 @@ TEST_CASE("load and noise of a physical loop are the model's, the same for a see
 }
 
 TEST_CASE("planned moves calm a loop whose friction is physical", "[calm][studies]") {
-  const StickyStudy study = study_sticky_loops(2, 5, Load::steady, "planned_moves, s", {},
-                                               Valve::physical);
+  const StickyStudy study =
+      study_sticky_loops(2, 5, Load::steady, "planned_moves, s", {}, Valve::physical);
   REQUIRE(study.rows.size() == 1);
   REQUIRE(study.rows.front().factors.size() == 2);
   CHECK(study.rows.front().rms_factor.worst < 0.9);
