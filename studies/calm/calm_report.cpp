@@ -186,6 +186,10 @@ int run_calm_study(const CalmOptions& options) {
     result["sticky"].push_back(json_of(study));
     if (!options.json) print_sticky(study);
   }
+  if (options.friction) {
+    if (options.json) fmt::print("{}\n", result.dump(2));
+    return kExitOk;
+  }
   const HealthyStudy healthy =
       with_progress("healthy valves", options.threads, [&](const StudyWork& work) {
         return study_healthy_loops(options.cases, options.seed, work);
