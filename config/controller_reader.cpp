@@ -177,13 +177,15 @@ control::PlannedMovesSettings read_planned_moves(MapReader& in) {
   read_stick_size(in, "j", "slip jump of the valve", m.j, m.j_low, m.j_high);
   if (m.j > m.s && m.s > 0.0)
     in.error("j", fmt::format("must not exceed s = {} (got {})", brief(m.s), brief(m.j)));
+  in.maybe_number("max_move",
+                  {"CO units", above(0.0),
+                   "longest single move of the stem; a detour, for less than j, needs 1.15 j more",
+                   "none; required on hardware"},
+                  m.max_move);
   in.maybe_number(
-      "max_move",
-      {"CO units", above(0.0), "longest single move of the stem", "none; required on hardware"},
-      m.max_move);
-  in.maybe_number("max_moves_per_hour",
-                  {"1/h", above(0.0), "most moves", "none; required on hardware"},
-                  m.max_moves_per_hour);
+      "max_moves_per_hour",
+      {"1/h", above(0.0), "most moves in any hour; a detour is two", "none; required on hardware"},
+      m.max_moves_per_hour);
   in.set_flag("read_back", "the stem is read back; false: taken from the law of stiction",
               m.read_back);
   return m;

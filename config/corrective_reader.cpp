@@ -65,11 +65,14 @@ void read_corrective_action(MapReader& in, const control::ControllerSettings& co
   in.set_flag("on_order", "planned_moves are offered, and begin when a person orders them",
               corrective.on_order);
   in.maybe_number("max_move",
-                  {"CO units", above(0.0), "longest single move of the stem by planned_moves",
+                  {"CO units", above(0.0),
+                   "longest single move of the stem by planned_moves; a detour, for less than j, "
+                   "needs 1.15 j more",
                    "none; required on hardware"},
                   corrective.max_move);
   in.maybe_number("max_moves_per_hour",
-                  {"1/h", above(0.0), "most planned_moves", "none; required on hardware"},
+                  {"1/h", above(0.0), "most planned_moves in any hour; a detour is two",
+                   "none; required on hardware"},
                   corrective.max_moves_per_hour);
   if (in.describing() || !corrective.enabled) return;
   corrective.form == CorrectiveForm::jacket ? check_jacket_form(in, controller, monitor)

@@ -39,7 +39,8 @@ const char* lacks(const control::CompensatorSettings& compensator, Backing backi
 bool too_wide(const control::CompensatorSettings& compensator, Backing backing) noexcept {
   return acts_on_hardware(compensator, backing) &&
          compensator.kind == control::CompensatorKind::planned_moves &&
-         compensator.planned.s_high > 2.0 * compensator.planned.s_low;
+         compensator.planned.s_high > compensator.planned.s_low &&
+         !control::within_factor_two(compensator.planned.s_low, compensator.planned.s_high);
 }
 
 bool moves_may_act(const monitor::CorrectiveSettings& corrective, Backing backing) noexcept {

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -18,6 +19,18 @@
 
 namespace loopwarden::daemon {
 namespace {
+
+// Of what has changed: after so much of it an incident that lasts is explained again.
+constexpr std::array kAgain_s{0.5 * commission::kMostSeen_s, commission::kMostSeen_s};
+
+// The next of them: the last that is over, or the first to come. 0: none.
+double next_of(double explained_s, double seen_s) {
+  double next_s = 0.0;
+  for (const double again_s : kAgain_s) {
+    if (again_s > explained_s && (next_s == 0.0 || again_s <= seen_s)) next_s = again_s;
+  }
+  return next_s;
+}
 
 std::map<std::string, config::SpecialistFolder> contents_of(const Specialists& specialists) {
   std::map<std::string, config::SpecialistFolder> contents;
@@ -53,7 +66,7 @@ EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config, const Specialists
                  const std::string& why) { report_evidence(e, folder, why); },
           [this](const std::string& why) { report_removal(why); }),
       explainer_(
-          {.program = workbench_program(), .save = wall_clock(60.0, accelerate_)},
+          {.program = ends_.explain, .save = wall_clock(60.0, accelerate_)},
           [this](std::size_t loop) { return ends_.history(loop)->minutes(); },
           [this](const ExplainJob& job, const Explanation* explanation, const std::string& why) {
             report_explanation(job, explanation, why);
@@ -132,20 +145,25 @@ void EvidenceFlow::have_explained(const evidence::Evidence& evidence,
                    .alarm = evidence.alarm,
                    .raised_at = evidence.raised_at,
                    .raised_ms = evidence.raised_ms,
+                   .incident_ms = evidence.incident_ms,
                    .folder = folder,
                    .wait = wall_clock(wait_s, accelerate_),
                    .enough_s = since_s + wait_s,
-                   .seen_s = std::max(unquiet_s, commission::kEnough_s)});
+                   .seen_s = unquiet_s + wait_s,
+                   .changed_at = cycle_before(loop, unquiet_s)});
 }
 
 void EvidenceFlow::report_explanation(const ExplainJob& job, const Explanation* explanation,
                                       const std::string& why) {
   if (explanation != nullptr) {
     ends_.board.explained(job.loop, *explanation);
-    explain_again(job);
-    return;
+  } else if (!job.repeat) {  // else the one before it stands
+    tell_not_explained(job, why);
   }
-  if (job.repeat) return;  // the one before it stands
+  explain_again(job);
+}
+
+void EvidenceFlow::tell_not_explained(const ExplainJob& job, const std::string& why) {
   Explanation none;
   none.alarm = job.alarm;
   none.raised_ms = job.raised_ms;
@@ -157,20 +175,58 @@ void EvidenceFlow::report_explanation(const ExplainJob& job, const Explanation* 
   ends_.board.explained(job.loop, none);
 }
 
-bool EvidenceFlow::lasts(std::size_t loop) const {
-  const monitor::LoopWatch watch = ends_.board.watch(loop);
-  return watch.incident.incident().open() && watch.incident.incident().gone_ms == 0;
+bool EvidenceFlow::lasts(const ExplainJob& job) const {
+  const monitor::LoopWatch watch = ends_.board.watch(job.loop);
+  const loopwarden::monitor::Incident& incident = watch.incident.incident();
+  return incident.open() && incident.gone_ms == 0 && incident.opened_ms == job.incident_ms;
 }
 
 void EvidenceFlow::explain_again(const ExplainJob& job) {
-  if (job.resumed_s || 2.0 * job.seen_s > commission::kMostSeen_s || !lasts(job.loop)) return;
+  const monitor::History& history = *ends_.history(job.loop);
+  const double period_s = ends_.loops[job.loop].config.sample_time_s;
+  const double seen_s =
+      period_s * static_cast<double>(static_cast<std::int64_t>(history.newest()) - job.changed_at);
+  const double next_s = next_of(job.seen_s, seen_s);
+  if (next_s == 0.0 || !lasts(job)) return;
   ExplainJob next = job;
   next.repeat = true;
-  next.seen_s = 2.0 * job.seen_s;
-  next.enough_s = job.enough_s + job.seen_s;
-  next.wait = wall_clock(job.seen_s, accelerate_);
-  next.wanted = [this, loop = job.loop] { return lasts(loop); };
+  // What was before a restart is explained: from here on it is the minutes of after it.
+  next.renewed = job.renewed || job.resumed_s;
+  next.resumed_s.reset();
+  const double there_s = next.renewed ? history.unquiet_s() : commission::kEnough_s;
+  next.seen_s = next_s;
+  next.wait =
+      wall_clock(std::max({0.0, next_s - seen_s, commission::kEnough_s - there_s}), accelerate_);
+  next.wanted = [this, next] { return lasts(next); };
   explainer_.post(std::move(next));
+}
+
+void EvidenceFlow::go_on(std::size_t loop, const Explanation& newest) {
+  const monitor::LoopWatch watch = ends_.board.watch(loop);
+  const std::int64_t incident_ms = watch.incident.incident().opened_ms;
+  if (ends_.history(loop) == nullptr || newest.raised_ms < incident_ms ||
+      newest.folder.parent_path() != store_folder_) {
+    return;
+  }
+  const double before_s = std::isfinite(newest.since_s) ? std::max(0.0, newest.since_s) : 0.0;
+  explain_again({.loop = loop,
+                 .alarm = newest.alarm,
+                 .raised_ms = newest.raised_ms,
+                 .incident_ms = incident_ms,
+                 .folder = newest.folder,
+                 .renewed = true,
+                 .seen_s = before_s + since_s(newest.raised_ms, newest.ended_ms),
+                 .changed_at = cycle_before(
+                     loop, before_s + since_s(newest.raised_ms, ends_.board.now_ms()))});
+}
+
+double EvidenceFlow::since_s(std::int64_t from_ms, std::int64_t to_ms) const {
+  return accelerate_ * 1e-3 * static_cast<double>(to_ms - from_ms);
+}
+
+std::int64_t EvidenceFlow::cycle_before(std::size_t loop, double s) const {
+  return static_cast<std::int64_t>(ends_.history(loop)->newest()) -
+         std::llround(s / ends_.loops[loop].config.sample_time_s);
 }
 
 void EvidenceFlow::remember() {
@@ -194,6 +250,7 @@ void EvidenceFlow::remember() {
     std::sort(known.begin(), known.end(),
               [](const auto& a, const auto& b) { return a.ended_ms < b.ended_ms; });
     for (const Explanation& explanation : known) ends_.board.restore(i, explanation);
+    if (!known.empty()) go_on(i, known.back());
   }
 }
 
@@ -206,13 +263,18 @@ void EvidenceFlow::resume_explanation(std::size_t loop, loopwarden::monitor::Ala
       read_pending(folder).value_or(PendingExplanation{.enough_s = commission::kEnough_s});
   spdlog::info("loop {}: alarm {} is explained now: the restart came before",
                ends_.board.name(loop), loopwarden::monitor::to_text(alarm));
+  const monitor::LoopWatch watch = ends_.board.watch(loop);
+  const std::int64_t raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;
   explainer_.post({.loop = loop,
                    .alarm = alarm,
-                   .raised_ms = ends_.board.watch(loop).alarms.alarm(alarm).memory().raised_ms,
+                   .raised_ms = raised_ms,
+                   .incident_ms = watch.incident.incident().opened_ms,
                    .folder = folder,
                    .enough_s = pending.enough_s,
                    .resumed_s = pending.there_s,
-                   .again = wall_clock(commission::kEnough_s, accelerate_)});
+                   .again = wall_clock(commission::kEnough_s, accelerate_),
+                   .seen_s = commission::kEnough_s,
+                   .changed_at = cycle_before(loop, since_s(raised_ms, ends_.board.now_ms()))});
 }
 
 }  // namespace loopwarden::daemon

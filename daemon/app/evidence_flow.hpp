@@ -35,6 +35,7 @@ class EvidenceFlow {
     std::function<std::uint32_t()> config_hash;
     // Of a loop with a twin; null: it has none.
     std::function<const monitor::History*(std::size_t loop)> history;
+    std::filesystem::path explain = workbench_program();
   };
   // What is referred to outlives this.
   EvidenceFlow(const config::DaemonConfig& config, const Specialists& specialists, Ends ends);
@@ -60,9 +61,16 @@ class EvidenceFlow {
                        const std::string& why);
   void report_removal(const std::string& why);
   void have_explained(const evidence::Evidence& evidence, const std::filesystem::path& folder);
-  // Of an incident that lasts: when twice as much of it has been seen.
+  // Of an incident that lasts: when kAgain_s of what has changed have been seen, whatever came of the explanation before.
   void explain_again(const ExplainJob& job);
-  bool lasts(std::size_t loop) const;
+  bool lasts(const ExplainJob& job) const;
+  // The loop's time between two moments, s.
+  double since_s(std::int64_t from_ms, std::int64_t to_ms) const;
+  // The loop's cycle so long ago; below 0: before the start.
+  std::int64_t cycle_before(std::size_t loop, double s) const;
+  void tell_not_explained(const ExplainJob& job, const std::string& why);
+  // Of what an earlier run of the daemon explained.
+  void go_on(std::size_t loop, const Explanation& newest);
   void report_explanation(const ExplainJob& job, const Explanation* explanation,
                           const std::string& why);
   void resume_explanation(std::size_t loop, loopwarden::monitor::AlarmKind alarm,

@@ -54,6 +54,12 @@ std::string mismatch(const config::LoopConfig& loop, const plant::LoopModel& twi
     return fmt::format("has controller.output [{:g}, {:g}], this loop's [{:g}, {:g}]",
                        of_twin.output_low, of_twin.output_high, pid.output_low, pid.output_high);
   }
+  const loopwarden::monitor::CorrectiveSettings& corrective = loop.monitor.corrective;
+  if (twin.process.integrating() && corrective.enabled &&
+      corrective.form == loopwarden::monitor::CorrectiveForm::planned_moves) {
+    return "has an integrating process: corrective_action of form planned_moves is for "
+           "self-regulating ones";
+  }
   return "";
 }
 

@@ -34,6 +34,7 @@ struct ExplainJob {
   loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;
   std::uint64_t raised_at = 0;   // the loop's cycle
   std::int64_t raised_ms = 0;    // UTC, ms since 1970
+  std::int64_t incident_ms = 0;  // of the incident, when it opened
   std::filesystem::path folder;  // of the evidence
   std::chrono::milliseconds wait{0};
   double enough_s = 0.0;  // after the alarm, of the loop's time: what is waited for
@@ -41,9 +42,11 @@ struct ExplainJob {
   std::optional<double> resumed_s{};
   std::chrono::milliseconds again{0};
   bool renewed = false;  // its minutes are those of after the restart
-  double seen_s = 0.0;   // of what has changed, once it is due, of the loop's time
+  // Of what has changed, of the loop's time: how much has been seen once it is due, and the cycle at which it began.
+  double seen_s = 0.0;
+  std::int64_t changed_at = 0;
   // One more of an alarm that has an explanation, over more minutes; dropped where `wanted` says no once it is due. It takes
-  // no first one's room, and is not saved for a restart.
+  // no first one's room; its minutes are not saved for a restart.
   bool repeat = false;
   std::function<bool()> wanted{};
 };

@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <vector>
 
 #include "base/file.hpp"
 
@@ -36,6 +37,8 @@ std::optional<plant::Block> block_of(const std::string& name) {
   return std::nullopt;
 }
 
+double number_of(const json& j) { return j.is_null() ? Explanation::kNone : j.get<double>(); }
+
 // Of the effect stiction, where it is one of gap's; a number that is null is not known.
 std::optional<commission::Stick> stick_of(const json& effects) {
   const auto stiction = std::find_if(effects.begin(), effects.end(), [](const json& effect) {
@@ -54,10 +57,13 @@ std::optional<commission::Stick> stick_of(const json& effects) {
     if (!ends.at(0).is_number() || !ends.at(1).is_number()) continue;
     interval[name] = {ends.at(0).get<double>(), ends.at(1).get<double>()};
   }
-  return commission::stick_of(numbers(stiction->at("parameters")), interval);
+  std::vector<std::string> alternatives;
+  for (const json& effect : effects) {
+    for (const json& name : effect.at("alternatives")) alternatives.push_back(name);
+  }
+  return commission::stick_of(numbers(stiction->at("parameters")), interval,
+                              number_of(stiction->at("confidence")), alternatives);
 }
-
-double number_of(const json& j) { return j.is_null() ? Explanation::kNone : j.get<double>(); }
 
 }  // namespace
 

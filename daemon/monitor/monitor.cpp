@@ -293,14 +293,18 @@ void Monitor::attend(std::size_t index) {
 
 void Monitor::look_for_stick(std::size_t index) {
   Track& track = tracks_[index];
-  const std::shared_ptr<const Explanation> stick = board_.stick(index);
+  const auto [alarm, stick] = board_.sticks(index);
   const bool begins = track.planned->on_order || (stick && stick->raised_ms >= started_ms_);
   const bool fresh = stick && begins && stick != track.planned->explained;
-  if (fresh && track.planned->settings && !track.corrective.moves_run()) {
+  if (alarm && !stick) {
+    follow(index, track.corrective.explained_otherwise());
+  } else if (fresh && track.planned->settings) {
     commission::set_stick(*track.planned->settings, *stick->stick);
-    track.corrective.explained(!track.planned->hardware || commission::known_well(*stick->stick));
+    follow(index, track.corrective.explained(!track.planned->hardware ||
+                                             commission::known_well(*stick->stick)));
   }
   track.planned->explained = stick;
+  if (!track.orders->has_room()) return;
   if (board_.take_order(index)) follow(index, track.corrective.ordered());
 }
 

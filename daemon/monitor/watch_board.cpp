@@ -25,6 +25,11 @@ void keep(LoopWatch& watch, const Explanation& explanation) {
   watch.explanations[model::index_of(explanation.alarm)] = watch.explanation;
 }
 
+// Not of an earlier one, whose explanation ended late.
+bool of_incident(const LoopWatch& watch, const Explanation& explanation) {
+  return explanation.raised_ms >= watch.incident.incident().opened_ms;
+}
+
 // Of one alarm, explained again: nothing new is told.
 bool same_name(const Explanation& before, const Explanation& now) {
   return before.raised_ms == now.raised_ms && before.effect == now.effect &&
@@ -170,6 +175,7 @@ void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
                  .effect = explanation.effect,
                  .block = explanation.block,
                  .confidence = explanation.confidence}));
+  if (!of_incident(watch, explanation)) return;
   const Memories before = memories(loop);
   write_down(loop, before,
              watch.alarms.explained(
@@ -288,16 +294,15 @@ model::Veto WatchBoard::veto(std::size_t loop) const {
   return watches_[loop].veto;
 }
 
-std::shared_ptr<const Explanation> WatchBoard::stick(std::size_t loop) const {
+WatchBoard::Sticks WatchBoard::sticks(std::size_t loop) const {
   const std::lock_guard lock(mutex_);
   const LoopWatch& watch = watches_[loop];
   const model::Alarm& alarm = watch.alarms.alarm(AlarmKind::stiction);
-  if (!alarm.active() || alarm.is_consequence()) return nullptr;
-  const auto& own = watch.explanations[model::index_of(AlarmKind::stiction)];
-  for (const auto& known : {own, watch.explanation}) {
-    if (known && known->stick && known->ended_ms >= alarm.memory().raised_ms) return known;
-  }
-  return nullptr;
+  if (!alarm.active() || alarm.is_consequence()) return {};
+  const auto& newest = watch.explanation;
+  const bool holds = newest && newest->stick && of_incident(watch, *newest) &&
+                     newest->ended_ms >= alarm.memory().raised_ms;
+  return {true, holds ? newest : nullptr};
 }
 
 bool WatchBoard::take_order(std::size_t loop) {

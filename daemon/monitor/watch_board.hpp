@@ -159,8 +159,12 @@ class WatchBoard {
   void stick_not_known(std::size_t loop);
   void pass_time();
   loopwarden::monitor::Veto veto(std::size_t loop) const;
-  // What explains the stiction alarm that is on; null: nothing does, with s and j.
-  std::shared_ptr<const Explanation> stick(std::size_t loop) const;
+  // Whether the stiction alarm is on, and the newest explanation of its incident where that has s and j; else null.
+  struct Sticks {
+    bool alarm = false;
+    std::shared_ptr<const Explanation> explanation;
+  };
+  Sticks sticks(std::size_t loop) const;
   // A person has ordered what is offered; once.
   bool take_order(std::size_t loop);
   void corrective_state(std::size_t loop, loopwarden::monitor::CorrectiveState state);

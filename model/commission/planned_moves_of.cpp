@@ -14,9 +14,15 @@ double value_of(const std::map<std::string, double>& parameters, const char* nam
 }  // namespace
 
 std::optional<Stick> stick_of(const std::map<std::string, double>& parameters,
-                              const std::map<std::string, std::array<double, 2>>& interval) {
+                              const std::map<std::string, std::array<double, 2>>& interval,
+                              double confidence, const std::vector<std::string>& alternatives) {
   Stick stick{.s = value_of(parameters, "s"), .j = value_of(parameters, "j")};
   if (!(stick.s > 0.0) || !(stick.j > 0.0)) return std::nullopt;
+  const bool play = std::any_of(
+      alternatives.begin(), alternatives.end(),
+      [](const std::string& name) { return name == "backlash" || name == "hysteresis"; });
+  if (play) return std::nullopt;
+  stick.confidence = confidence;
   stick.j = std::min(stick.j, stick.s);
   if (const auto s = interval.find("s"); s != interval.end()) stick.s_interval = s->second;
   if (const auto j = interval.find("j"); j != interval.end()) stick.j_interval = j->second;
@@ -46,7 +52,8 @@ void set_stick(control::PlannedMovesSettings& settings, const Stick& stick) noex
 }
 
 bool known_well(const Stick& stick) noexcept {
-  return stick.s_interval[0] > 0.0 && stick.s_interval[1] <= 2.0 * stick.s_interval[0];
+  return control::within_factor_two(stick.s_interval[0], stick.s_interval[1]) &&
+         stick.confidence >= kLeastConfidence;
 }
 
 }  // namespace loopwarden::commission

@@ -14,6 +14,8 @@ constexpr double kGainError = 0.1;          // of a move, for good
 constexpr double kSingle = 1.08;            // of j: what one move can do
 constexpr double kDetour = 1.15;            // of j
 constexpr double kProbe = 0.35;             // of s
+constexpr double kProbeAgain = 10.0;        // cycles
+constexpr double kLate_s = 10.0;            // after a move that did not move the stem
 constexpr double kFollows = 0.4;            // of a probe
 constexpr std::uint32_t kConfirmed = 3;     // samples in a row
 constexpr double kShown = 0.4;              // of L + T
@@ -63,6 +65,24 @@ void PlannedMoves::Process::step(double stem) noexcept {
   y_ += approach_ * (gain_ * delayed - y_);
 }
 
+// ---- the last hour
+
+PlannedMoves::LastHour::LastHour(double max_per_hour) noexcept
+    : part_s_(60.0 / std::min(1.0, max_per_hour)), most_(std::max(1.0, std::floor(max_per_hour))) {}
+
+void PlannedMoves::LastHour::pass(double period_s) noexcept {
+  for (since_s_ += period_s; since_s_ >= part_s_; since_s_ -= part_s_) {
+    newest_ = (newest_ + 1) % parts_.size();
+    made_ -= static_cast<double>(parts_[newest_]);
+    parts_[newest_] = 0.0F;
+  }
+}
+
+void PlannedMoves::LastHour::add() noexcept {
+  made_ += 1.0;
+  parts_[newest_] += 1.0F;
+}
+
 // ---- what is there
 
 PlannedMoves::PlannedMoves(const PlannedMovesSettings& settings, bool shadow,
@@ -70,13 +90,16 @@ PlannedMoves::PlannedMoves(const PlannedMovesSettings& settings, bool shadow,
     : settings_(settings),
       shadow_(shadow),
       period_s_(period_s),
-      answer_s_(settings.dead_time_s + settings.time_constant_s) {
+      answer_s_(settings.dead_time_s + settings.time_constant_s),
+      hour_(settings.max_moves_per_hour) {
   process_.set(settings, period_s);
   virtual_process_.set(settings, period_s);
 }
 
 void PlannedMoves::reset(double output) noexcept {
+  const LastHour hour = hour_;
   *this = PlannedMoves(settings_, shadow_, period_s_);
+  if (!shadow_) hour_ = hour;
   const double fs = 0.5 * (settings_.s + settings_.j);
   const double fd = 0.5 * (settings_.s - settings_.j);
   ways_[0] = {.breaks = -fs, .stands = -fd};
@@ -128,7 +151,9 @@ double PlannedMoves::settle_s() const noexcept {
 }
 
 void PlannedMoves::moved_to(Stem& stem, double place) noexcept {
-  travel_ += std::abs(place - stem.place);
+  // In shadow the real stem goes on under the law alone.
+  if (&stem == (shadow_ && active() ? &virtual_stem_ : &stem_))
+    travel_ += std::abs(place - stem.place);
   stem.before = stem.place;
   stem.place = place;
   stem.averaged = 1.0;
@@ -296,7 +321,8 @@ void PlannedMoves::engage(const CompensatorInputs& in) noexcept {
   virtual_process_ = process_;
   window_squares_ = window_s_ = too_large_s_ = 0.0;
   gain_ = 0.0;
-  windows_ = unanswered_ = stands_ = suspicious_ = 0;
+  windows_ = unanswered_ = stands_ = suspicious_ = moves_ = 0;
+  since_stood_s_ = kNever;
   tokens_ = 2.0;
   budget_ = 8.0 * jump();
   candidate_ = 0;
@@ -327,7 +353,7 @@ void PlannedMoves::supervise(const CompensatorInputs& in) noexcept {
   }
   if (window_s_ >= kCycles * cycle_s_) {
     const double variance =
-        std::max(0.0, window_squares_ / window_s_ - (shadow_ ? 0.0 : noise_variance_));
+        std::max(1e-4 * variance_without_, window_squares_ / window_s_ - noise_variance_);
     ++windows_;
     const double weight = std::max(kWindowWeight, 1.0 / windows_);
     gain_ = std::sqrt(squared(gain_) + weight * (variance / variance_without_ - squared(gain_)));
@@ -343,8 +369,8 @@ void PlannedMoves::supervise(const CompensatorInputs& in) noexcept {
 
 void PlannedMoves::give_back(GivenBack reason) noexcept {
   ++given_back_;
-  const bool for_good =
-      reason == GivenBack::valve_follows || reason == GivenBack::no_gain || given_back_ >= 3;
+  const bool for_good = reason == GivenBack::valve_follows || reason == GivenBack::no_gain ||
+                        reason == GivenBack::read_back_late || given_back_ >= 3;
   phase_ = MovePhase::given_back;
   reason_ = reason;
   release_ = true;
@@ -409,6 +435,7 @@ void PlannedMoves::begin_probe(const CompensatorInputs& in) noexcept {
   leg_s_ = 0.0;
   followed_ = 0;
   moves_since_probe_ = 0;
+  since_probe_s_ = 0.0;
   pushed_ = 0.0;
   output_ = std::clamp(output_, in.output_low, in.output_high);
 }
@@ -448,6 +475,12 @@ void PlannedMoves::probe() noexcept {
 
 void PlannedMoves::rest(const CompensatorInputs& in) noexcept {
   rested_s_ += period_s_;
+  since_stood_s_ += period_s_;
+  if (since_stood_s_ < std::max(kLate_s, answer_s_)) {
+    const bool moved = (stem_.place - from_) * sign_of(leg_to_ - from_) > 0.3 * jump();
+    if (moved) give_back(GivenBack::read_back_late);
+    return;
+  }
   if (seen() && stem_.moved && rested_s_ > settle_s()) {
     slipped_ = true;
     rested_s_ = 0.0;
@@ -460,7 +493,8 @@ void PlannedMoves::rest(const CompensatorInputs& in) noexcept {
     judge_answer();
   if (phase_ != MovePhase::resting) return;
   if (slipped_ && answer_due_) return;
-  if (slipped_ || suspicious_ >= 2 || moves_since_probe_ >= 25) {
+  const bool long_ago = seen() && !answer_due_ && since_probe_s_ > kProbeAgain * cycle_s_;
+  if (slipped_ || suspicious_ >= 2 || moves_since_probe_ >= 25 || long_ago) {
     slipped_ = false;
     suspicious_ = 0;
     return begin_probe(in);
@@ -470,7 +504,7 @@ void PlannedMoves::rest(const CompensatorInputs& in) noexcept {
   const double strained = budget_ < 0.0 && !new_set_point ? 1.0 - budget_ / (4.0 * jump()) : 1.0;
   const double pays = std::sqrt(squared(threshold_ * strained) + kDoubt * load_variance_);
   const bool shown = rested_s_ > kShown * answer_s_ + settle_s();
-  if (std::abs(error) > pays && (shown || new_set_point) && tokens_ >= 1.0 && lost_ == 0)
+  if (std::abs(error) > pays && (shown || new_set_point) && may_move(1.0) && lost_ == 0)
     plan(in, error);
 }
 
@@ -497,7 +531,7 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
   const double detour = kDetour * (seen() ? j : sure_jump());
   const bool single = delta * sign > kSingle * sure_jump();
   // There and back are two moves of the stem, the longer one by the detour longer than the way.
-  if (!single && (detour + delta * sign > settings_.max_move || tokens_ < 2.0)) return;
+  if (!single && (detour + delta * sign > settings_.max_move || !may_move(2.0))) return;
   if (single) {
     phase_ = MovePhase::moving;
     start_leg(wanted_, wanted_ + way(sign).stands);
@@ -531,6 +565,7 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
   answer_due_ = false;
   travel_ = 0.0;
   tokens_ -= single ? 1.0 : 2.0;
+  hour_.add();
   ++moves_;
   ++moves_since_probe_;
 }
@@ -565,16 +600,12 @@ void PlannedMoves::back_off() noexcept {
       if (leg_s_ < settle_s()) return;
       const double step = band() * period_s_ / std::max({3.0, 10.0 * period_s_, 5.0 * actuator_s_});
       pushed_ += step;
-      if (pushed_ > band()) {
-        if (++stands_ >= kStands) return give_back(GivenBack::stem_stands);
-        phase_ = MovePhase::resting;
-        rested_s_ = 0.0;
-        return;
-      }
+      if (pushed_ > band()) return stood();
       output_ = std::clamp(output_ + sign * step, low_, high_);
       return;
     }
   }
+  hour_.add();
   const double on = sign_of(wanted_ - stem().place);
   phase_ = MovePhase::moving;
   start_leg(wanted_, wanted_ + way(on).stands);
@@ -596,11 +627,13 @@ void PlannedMoves::move() noexcept {
   const double step = band() * period_s_ / std::max({3.0, 10.0 * period_s_, 5.0 * actuator_s_});
   pushed_ += step;
   output_ = std::clamp(output_ + sign * step, low_, high_);
-  if (pushed_ > band()) {
-    if (++stands_ >= kStands) return give_back(GivenBack::stem_stands);
-    phase_ = MovePhase::resting;
-    rested_s_ = 0.0;
-  }
+  if (pushed_ > band()) stood();
+}
+
+void PlannedMoves::stood() noexcept {
+  if (++stands_ >= kStands) return give_back(GivenBack::stem_stands);
+  phase_ = MovePhase::resting;
+  rested_s_ = since_stood_s_ = 0.0;
 }
 
 void PlannedMoves::landed() noexcept {
@@ -651,6 +684,8 @@ Correction PlannedMoves::step(const CompensatorInputs& in) noexcept {
   release_ = false;
   leg_s_ += period_s_;
   since_plan_s_ += period_s_;
+  since_probe_s_ += period_s_;
+  hour_.pass(period_s_);
   if (engage_) {
     engage_ = false;
     engage(in);
@@ -688,6 +723,7 @@ void PlannedMoves::act() noexcept {
   given_back_ = 0;
   reason_ = GivenBack::no;
   again_s_ = 0.0;
+  hour_ = LastHour(settings_.max_moves_per_hour);
   if (settings_.actuator_lag_s <= 0.0 && seen()) actuator_s_ = kActuator;
   engage_ = variance_without_ > 0.0;
   phase_ = MovePhase::watching;
@@ -699,8 +735,6 @@ MovesState PlannedMoves::state() const noexcept {
           .settles_off = set_point_ - settings_.gain * stem().place - load_,
           .pays_from = std::sqrt(squared(threshold_) + kDoubt * load_variance_),
           .output = output_,
-          .rms_without = std::sqrt(variance_without_),
-          .travel_without = travel_rate_without_,
           .gain = gain_,
           .s = band(),
           .j = jump(),

@@ -30,12 +30,16 @@
 //   the stem follows the probe (for good)            the read-back is lost; comes back: watches again
 //   PV and read-back contradict each other           windows of four cycles: RMS 1.1 times v0's (for good)
 //   two moves in a row did not move the stem         |SP - PV| above 5 sqrt(v0) + K s for longer than 3 L + 5 T
+//   the stem is read to move after a move was given up: the read-back is late (for good)
 // and watched again after ten cycles where not for good; after the third time for good. Reset starts afresh.
+// Probed again: the stem moved by itself, two moves landed as without friction, 25 moves, ten cycles (read-back only).
 //
 // `read_back` false: x is the stiction law's (Choudhury et al. 2005) stepped with CO. `shadow`: the same on a valve and a process
 // in numbers beside the real ones, the load being the real one; gain is then what it would have gained. act() goes on
 // from there with what was watched and learnt.
-// max_move bounds |w - x| of one move, max_moves_per_hour their number; what is longer goes in several moves.
+// max_move bounds |w - x| of one move; what is longer goes in several moves, and a detour whose way back is longer is not
+// made. No hour has more moves than max_moves_per_hour (below 1: no 1/max_moves_per_hour hours more than one); a
+// detour is two.
 //
 // Limits: self-regulating processes with one lag. A loop that does not cycle is left alone. A move is no finer than
 // what a stem scatters. j within the read-back's noise is not seen; a load that wanders by more than K j in a cycle
@@ -75,6 +79,11 @@ struct PlannedMovesSettings {
   friend bool operator==(const PlannedMovesSettings&, const PlannedMovesSettings&) = default;
 };
 
+// What planned moves ask of the interval of s before they act on hardware.
+constexpr bool within_factor_two(double s_low, double s_high) noexcept {
+  return s_low > 0.0 && s_high <= 2.0 * s_low;
+}
+
 enum class MovePhase : std::uint8_t { watching, probing, resting, backing_off, moving, given_back };
 enum class GivenBack : std::uint8_t {
   no,
@@ -83,7 +92,8 @@ enum class GivenBack : std::uint8_t {
   contradiction,
   stem_stands,
   no_gain,
-  error_too_large
+  error_too_large,
+  read_back_late
 };
 
 constexpr const char* to_text(MovePhase phase) noexcept {
@@ -91,26 +101,24 @@ constexpr const char* to_text(MovePhase phase) noexcept {
       phase, {"watching", "probing", "resting", "backing off", "moving", "given back"});
 }
 constexpr const char* to_text(GivenBack reason) noexcept {
-  return numeric::enum_name<GivenBack::error_too_large>(
+  return numeric::enum_name<GivenBack::read_back_late>(
       reason, {"no", "the stem follows a probe", "the read-back is lost",
                "PV and read-back contradict each other", "the stem does not move",
-               "RMS of SP - PV does not fall", "SP - PV is too large"});
+               "RMS of SP - PV does not fall", "SP - PV is too large", "the read-back is late"});
 }
 
 // What it does at the moment, and why.
 struct MovesState {
   MovePhase phase = MovePhase::watching;
   GivenBack reason = GivenBack::no;
-  double settles_off = 0.0;     // err, PV units
-  double pays_from = 0.0;       // |err| from which a move pays, PV units
-  double output = 0.0;          // CO units, where it holds CO
-  double rms_without = 0.0;     // PV units; 0: not known yet
-  double travel_without = 0.0;  // CO units/s
-  double gain = 0.0;            // RMS of SP - PV over that without compensator; 0: not known yet
-  double s = 0.0;               // CO units, as learnt
-  double j = 0.0;               // CO units, as learnt
-  std::uint32_t moves = 0;      // since it engaged
-  bool for_good = false;        // given back, and not watched again
+  double settles_off = 0.0;  // err, PV units
+  double pays_from = 0.0;    // |err| from which a move pays, PV units
+  double output = 0.0;       // CO units, where it holds CO
+  double gain = 0.0;         // RMS of SP - PV over that without compensator; 0: not known yet
+  double s = 0.0;            // CO units, as learnt
+  double j = 0.0;            // CO units, as learnt
+  std::uint32_t moves = 0;   // since it engaged
+  bool for_good = false;     // given back, and not watched again
   bool shadow = false;
 };
 
@@ -168,6 +176,23 @@ class PlannedMoves {
     double stand_weight = 1.0;
   };
 
+  // Moves of the stem in the last hour, in parts of a minute.
+  class LastHour {
+   public:
+    explicit LastHour(double max_per_hour) noexcept;
+    void pass(double period_s) noexcept;
+    bool has_room(double moves) const noexcept { return made_ + moves <= most_; }
+    void add() noexcept;
+
+   private:
+    double part_s_;
+    double most_;
+    double made_ = 0.0;
+    double since_s_ = 0.0;  // of the newest part
+    std::size_t newest_ = 0;
+    std::array<float, 61> parts_{};
+  };
+
   void observe(const CompensatorInputs& in) noexcept;
   void follow_read_back(double position, double output) noexcept;
   void follow_law(Stem& stem, double output) noexcept;
@@ -181,6 +206,7 @@ class PlannedMoves {
   void probe() noexcept;
   void rest(const CompensatorInputs& in) noexcept;
   void plan(const CompensatorInputs& in, double error) noexcept;
+  bool may_move(double moves) const noexcept { return tokens_ >= moves && hour_.has_room(moves); }
   bool stands_now(double samples) noexcept;
   bool waits_for_read_back() noexcept;
   void back_off() noexcept;
@@ -188,6 +214,7 @@ class PlannedMoves {
   void start_leg(double to, double output) noexcept;
   void landed() noexcept;
   void judge_answer() noexcept;
+  void stood() noexcept;
   void give_back(GivenBack reason) noexcept;
 
   bool seen() const noexcept { return settings_.read_back && !shadow_; }
@@ -270,6 +297,7 @@ class PlannedMoves {
   double left_ = 0.0;       // m
   double landing_variance_ = 0.0;
   double tokens_ = 0.0;  // moves
+  LastHour hour_;
   double budget_ = 0.0;  // CO units of travel
 
   // The move.
@@ -297,9 +325,11 @@ class PlannedMoves {
   std::uint32_t followed_ = 0;  // samples in a row in which the stem has followed the probe
   std::uint32_t unanswered_ = 0;
   std::uint32_t stands_ = 0;      // moves in a row that did not move the stem
+  double since_stood_s_ = 0.0;    // since the last of them
   std::uint32_t suspicious_ = 0;  // landings as of a valve without friction
   std::uint32_t moves_ = 0;
   std::uint32_t moves_since_probe_ = 0;
+  double since_probe_s_ = 0.0;
   std::uint32_t given_back_ = 0;  // times
   double again_s_ = 0.0;          // when to watch again
 };

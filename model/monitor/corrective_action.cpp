@@ -53,10 +53,22 @@ CorrectiveStep CorrectiveAction::begin() noexcept {
                                        : "the valve sticks; s is known too roughly to act");
 }
 
-void CorrectiveAction::explained(bool may_act) noexcept {
-  if (!planned() || state_ == State::off || state_ == State::given_up) return;
-  due_ = true;
+CorrectiveStep CorrectiveAction::explained(bool may_act) noexcept {
+  if (!planned() || state_ == State::off || state_ == State::given_up) return {};
   may_act_ = may_act;
+  if (acting()) return {};  // they know the valve better by now
+  due_ = true;
+  if (state_ != State::in_shadow) return {};
+  CorrectiveStep step = begin();
+  step.order = Order::shadow;
+  return step;
+}
+
+CorrectiveStep CorrectiveAction::explained_otherwise() noexcept {
+  if (!planned() || acting()) return {};
+  due_ = ordered_ = false;
+  if (state_ != State::offered && state_ != State::in_shadow) return {};
+  return go(State::waiting, "the newest explanation is no stiction that is known");
 }
 
 CorrectiveStep CorrectiveAction::ordered() noexcept {

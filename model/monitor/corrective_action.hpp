@@ -17,6 +17,8 @@
 //   trying     r <= (1 - kLeastGain) R; of the jacket m <= max(M, allowed_mean_error) -> helping
 //              otherwise                                                            -> back, given_up
 //   helping    over each kTrial steady windows the same; else                       -> back, given_up
+//   offered, in_shadow   the newest explanation is another one                       -> back, waiting
+//   in_shadow            explained anew, with other s and j                         -> shadow, in_shadow
 //   trying, helping   planned moves: the stem follows their probe                   -> back, waiting
 //                     they gave the loop back for good                              -> back, given_up
 //   any        stiction no longer raised                                            -> back, waiting
@@ -123,8 +125,11 @@ class CorrectiveAction {
   // `controlling`: the loop is in automatic on a good PV.
   CorrectiveStep interrupted(bool controlling) noexcept;
   CorrectiveStep veto(Veto veto) noexcept;
-  // Planned moves: an alarm that came since this started is explained, with s and j. `may_act` false: only in shadow.
-  void explained(bool may_act) noexcept;
+  // Planned moves: an alarm that came since this started is explained, with s and j, for the first time or anew.
+  // `may_act` false: only in shadow.
+  CorrectiveStep explained(bool may_act) noexcept;
+  // Planned moves: the alarm is on, and its newest explanation has no s and j.
+  CorrectiveStep explained_otherwise() noexcept;
   // Planned moves: the person's order for what is offered.
   CorrectiveStep ordered() noexcept;
   // What planned moves do; `passed_s` of the loop's time since the last call.

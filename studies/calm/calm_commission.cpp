@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -101,8 +102,12 @@ std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
   const auto effect = std::find_if(effects.begin(), effects.end(),
                                    [](const auto& one) { return one.spec.name == "stiction"; });
   if (effect == effects.end()) return std::nullopt;
-  const std::optional<commission::Stick> stick =
-      commission::stick_of(effect->spec.parameters, effect->interval);
+  std::vector<std::string> alternatives;
+  for (const gap::FoundEffect& one : effects) {
+    alternatives.insert(alternatives.end(), one.alternatives.begin(), one.alternatives.end());
+  }
+  const std::optional<commission::Stick> stick = commission::stick_of(
+      effect->spec.parameters, effect->interval, effect->confidence, alternatives);
   if (!stick) return std::nullopt;
   commission::set_stick(*settings, *stick);
   return settings;

@@ -29,6 +29,7 @@ struct CalmOptions {
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
   std::string picture;
   bool troubles = false;
+  bool friction = false;
   bool json = false;
 };
 
@@ -179,10 +180,15 @@ int run_calm_study(const CalmOptions& options) {
   for (const Load load : {Load::steady, Load::wandering}) {
     const StickyStudy study =
         with_progress("sticking valves", options.threads, [&](const StudyWork& work) {
-          return study_sticky_loops(options.cases, options.seed, load, options.only, work);
+          return study_sticky_loops(options.cases, options.seed, load, options.only, work,
+                                    options.friction ? Valve::physical : Valve::law);
         });
     result["sticky"].push_back(json_of(study));
     if (!options.json) print_sticky(study);
+  }
+  if (options.friction) {
+    if (options.json) fmt::print("{}\n", result.dump(2));
+    return kExitOk;
   }
   const HealthyStudy healthy =
       with_progress("healthy valves", options.threads, [&](const StudyWork& work) {
@@ -216,6 +222,8 @@ void add_calm(CLI::App& app, int& exit_code) {
       "only contestants whose name begins so; 'commissioned' takes most of a minute a loop");
   sub->add_flag("--troubles", options->troubles,
                 "planned_moves when something goes wrong while they act, and nothing else");
+  sub->add_flag("--friction", options->friction,
+                "valves with friction, air and process at 1 ms in the place of a law of sticking");
   sub->add_option("--threads", options->threads, "the result does not depend on it")
       ->check(CLI::Range(1U, 1024U));
   sub->add_option("--picture", options->picture,

@@ -120,6 +120,7 @@ void fit_planned_moves(const StickyLoop& loop, Random& random, CalmTrial& trial,
       .planned = {.gain = process.gain * off_by(wrong.model),
                   .time_constant_s = process.time_constant_s * off_by(wrong.model),
                   .dead_time_s = process.dead_time_s * off_by(wrong.model),
+                  .actuator_lag_s = !read_back && trial.physical ? trial.physical->air_lag_s : 0.0,
                   .load = loop.load * log_uniform(random, 0.7, 1.4),
                   .s = s,
                   .j = j,
@@ -200,7 +201,7 @@ std::vector<Contestant> contestants() {
   };
 }
 
-StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load) {
+StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load, Valve valve) {
   Random random = stream(seed, index);
   StickyLoop loop;
   loop.trial = random_loop(random);
@@ -229,6 +230,12 @@ StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load) 
   trial.hold_s = std::clamp(18.0 * period_s, 900.0, 9000.0);
   trial.settling_s = trial.hold_s / 3.0;
   give_set_points_and_noise(trial, random);
+  if (valve == Valve::physical) {
+    trial.physical = random_physical_valve(random, loop.s, loop.j);
+    loop.law = std::array{"karnopp", "stribeck",
+                          "lugre"}[static_cast<std::size_t>(trial.physical->friction)];
+    trial.model.valve_effects.clear();
+  }
   return loop;
 }
 
@@ -259,10 +266,12 @@ Spread spread_of(const std::vector<double>& values) {
 }
 
 StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
-                               const std::string& only, const StudyWork& work) {
+                               const std::string& only, const StudyWork& work, Valve valve) {
   std::vector<Contestant> all = contestants();
   std::erase_if(all, [&](const Contestant& one) {
-    return !one.name.starts_with(only) || (only.empty() && one.costly);
+    // What is found out is found in records of the laws.
+    const bool left_out = one.costly && (only.empty() || valve == Valve::physical);
+    return !one.name.starts_with(only) || left_out;
   });
   struct Case {
     TrialResult without;
@@ -271,7 +280,7 @@ StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
   };
   std::vector<Case> tried(cases);
   const auto run = [&](std::size_t i) {
-    const StickyLoop loop = random_sticky_loop(seed, i, load);
+    const StickyLoop loop = random_sticky_loop(seed, i, load, valve);
     tried[i].without = run_trial(loop.trial);
     for (const Contestant& one : all) {
       CalmTrial trial = loop.trial;

@@ -25,6 +25,8 @@ struct StudyWork {
 // `wandering`: an unmeasured load of 0.1 to 1.2 % of the PV span (standard deviation) that changes
 // over minutes, so that the valve has to move.
 enum class Load : std::uint8_t { steady, wandering };
+// What the valve is: a law of model/plant, or friction, air and process at 1 ms (physical_plant.hpp).
+enum class Valve : std::uint8_t { law, physical };
 
 struct StickyLoop {
   std::string law;    // of the friction
@@ -33,7 +35,8 @@ struct StickyLoop {
   double load = 0.0;  // intensity, PV units / sqrt(s); 0: steady
   CalmTrial trial;    // without compensator
 };
-StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load);
+StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load,
+                              Valve valve = Valve::law);
 // A positioner with a lag of up to 2 s in place of the friction.
 CalmTrial random_healthy_loop(std::uint64_t seed, std::size_t index);
 
@@ -72,7 +75,8 @@ struct StickyStudy {
 };
 // `only`: contestants whose name begins so; empty: all.
 StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
-                               const std::string& only, const StudyWork& work);
+                               const std::string& only, const StudyWork& work,
+                               Valve valve = Valve::law);
 
 // planned_moves in loops with a sticking valve and a wandering load when something goes wrong.
 struct TroubleRow {

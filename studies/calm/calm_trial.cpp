@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "model/control/loop_controller.hpp"
@@ -44,11 +45,13 @@ struct Segment {
   }
 };
 
+// `Truth`: plant::Plant or PhysicalPlant.
+template <class Truth>
 class Trial {
  public:
-  explicit Trial(const CalmTrial& trial)
+  Trial(const CalmTrial& trial, Truth truth)
       : trial_(trial),
-        plant_(trial.model, trial.model.scenario.seed),
+        plant_(std::move(truth)),
         controller_(trial.model.controller, trial.model.sample_time_s,
                     trial.model.scenario.set_point.front().second, 0.0),
         read_back_noise_(~trial.model.scenario.seed),
@@ -171,7 +174,7 @@ class Trial {
   }
 
   const CalmTrial& trial_;
-  plant::Plant plant_;
+  Truth plant_;
   control::LoopController controller_;
   numeric::Random read_back_noise_;
   double stem_resolution_;       // CO units
@@ -187,6 +190,9 @@ class Trial {
 
 }  // namespace
 
-TrialResult run_trial(const CalmTrial& trial) { return Trial(trial).run(); }
+TrialResult run_trial(const CalmTrial& trial) {
+  if (trial.physical) return Trial(trial, PhysicalPlant(trial.model, *trial.physical)).run();
+  return Trial(trial, plant::Plant(trial.model, trial.model.scenario.seed)).run();
+}
 
 }  // namespace loopwarden::studies

@@ -7,9 +7,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "model/analysis/loop_metrics.hpp"
 #include "model/plant/loop_model.hpp"
+#include "studies/calm/physical_plant.hpp"
 
 namespace loopwarden::studies {
 
@@ -39,6 +41,8 @@ struct Trouble {
 
 struct CalmTrial {
   plant::LoopModel model;  // controller.jacket: the form to try; scenario.duration_s is not used
+  std::optional<PhysicalValve>
+      physical{};  // in the place of the model's valve, with air and process at 1 ms
   ReadBackErrors read_back;
   double output_resolution = 0.0;  // CO units, of the converter that CO goes through
   Trouble trouble;

@@ -57,6 +57,18 @@ TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[dae
     CHECK(words.find("monitor.twin") != std::string::npos);
     CHECK(words.find(said) != std::string::npos);
   }
+  // Planned moves know no process that integrates.
+  write_file(
+      file,
+      "sample_time: 0.1\ncontroller: {kp: 0.4, ki: 0.15, output: [0, 100]}\n"
+      "process: {kind: integrating, gain: 0.1, dead_time: 0.6}\ntransmitter: {range: [0, 10]}\n");
+  config::Configuration calmed = loop_with(file);
+  CHECK(daemon::load_specialists(calmed));
+  calmed.loops.front().monitor.corrective = {
+      .enabled = true, .form = loopwarden::monitor::CorrectiveForm::planned_moves};
+  const auto refused = daemon::load_specialists(calmed);
+  CHECK_FALSE(refused);
+  CHECK(config::to_text(refused.diagnostics).find("integrating process") != std::string::npos);
   CHECK_FALSE(daemon::load_specialists(loop_with("/nowhere/twin.yaml")));
 }
 

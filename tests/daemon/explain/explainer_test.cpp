@@ -3,11 +3,13 @@
 #include "daemon/explain/explainer.hpp"
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <condition_variable>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -62,6 +64,14 @@ struct Bench {
     std::unique_lock lock(mutex);
     return changed.wait_for(lock, std::chrono::seconds(60),
                             [&] { return reports.size() >= count; });
+  }
+  template <class Until>
+  static bool wait_until(Until until) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!until() && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return until();
   }
   struct Report {
     ExplainJob job;
@@ -153,8 +163,7 @@ TEST_CASE(
     job.wait = std::chrono::hours(1);
     job.enough_s = 1.0;
     before.post(job);
-    while (!read_pending(evidence)) {
-    }
+    REQUIRE(Bench::wait_until([&] { return read_pending(evidence).has_value(); }));
     CHECK(read_pending(evidence)->there_s == 1.0);
     {
       const std::lock_guard lock(bench.mutex);
@@ -252,8 +261,7 @@ TEST_CASE("a history that began anew after the alarm does not replace the minute
     ExplainJob job = bench.job();
     job.wait = std::chrono::hours(1);
     explainer.post(job);
-    while (!read_pending(evidence)) {
-    }
+    REQUIRE(Bench::wait_until([&] { return read_pending(evidence).has_value(); }));
     const std::lock_guard lock(bench.mutex);
     bench.now = {.period_s = 0.5, .end = 100, .sp = {1}, .pv = {9}, .co = {9}};
   }
@@ -277,8 +285,7 @@ TEST_CASE("a repeat takes no first one's room, is not kept for a restart, and ma
   REQUIRE(bench.wait(1));
   CHECK(bench.reports.front().job.loop == 3);
   CHECK(bench.reports.front().why.empty());
-  while (explainer.status().waiting > 1) {
-  }
+  REQUIRE(Bench::wait_until([&] { return explainer.status().waiting == 1; }));
   explainer.stop();
   CHECK(bench.reports.size() == 1);
   CHECK_FALSE(read_pending(bench.folder / "evidence"));
@@ -290,8 +297,7 @@ TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {
   explainer.start();
   explainer.post(bench.job());
   explainer.post(bench.job());
-  while (explainer.status().waiting < 2) {
-  }
+  REQUIRE(Bench::wait_until([&] { return explainer.status().waiting == 2; }));
   CHECK(explainer.stop_for(std::chrono::seconds(60)));
   CHECK(bench.reports.empty());
 }

@@ -719,7 +719,8 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   e.alarm = AlarmKind::stiction;
   e.raised_ms = e.ended_ms = bench.now_ms;
   e.effect = "stiction";
-  e.stick = commission::Stick{.s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}};
+  e.stick = commission::Stick{
+      .s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}, .confidence = 0.9};
   bench.board->explained(0, e);
   bench.run(kWindow);
   if (on_order) {
@@ -772,7 +773,8 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
   e.alarm = AlarmKind::stiction;
   e.raised_ms = e.ended_ms = bench.now_ms;
   e.effect = "stiction";
-  e.stick = commission::Stick{.s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}};
+  e.stick = commission::Stick{
+      .s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}, .confidence = 0.9};
   bench.now_ms += 1000;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor({.enabled = true,
@@ -789,6 +791,74 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
         (on_order ? model::CorrectiveState::offered : model::CorrectiveState::waiting));
 }
 
+TEST_CASE("planned moves go by the newest explanation of the incident", "[monitor][corrective]") {
+  Bench bench;
+  const bool on_order = GENERATE(false, true);
+  bench.make_monitor({.enabled = true,
+                      .form = model::CorrectiveForm::planned_moves,
+                      .on_order = on_order,
+                      .max_move = 2.0,
+                      .max_moves_per_hour = 30.0});
+  const auto corrective = [&] { return bench.board->watch(0).corrective; };
+  rt::Order order;
+  const auto answered = [&](rt::MovesWish wish) {
+    REQUIRE(bench.box.orders.try_pop(order));
+    CHECK(order.moves == wish);
+    bench.box.answers.try_push({order.number, rt::Refusal::none});
+    bench.monitor->round();
+  };
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(3 * kWindow);
+  const Explanation earlier = [&] {
+    Explanation e;
+    e.alarm = AlarmKind::stiction;
+    e.raised_ms = bench.now_ms - 1;
+    e.ended_ms = bench.now_ms;
+    e.effect = "stiction";
+    e.final_name = AlarmKind::model_gap;
+    e.stick = commission::Stick{
+        .s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}, .confidence = 0.9};
+    return e;
+  }();
+  // Of the incident before this one.
+  bench.board->explained(0, earlier);
+  bench.run(kWindow);
+  CHECK(corrective() == model::CorrectiveState::waiting);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+
+  Explanation e = earlier;
+  e.raised_ms = bench.now_ms;
+  e.final_name.reset();
+  bench.board->explained(0, e);
+  bench.run(kWindow);
+  Explanation other = e;
+  other.effect = "backlash";
+  other.stick.reset();
+  if (on_order) {
+    REQUIRE(corrective() == model::CorrectiveState::offered);
+    bench.board->explained(0, other);
+    bench.monitor->round();
+    CHECK(corrective() == model::CorrectiveState::waiting);
+    CHECK_FALSE(bench.board->begin_offered(0, "anna", "").accepted);
+    CHECK_FALSE(bench.box.orders.try_pop(order));
+    return;
+  }
+  answered(rt::MovesWish::shadow);
+  CHECK(bench.moves_settings.newest().s == 0.8);
+  // Anew, while they are in shadow.
+  e.stick->s = 0.7;
+  bench.board->explained(0, e);
+  bench.monitor->round();
+  answered(rt::MovesWish::shadow);
+  CHECK(bench.moves_settings.newest().s == 0.7);
+  bench.monitor->round();
+  CHECK_FALSE(bench.box.orders.try_pop(order));
+  bench.board->explained(0, other);
+  bench.monitor->round();
+  answered(rt::MovesWish::off);
+  CHECK(corrective() == model::CorrectiveState::waiting);
+}
+
 TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly",
           "[monitor][corrective]") {
   Bench bench;
@@ -799,7 +869,8 @@ TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly
   e.alarm = AlarmKind::stiction;
   e.raised_ms = e.ended_ms = bench.now_ms;
   e.effect = "stiction";
-  e.stick = commission::Stick{.s = 0.8, .j = 0.3, .s_interval = {0.4, 0.9}, .j_interval = {}};
+  e.stick = commission::Stick{
+      .s = 0.8, .j = 0.3, .s_interval = {0.4, 0.9}, .j_interval = {}, .confidence = 0.9};
   bench.board->explained(0, e);
   bench.run(kWindow);
   rt::Order order;
@@ -844,6 +915,7 @@ TEST_CASE("an explanation stands with the alarm, and gives it another name where
   REQUIRE(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
   Explanation e;
   e.alarm = AlarmKind::stiction;
+  e.raised_ms = bench.now_ms;
   e.verdict = "missing_effect";
   e.effect = "backlash";
   e.agrees = false;

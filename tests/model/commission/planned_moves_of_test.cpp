@@ -25,7 +25,7 @@ TEST_CASE("planned moves take process and load from the twin", "[commission][pla
 
 TEST_CASE("planned moves take s and j from the explanation of an alarm",
           "[commission][planned_moves]") {
-  const auto stick = stick_of({{"s", 0.8}, {"j", 0.3}}, {{"s", {0.7, 0.9}}});
+  const auto stick = stick_of({{"s", 0.8}, {"j", 0.3}}, {{"s", {0.7, 0.9}}}, 0.7, {"leakage"});
   REQUIRE(stick);
   control::PlannedMovesSettings settings;
   set_stick(settings, *stick);
@@ -35,10 +35,17 @@ TEST_CASE("planned moves take s and j from the explanation of an alarm",
   CHECK(settings.j == 0.3);
   CHECK(settings.j_high == 0.0);
   CHECK(known_well(*stick));
-  CHECK_FALSE(known_well(*stick_of({{"s", 0.8}, {"j", 0.3}}, {{"s", {0.4, 0.81}}})));
-  CHECK_FALSE(known_well(*stick_of({{"s", 0.8}, {"j", 0.3}}, {})));
-  CHECK_FALSE(stick_of({{"deadband", 0.8}}, {}));
-  CHECK(stick_of({{"s", 0.8}, {"j", 0.9}}, {})->j == 0.8);
+  CHECK_FALSE(known_well(*stick_of({{"s", 0.8}, {"j", 0.3}}, {{"s", {0.4, 0.81}}}, 0.9, {})));
+  CHECK_FALSE(known_well(*stick_of({{"s", 0.8}, {"j", 0.3}}, {}, 0.9, {})));
+  CHECK_FALSE(stick_of({{"deadband", 0.8}}, {}, 0.9, {}));
+  CHECK(stick_of({{"s", 0.8}, {"j", 0.9}}, {}, 0.9, {})->j == 0.8);
+}
+
+TEST_CASE("a valve that may have play as well is not calmed; one that is not sure does not act",
+          "[commission][planned_moves]") {
+  const std::string name = GENERATE("backlash", "hysteresis");
+  CHECK_FALSE(stick_of({{"s", 0.8}, {"j", 0.3}}, {{"s", {0.7, 0.9}}}, 0.95, {"leakage", name}));
+  CHECK_FALSE(known_well(*stick_of({{"s", 0.8}, {"j", 0.3}}, {{"s", {0.7, 0.9}}}, 0.69, {})));
 }
 
 }  // namespace planned_moves_of_test

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "tests/model/gap/gap_support.hpp"
 
@@ -33,11 +34,16 @@ TwinSeen of(const std::vector<TwinSeen>& all, TwinSees change) {
 TEST_CASE("the least change that the twin sees grows where SP moves less", "[commission][twin]") {
   const auto moving = commission::look_by_twin(twin_model(), 1, test::serial);
   REQUIRE(moving.size() == 4);
-  for (const TwinSeen& seen : moving) {
-    INFO(to_text(seen.change));
-    REQUIRE(seen.size);
-    CHECK(*seen.to_alarm_s > 0.0);
-    CHECK(*seen.to_alarm_s < TwinSeen::kWithin_s);
+  plant::LoopModel little = twin_model();
+  for (auto& [time_s, set_point] : little.scenario.set_point) {
+    set_point = 5.0 + 0.1 * (set_point - 5.0);
+  }
+  const auto hardly = commission::look_by_twin(little, 1, test::serial);
+  for (const TwinSees change : {TwinSees::gain, TwinSees::dead_time, TwinSees::lag}) {
+    INFO(to_text(change));
+    REQUIRE(of(moving, change).size);
+    const double never = std::numeric_limits<double>::infinity();
+    CHECK(*of(moving, change).size < of(hardly, change).size.value_or(never));
   }
   CHECK(*of(moving, TwinSees::gain).size <= 0.2);
   CHECK(*of(moving, TwinSees::controller).size <= 0.5);

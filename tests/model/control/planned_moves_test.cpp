@@ -232,6 +232,50 @@ TEST_CASE("a valve that was repaired is given back", "[control][planned_moves]")
   CHECK(with.state.reason == GivenBack::valve_follows);
 }
 
+TEST_CASE("a valve that was repaired while nothing moves is probed, and given back",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury");
+  m.valve_effects.front().parameters.at("j") = 0.98 * kS;  // nothing moves when friction goes
+  m.scenario.faults = {{.effect = m.valve_effects.front(), .schedule = {.to_s = 3000.0}}};
+  m.valve_effects.clear();
+  m.controller.compensator = moves();
+  m.controller.compensator.planned.j = 0.98 * kS;
+  const Run with = run(m, 8000.0);
+  REQUIRE(with.phase[29999] == MovePhase::resting);
+  CHECK(with.state.phase == MovePhase::given_back);
+  CHECK(with.state.reason == GivenBack::valve_follows);
+}
+
+TEST_CASE("a read-back that comes late gives the loop back for good after one move",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("karnopp", 0.01);
+  m.controller.compensator = moves(0.01);
+  std::vector<double> stems;
+  const Run with = run(m, 8000.0, [&](double time_s, double stem) {
+    stems.push_back(stem);
+    return ReadBack{time_s < 4000.0 ? stem : stems[stems.size() - 51]};  // 5 s
+  });
+  REQUIRE(with.phase[39999] != MovePhase::given_back);
+  CHECK(with.state.phase == MovePhase::given_back);
+  CHECK(with.state.reason == GivenBack::read_back_late);
+  CHECK(with.state.for_good);
+}
+
+TEST_CASE("on a process that integrates the loop is given back", "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury");
+  m.process = {.gain = 0.1, .dead_time_s = 2.0, .kind = plant::ProcessKind::integrating};
+  m.controller.pid.gains = {.kp = 1.5, .ki = 0.05};
+  const Run without = run(m, 8000.0);
+  m.controller.compensator = moves();
+  m.controller.compensator.planned.gain = 2.0;  // as a lag of 20 s would have it
+  m.controller.compensator.planned.time_constant_s = 20.0;
+  const Run with = run(m, 8000.0);
+  REQUIRE(with.was(MovePhase::probing));
+  CHECK(with.state.phase == MovePhase::given_back);
+  CHECK(with.state.for_good);
+  CHECK(with.rms(40000) < 1.3 * without.rms(40000));
+}
+
 TEST_CASE("CO stays within the output's limits, and a set point out of reach is no fault",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury", 0.01);
@@ -247,14 +291,35 @@ TEST_CASE("CO stays within the output's limits, and a set point out of reach is 
 }
 
 TEST_CASE("no move is longer and no hour has more than allowed", "[control][planned_moves]") {
+  struct Limit {
+    double allowed;
+    double hours;
+    std::size_t most;
+    double set_point_stands_s;
+  };
+  const Limit limit =
+      GENERATE(Limit{12.0, 1.0, 12, 1e6}, Limit{1.5, 1.0, 1, 1700.0}, Limit{0.5, 2.0, 1, 3000.0});
   plant::LoopModel m = loop("he", 0.02);
   m.controller.compensator = moves(0.02);
-  m.controller.compensator.planned.max_moves_per_hour = 12.0;
+  m.controller.compensator.planned.max_moves_per_hour = limit.allowed;
   m.controller.compensator.planned.max_move = 2.5 * kJ;
-  const Run with = run(m, 7200.0 + 1500.0);
+  const Run with = run(m, 4.0 * 3600.0 + 1500.0, {}, [&](double time_s) {
+    return std::fmod(time_s, 2.0 * limit.set_point_stands_s) < limit.set_point_stands_s ? 8.0 : 7.0;
+  });
   REQUIRE(with.was(MovePhase::moving));
-  // Two at once, and what two hours fill up; most are there and back.
-  CHECK(with.state.moves <= 2 + 24);
+  // A detour is away and there.
+  std::vector<double> made_s;
+  for (std::size_t k = 1; k < with.phase.size(); ++k) {
+    const MovePhase phase = with.phase[k];
+    if (phase == with.phase[k - 1]) continue;
+    if (phase != MovePhase::backing_off && phase != MovePhase::moving) continue;
+    made_s.push_back(0.1 * static_cast<double>(k));
+    const auto newest =
+        static_cast<std::size_t>(std::count_if(made_s.begin(), made_s.end(), [&](double t) {
+          return t > made_s.back() - 3600.0 * limit.hours;
+        }));
+    REQUIRE(newest <= limit.most);
+  }
   const std::size_t from = with.first(MovePhase::resting);
   for (std::size_t k = from + 1; k < with.co.size(); ++k) {
     if (with.phase[k] == MovePhase::given_back) break;
@@ -283,6 +348,18 @@ TEST_CASE("a shadow changes nothing and says what it would gain", "[control][pla
   CHECK(with.state.gain < 0.5);
 }
 
+TEST_CASE("what a shadow says it gains is what is gained", "[control][planned_moves]") {
+  plant::LoopModel m = loop("karnopp", 0.01);
+  m.controller.compensator = moves(0.01);
+  const Run acting = run(m, 8000.0);
+  REQUIRE(acting.state.reason == GivenBack::no);
+  m.controller.compensator.shadow = true;
+  const Run shadow = run(m, 8000.0);
+  CHECK(shadow.state.gain == Approx(acting.state.gain).margin(0.1));
+  // The real stem's travel is not counted as the shadow's.
+  CHECK(static_cast<double>(shadow.state.moves) > 0.7 * acting.state.moves);
+}
+
 TEST_CASE("planned moves that are to act after a shadow go on with what they know",
           "[control][planned_moves]") {
   const plant::LoopModel m = loop("choudhury");
@@ -309,6 +386,7 @@ TEST_CASE("planned moves that are to act after a shadow go on with what they kno
   const auto state = [&] { return c.compensator().planned_moves()->state(); };
   for (int k = 0; k < 30000; ++k) step();
   REQUIRE(state().gain > 0.0);
+  REQUIRE(state().moves > 0);
   const double learnt = state().s;
   CHECK(learnt == Approx(kS).epsilon(0.1));
 
@@ -317,6 +395,7 @@ TEST_CASE("planned moves that are to act after a shadow go on with what they kno
   const double before = step();
   CHECK(co == Approx(before).margin(0.02));
   CHECK(state().phase == MovePhase::probing);
+  CHECK(state().moves == 0);
   CHECK_FALSE(state().shadow);
   CHECK(state().s == Approx(learnt));
   // Other settings begin anew.

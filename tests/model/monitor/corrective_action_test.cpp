@@ -257,6 +257,50 @@ TEST_CASE("planned moves that know the valve too roughly stay in shadow", "[moni
   CHECK(action.state() == State::in_shadow);
 }
 
+TEST_CASE("planned moves in shadow begin anew with what explains the alarm anew",
+          "[monitor][corrective]") {
+  CorrectiveAction action = shadowing(10.0, false);
+  CHECK_FALSE(action.moves(in_shadow(0.2), kShadow_s).changed());
+  const CorrectiveStep step = action.explained(true);
+  CHECK(step.order == Order::shadow);
+  CHECK(step.to == State::in_shadow);
+  windows(action, kLeastBaseline, errors(10.0));
+  CHECK_FALSE(action.moves(in_shadow(0.2), kShadow_s - 1.0).changed());
+  CHECK(action.moves(in_shadow(0.2), 1.0).order == Order::on);
+  SECTION("acting: kept for the next beginning") {
+    CHECK_FALSE(action.explained(false).changed());
+    CHECK(action.interrupted(false).order == Order::back);
+    CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
+    windows(action, kLeastBaseline, errors(10.0));
+    CHECK(action.state() == State::in_shadow);
+    CHECK_FALSE(action.moves(in_shadow(0.2), 10.0 * kShadow_s).changed());
+  }
+}
+
+TEST_CASE("planned moves are taken back where the newest explanation is another one",
+          "[monitor][corrective]") {
+  SECTION("offered") {
+    CorrectiveAction action(planned(true));
+    action.explained(true);
+    CHECK(windows(action, 1, errors(10.0)).to == State::offered);
+    const CorrectiveStep step = action.explained_otherwise();
+    CHECK(step.to == State::waiting);
+    CHECK(step.order == Order::none);
+    CHECK_FALSE(action.ordered().changed());
+    CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
+  }
+  SECTION("in shadow") {
+    CorrectiveAction action = shadowing();
+    CHECK(action.explained_otherwise().order == Order::back);
+    CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
+  }
+  SECTION("acting: they are watched by themselves") {
+    CorrectiveAction action = calming();
+    CHECK_FALSE(action.explained_otherwise().changed());
+    CHECK(action.calms());
+  }
+}
+
 TEST_CASE("planned moves that are only offered begin by a person's order",
           "[monitor][corrective]") {
   CorrectiveAction action(planned(true));

@@ -76,6 +76,24 @@ TEST_CASE("the study does not depend on the number of threads", "[calm][studies]
   }
 }
 
+TEST_CASE("what goes wrong while planned moves act is tried one by one", "[calm][studies]") {
+  const std::vector<TroubleRow> rows = study_troubles(2, 6000, {.threads = 2, .progress = {}});
+  REQUIRE(rows.size() == 8);
+  CHECK(rows.front().kind == Trouble::Kind::read_back_stuck);
+  CHECK(rows.back().kind == Trouble::Kind::repaired);
+  std::set<double> factors;
+  for (const TroubleRow& row : rows) {
+    CAPTURE(to_text(row.kind));
+    factors.insert(row.worst);
+    CHECK((row.share_worse == 0.0 || row.worst > 1.3));
+    CHECK(row.worst < 1.6);
+  }
+  CHECK(factors.size() == rows.size());  // each is another trouble
+  const std::vector<TroubleRow> alone = study_troubles(1, 6000, {});
+  for (std::size_t k = 0; k < rows.size(); ++k) CHECK(alone[k].worst <= rows[k].worst);
+  CHECK(study_troubles(0, 6000, {}).empty());
+}
+
 TEST_CASE("every contestant switches one compensator on", "[calm][studies]") {
   const StickyLoop loop = random_sticky_loop(5, 1, Load::steady);
   for (const Contestant& one : contestants()) {
