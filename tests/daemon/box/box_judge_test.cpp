@@ -22,7 +22,7 @@ constexpr std::int64_t kStart_ms = 1'800'000'000'000;
 BoxLook healthy(std::int64_t monotonic_ms) {
   return {.monotonic_ms = monotonic_ms,
           .utc_ms = kStart_ms + monotonic_ms,
-          .room_bytes = 1'000'000'000,
+          .disk = box::DiskLook{.room_bytes = 1'000'000'000},
           .failed_services = std::vector<std::string>{}};
 }
 
@@ -45,15 +45,29 @@ TEST_CASE("a healthy box has no alarm", "[box]") {
 TEST_CASE("a disk without room, or one that the journal can't write on", "[box]") {
   BoxJudge judge;
   BoxLook look = healthy(0);
-  look.room_bytes = 99'999'999;
+  look.disk->room_bytes = 99'999'999;
   CHECK(on(judge.judge(look), BoxAlarm::disk_full));
   CHECK(why(judge.judge(look), BoxAlarm::disk_full) == "99 MB are left");
-  look.room_bytes = 1'000'000'000;
+  look.disk->room_bytes = 1'000'000'000;
   look.journal_error = "disk I/O error";
   CHECK(why(judge.judge(look), BoxAlarm::disk_full) == "the journal can't write: disk I/O error");
   look.journal_error.clear();
-  look.room_bytes.reset();
+  look.disk->room_bytes.reset();
   CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::disk_full)]);
+}
+
+TEST_CASE("a disk that hangs is told after 10 s; what it alone knows is not told meanwhile",
+          "[box]") {
+  BoxJudge judge;
+  BoxLook look = healthy(0);
+  look.disk.reset();
+  look.disk_wait_s = 9.9;
+  CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::disk_full)]);
+  look.disk_wait_s = 10.0;
+  CHECK(on(judge.judge(look), BoxAlarm::disk_full));
+  CHECK(why(judge.judge(look), BoxAlarm::disk_full) == "the disk has not answered for 10 s");
+  CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::certificate_expires)]);
+  CHECK_FALSE(on(judge.judge(look), BoxAlarm::feeder_lost));
 }
 
 TEST_CASE("a clock that is set is told for ten minutes; one that is slewed is not", "[box]") {
@@ -104,7 +118,7 @@ TEST_CASE("a certificate that ends within 14 days, has ended, or can't be read",
   BoxJudge judge;
   const auto told = [&](std::optional<std::int64_t> ends_s) {
     BoxLook look = healthy(0);
-    look.certificates = {{"box.pem", ends_s}};
+    look.disk->certificates = {{"box.pem", ends_s}};
     return why(judge.judge(look), BoxAlarm::certificate_expires);
   };
   constexpr std::int64_t kDay_s = 24 * 3600;
