@@ -103,10 +103,11 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       board(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
             base::utc_ms),
       box_alarms(configuration.daemon.alarms.settings, journal, base::utc_ms),
-      box_looker({.disk = [state = configuration.daemon.state_directory,
-                           certificates = configuration.daemon.certificates] {
-                    return box::look_at_disk(state, certificates);
-                  },
+      box_looker({.disk =
+                      [state = configuration.daemon.state_directory,
+                       certificates = configuration.daemon.certificates] {
+                        return box::look_at_disk(state, certificates);
+                      },
                   .status = [this] { return status_of(*this); },
                   .dropped = [this] { return historian.dropped(); }},
                  box_alarms),

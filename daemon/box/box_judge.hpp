@@ -36,7 +36,7 @@ struct BoxLook {
   std::string journal_error{};
   std::vector<std::string> lost_feeders{};
   std::optional<std::vector<std::string>> failed_services{};  // nothing: nobody can be asked
-  std::uint64_t dropped = 0;  // cycles, since the start
+  std::uint64_t dropped = 0;                                  // cycles, since the start
 };
 
 // Remembers the look before. No clock.

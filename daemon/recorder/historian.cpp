@@ -118,8 +118,8 @@ std::uint64_t Historian::dropped() const {
   std::uint64_t all = 0;
   for (std::size_t i = 0; i < loops_.size(); ++i) {
     const rt::LoopChannels& channels = *loops_[i].channels;
-    all += channels.records.dropped() + channels.watched.dropped() +
-           recorder_.status(i).queue_dropped;
+    all +=
+        channels.records.dropped() + channels.watched.dropped() + recorder_.status(i).queue_dropped;
   }
   return all;
 }

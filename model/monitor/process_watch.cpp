@@ -68,7 +68,7 @@ ProcessChanges ProcessWatch::add(const ProcessCycle& cycle) noexcept {
     if (!follows_cause && !is_due(condition, rule, cycle.period_index)) continue;
     condition.on = *now;
     condition.other_since.reset();
-    changes.add({kind, *now});
+    changes.add({kind, *now, condition.began});
   }
   return changes;
 }
@@ -81,6 +81,7 @@ void ProcessWatch::count(Delayed& condition, bool there, std::uint64_t period) c
     return;
   }
   if (!condition.on && period - condition.gone_at > quiet_periods_) condition.flaps = 0;
+  if (condition.flaps == 0) condition.began = period;
   if (condition.flaps < std::numeric_limits<std::uint32_t>::max()) ++condition.flaps;
 }
 

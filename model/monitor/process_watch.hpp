@@ -106,6 +106,7 @@ struct ProcessCycle {
 struct ProcessChange {
   AlarmKind kind = AlarmKind::bad_pv;
   bool on = false;
+  std::uint64_t began = 0;  // period in which the condition first came; 0: not known
 
   friend bool operator==(const ProcessChange&, const ProcessChange&) = default;
 };
@@ -140,6 +141,7 @@ class ProcessWatch {
     bool there = false;                        // by the newest cycle that can tell
     std::optional<std::uint64_t> other_since;  // period since which a cycle says the other
     std::uint32_t flaps = 0;
+    std::uint64_t began = 0;    // period in which the first of them came
     std::uint64_t gone_at = 0;  // period in which it last went
   };
   Delayed& at(AlarmKind kind) noexcept { return conditions_[index_of(kind) - kValveAlarmCount]; }

@@ -97,10 +97,11 @@ TEST_CASE("An alarm that a loop does not have is named where its file describes 
           "[config][alarms]") {
   using Catch::Contains;
   const std::string enable = "alarms:\n  enable_open: {priority: low}\n";
-  CHECK(said(enable) ==
-        "loop.yaml:" + std::to_string(std::count(kModbusLoop.begin(), kModbusLoop.end(), '\n') + 2) +
-            ":16: warning: alarms.enable_open: the loop has no such alarm: io has no enable "
-            "contact\n");
+  CHECK(
+      said(enable) ==
+      "loop.yaml:" + std::to_string(std::count(kModbusLoop.begin(), kModbusLoop.end(), '\n') + 2) +
+          ":16: warning: alarms.enable_open: the loop has no such alarm: io has no enable "
+          "contact\n");
   CHECK_FALSE(read(enable).process.at(AlarmKind::enable_open).fitted);
   CHECK(said_of_loop(kAnalogLoop + "  enable: {line: ENABLE, active_low: true, debounce: 0.1}\n" +
                      enable)

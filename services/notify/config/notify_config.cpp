@@ -118,8 +118,8 @@ void report_box_alarms(MapReader& in, const RuleSettings& rules) {
                                      fmt::join(by_all, ", ")));
   }
   if (!by_none.empty()) {
-    in.warning("routes", fmt::format("no route has the box's {}: nobody is told",
-                                     fmt::join(by_none, ", ")));
+    in.warning("routes",
+               fmt::format("no route has the box's {}: nobody is told", fmt::join(by_none, ", ")));
   }
 }
 

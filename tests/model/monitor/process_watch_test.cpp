@@ -52,7 +52,8 @@ struct Loop {
       cycle.period_index = next++;
       const ProcessChanges found = watch.add(cycle);
       for (const ProcessChange& change : found.view()) {
-        changes.push_back(change);
+        changes.push_back({change.kind, change.on});
+        began.push_back(change.began);
         at.push_back(cycle.period_index);
       }
     }
@@ -63,6 +64,7 @@ struct Loop {
   std::uint64_t next = 1;
   std::vector<ProcessChange> changes;
   std::vector<std::uint64_t> at;
+  std::vector<std::uint64_t> began;
 };
 
 using Changes = std::vector<ProcessChange>;
@@ -72,7 +74,8 @@ Changes went(AlarmKind kind) { return {{kind, false}}; }
 
 }  // namespace
 
-TEST_CASE("a process alarm comes after 10 s without a break, and goes after a minute", "[monitor]") {
+TEST_CASE("a process alarm comes after 10 s without a break, and goes after a minute",
+          "[monitor]") {
   Loop loop;
   const std::uint64_t first = loop.next;
   loop.run(with_bad_pv(), kDelay);
@@ -80,6 +83,7 @@ TEST_CASE("a process alarm comes after 10 s without a break, and goes after a mi
   loop.run(with_bad_pv(), 1);
   CHECK(loop.take() == came(AlarmKind::bad_pv));
   CHECK(loop.at.back() == first + kDelay);
+  CHECK(loop.began.back() == first);
   loop.run(with_bad_pv(), 1000);
   loop.run(healthy(), kMinute);
   CHECK(loop.take().empty());
@@ -332,6 +336,7 @@ TEST_CASE("what flaps a thousand times is one alarm with a count", "[monitor]") 
       loop.run(healthy(), pace.good);
     }
     CHECK(loop.take() == came(AlarmKind::bad_pv));
+    CHECK(loop.began == std::vector<std::uint64_t>{601});  // not when it came the fifth time
     CHECK(loop.watch.flaps(AlarmKind::bad_pv) == 1000);
     loop.run(healthy(), kMinute + 1);
     CHECK(loop.take() == went(AlarmKind::bad_pv));
