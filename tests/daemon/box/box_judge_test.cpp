@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "base/clock.hpp"
+#include "daemon/box/box_looker.hpp"
 #include "daemon/box/certificate_file.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -24,6 +26,14 @@ BoxLook healthy(std::int64_t monotonic_ms) {
           .utc_ms = kStart_ms + monotonic_ms,
           .disk = box::DiskLook{.room_bytes = 1'000'000'000},
           .failed_services = std::vector<std::string>{}};
+}
+
+// A certificate of its own signature.
+void make_certificate(const std::string& file, int days) {
+  REQUIRE(tests::run("openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days " +
+                     std::to_string(days) + " -subj /CN=box -keyout /dev/null -out " + file +
+                     " 2>/dev/null")
+              .exit_code == 0);
 }
 
 bool on(const BoxReport& report, BoxAlarm kind) { return report.found[index_of(kind)].value(); }
@@ -131,10 +141,7 @@ TEST_CASE("a certificate that ends within 14 days, has ended, or can't be read",
 TEST_CASE("the end of a certificate is read from its file", "[box]") {
   const tests::TemporaryFolder folder;
   const std::string file = (folder / "box.pem").string();
-  REQUIRE(tests::run("openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes "
-                     "-days 10 -subj /CN=box -keyout /dev/null -out " +
-                     file + " 2>/dev/null")
-              .exit_code == 0);
+  make_certificate(file, 10);
   const auto ends_s = box::end_of_certificate(file);
   REQUIRE(ends_s);
   const std::string end = tests::run("date -u -d \"$(openssl x509 -enddate -noout -in " + file +
@@ -144,6 +151,23 @@ TEST_CASE("the end of a certificate is read from its file", "[box]") {
   tests::write_file(folder / "no.pem", "no certificate\n");
   CHECK_FALSE(box::end_of_certificate((folder / "no.pem").string()));
   CHECK_FALSE(box::end_of_certificate((folder / "missing.pem").string()));
+}
+
+TEST_CASE("a certificate that was renewed is no longer told at the next look", "[box]") {
+  const tests::TemporaryFolder folder;
+  const std::string file = (folder / "box.pem").string();
+  BoxJudge judge;
+  const auto told = [&] {
+    BoxLook look = healthy(0);
+    look.utc_ms = base::utc_ms();
+    look.disk = box::look_at_disk(folder.path(), {file});
+    CHECK(look.disk->room_bytes);
+    return on(judge.judge(look), BoxAlarm::certificate_expires);
+  };
+  make_certificate(file, 10);
+  CHECK(told());
+  make_certificate(file, 100);
+  CHECK_FALSE(told());
 }
 
 }  // namespace loopwarden::daemon::box_judge_test
