@@ -131,8 +131,9 @@ std::optional<AlarmKind> LoopAlarms::cause_of(AlarmKind kind) const noexcept {
 }
 
 bool LoopAlarms::first_out(AlarmKind kind) const noexcept {
+  // What follows from another is not first, though it may begin in the same cycle.
   const auto there = [this](AlarmKind one) {
-    return alarm(one).active() || alarm(one).unacknowledged();
+    return (alarm(one).active() || alarm(one).unacknowledged()) && !alarm(one).is_consequence();
   };
   if (!is_process_alarm(kind) || !there(kind)) return false;
   bool others = false;

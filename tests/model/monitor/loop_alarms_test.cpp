@@ -223,6 +223,9 @@ TEST_CASE("first is what began first, whatever its delay, and what is older than
   CHECK_FALSE(alarms.first_out(K::pv_low_low));
   alarms.process_changed(10, one(K::bad_pv, true, 100));  // of one period: the first of the list
   CHECK(alarms.first_out(K::bad_pv));
+  alarms.process_changed(11, one(K::not_normal_mode, true, 1));  // follows from them
+  CHECK(alarms.first_out(K::bad_pv));
+  CHECK_FALSE(alarms.first_out(K::not_normal_mode));
   AlarmMemory old;
   old.raised = S::acknowledged;
   old.raised_ms = 4;

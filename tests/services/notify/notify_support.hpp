@@ -144,7 +144,7 @@ class FakeDaemon {
     ++asked_;
     if (nlohmann::json::parse(line).at("request") == "explain") {
       ++explained;
-      std::this_thread::sleep_for(std::chrono::milliseconds(explain_ms));
+      std::this_thread::sleep_for(std::chrono::milliseconds(explain_ms.load()));
     }
     if (nlohmann::json::parse(line).at("request") == "describe") {
       return R"({"ok": true, "loops": [{"tag": "FIC-101", "description": "cooling water"}]})";

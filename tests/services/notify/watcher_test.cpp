@@ -16,9 +16,9 @@ TEST_CASE("a daemon that explains slowly answers all the same, and its alarms do
   FakeDaemon daemon(folder / "status.sock");
   Watcher watcher((folder / "status.sock").string());
   watcher.start();
-  REQUIRE(eventually([&] { return watcher.take().has_value(); }));
-  for (int i = 0; i < 20; ++i) daemon.set("FIC-" + std::to_string(i), "unacknowledged", true);
+  REQUIRE(eventually([&] { return watcher.error().empty(); }));
   daemon.explain_ms = 600;
+  for (int i = 0; i < 20; ++i) daemon.set("FIC-" + std::to_string(i), "unacknowledged", true);
   std::chrono::milliseconds silent{0};
   std::optional<Snapshot> told;
   REQUIRE(eventually([&] {
