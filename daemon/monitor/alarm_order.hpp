@@ -43,8 +43,7 @@ std::string why_refused(const OrderOf<Kind>& order, const std::string& source,
 template <class Kind>
 journal::JournalEntry line_of(const OrderOf<Kind>& order, const std::string& source,
                               const OrderResult& result,
-                              const loopwarden::monitor::AlarmMemory& memory,
-                              std::int64_t utc_ms) {
+                              const loopwarden::monitor::AlarmMemory& memory, std::int64_t utc_ms) {
   journal::JournalEntry entry;
   entry.kind = journal::JournalEntry::Kind::operator_action;
   entry.utc_ms = utc_ms;
