@@ -95,12 +95,6 @@ inline bool has_enable(const Io& io) noexcept {
                      [](const auto& f) { return f.kind == hal::sim::IoFault::Kind::enable_open; });
 }
 
-// What is normal where `alarms.normal_mode` is not given.
-constexpr monitor::NormalMode usual_mode(control::Mode start) noexcept {
-  return start == control::Mode::automatic ? monitor::NormalMode::automatic
-                                           : monitor::NormalMode::any;
-}
-
 // What is said of an alarm where the loop's file says something; empty: as monitor::guide_of.
 struct AlarmTexts {
   std::string cause, consequence, action, time_to_act;

@@ -38,12 +38,6 @@ std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration
   return loops;
 }
 
-std::uint64_t dropped_cycles(const Historian& historian, std::size_t loops) {
-  std::uint64_t dropped = 0;
-  for (std::size_t i = 0; i < loops; ++i) dropped += historian.status(i).dropped;
-  return dropped;
-}
-
 console::Rights rights_of(const config::DaemonConfig& config) {
   return {.page = config.page, .edge = config.edge};
 }
@@ -109,10 +103,13 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       board(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
             base::utc_ms),
       box_alarms(configuration.daemon.alarms.settings, journal, base::utc_ms),
-      box_looker({.state_directory = configuration.daemon.state_directory,
-                  .certificates = configuration.daemon.certificates,
+      box_looker({.disk =
+                      [state = configuration.daemon.state_directory,
+                       certificates = configuration.daemon.certificates] {
+                        return box::look_at_disk(state, certificates);
+                      },
                   .status = [this] { return status_of(*this); },
-                  .dropped = [this] { return dropped_cycles(historian, loops.all().size()); }},
+                  .dropped = [this] { return historian.dropped(); }},
                  box_alarms),
       evidence(configuration.daemon, specialists,
                {.loops = loops.all(),

@@ -337,9 +337,12 @@ LocalServer::Answer OperatorOrders::acknowledge_all(const protocol::AcknowledgeA
   for (const auto& [loop, kind] : done.alarms) {
     all.acknowledged.push_back({parts_.board.name(loop), model::to_text(kind)});
   }
-  const std::uint64_t ticket =
+  const box::BoxAcknowledged of_box =
       parts_.box_alarms.acknowledge_all(sender.peer, short_text(request.reason, "reason"));
-  return when_written(std::move(all), std::max(done.ticket, ticket), sender);
+  for (const model::BoxAlarm kind : of_box.alarms) {
+    all.acknowledged.push_back({model::kBox, model::to_text(kind)});
+  }
+  return when_written(std::move(all), std::max(done.ticket, of_box.ticket), sender);
 }
 
 LocalServer::Answer OperatorOrders::veto(const protocol::VetoRequest& request,

@@ -27,7 +27,7 @@ constexpr std::uint64_t kMostTrendRows = 512;
 constexpr std::size_t kMostHistory = 200;
 constexpr std::uint64_t kUsualHours = 24;
 constexpr std::uint64_t kMostHours = 720;
-constexpr std::size_t kMostAlarmLines = 50'000;
+constexpr std::size_t kMostCame = 50'000;
 
 // Whether the device tells where the valve stands.
 bool has_read_back(const LoopRuntime& loop) {
@@ -214,17 +214,14 @@ protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresReque
     throw RequestError("hours must be a whole number from 1 to 720");
   }
   const std::int64_t now_ms = parts_.board.now_ms();
-  const journal::JournalQuery query{
-      .most = kMostAlarmLines,
-      .kind = journal::JournalEntry::Kind::alarm,
-      .from_ms = now_ms - static_cast<std::int64_t>(hours) * 3'600'000};
-  const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
-      [this, query] { return parts_.journal.search(query); }, kReaderPatience);
-  if (!rows) throw RequestError("the disk does not answer; the journal can't be read");
-  // Where there are more lines than are looked at, the figures are of the time that these reach back.
-  const std::int64_t from_ms =
-      rows->size() < query.most ? *query.from_ms : rows->back().entry.utc_ms + 1;
-  return figures_of(parts_, *rows, from_ms, now_ms);
+  const std::int64_t asked_ms = now_ms - static_cast<std::int64_t>(hours) * 3'600'000;
+  const auto came = reader_.ask<std::vector<model::AlarmCame>>(
+      [this, asked_ms, now_ms] { return parts_.journal.came(asked_ms, now_ms, kMostCame); },
+      kReaderPatience);
+  if (!came) throw RequestError("the disk does not answer; the journal can't be read");
+  // Where there are more than are looked at, the figures are of the time that these reach back.
+  const std::int64_t from_ms = came->size() < kMostCame ? asked_ms : came->back().utc_ms + 1;
+  return figures_of(parts_, *came, from_ms, now_ms);
 }
 
 protocol::Description Readings::describe() const {

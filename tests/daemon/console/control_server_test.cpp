@@ -413,6 +413,63 @@ TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled
   }));
 }
 
+TEST_CASE("an alarm of the box is acknowledged with all, counts as a change, and may be stale") {
+  using loopwarden::monitor::BoxAlarm;
+  Bench bench;
+  const auto changes = [&] {
+    return bench.ask(R"({"request": "registers"})").at("alarm_changes").get<int>();
+  };
+  const int before = changes();
+  daemon::box::BoxReport full;
+  full.found[index_of(BoxAlarm::disk_full)] = true;
+  bench.box_alarms.look(full, 0);
+  CHECK(changes() == before + 1);
+  const json all = bench.ask(R"({"request": "acknowledge_all"})").at("acknowledged");
+  REQUIRE(all.size() == 1);
+  CHECK(all.at(0).at("loop") == "box");
+  CHECK(all.at(0).at("alarm") == "disk_full");
+  CHECK(changes() == before + 2);
+  CHECK(bench.ask(R"({"request": "acknowledge_all"})").at("acknowledged").empty());
+  const auto stale = [&] {
+    return bench.ask(R"({"request": "alarm_figures", "hours": 1})").at("stale");
+  };
+  CHECK(stale().empty());
+  bench.now_ms += 24LL * 3'600'000 + 1;
+  REQUIRE(stale().size() == 1);
+  CHECK(stale().at(0).at("loop") == "box");
+  CHECK(stale().at(0).at("alarm") == "disk_full");
+}
+
+TEST_CASE(
+    "what an alarm of the box does under its shelf is remembered; its orders are as a loop's") {
+  using loopwarden::monitor::AlarmAction;
+  using loopwarden::monitor::BoxAlarm;
+  Bench bench;
+  daemon::box::BoxReport full;
+  auto& found = full.found[index_of(BoxAlarm::disk_full)];
+  const auto shelve = [&](std::int64_t ms) {
+    return bench.box_alarms.act({BoxAlarm::disk_full, AlarmAction::shelve, ms, "me", {}});
+  };
+  CHECK(shelve(9LL * 3'600'000).why ==
+        "an alarm is shelved for at least a minute, and for 480 min at most");
+  REQUIRE(shelve(3'600'000).accepted);
+  found = true;
+  bench.box_alarms.look(full, 0);
+  const auto newest = [&] {
+    const json lines =
+        bench.ask(R"({"request": "journal", "loop": "box", "kind": "alarm"})").at("lines");
+    return lines.empty() ? json{{"from", ""}} : lines.at(0);
+  };
+  REQUIRE(test::eventually([&] { return newest().at("from") == "shelved"; }));
+  CHECK(newest().at("to") == "shelved");
+  CHECK(bench.journal.status().lost == 0);
+  // As after a restart.
+  daemon::journal::Journal again({.folder = bench.folder.path()});
+  const auto states = again.open();
+  CHECK(states.memories.at({"box", "disk_full"}).raised ==
+        loopwarden::monitor::AlarmState::unacknowledged);
+}
+
 TEST_CASE(
     "a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
   Bench bench;

@@ -13,11 +13,13 @@
 #include <nlohmann/json.hpp>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <memory>
 #include <sstream>
 #include <string>
 #include <thread>
 
+#include "daemon/box/box_looker.hpp"
 #include "daemon/console/control_server.hpp"
 #include "daemon/recorder/disk_errand.hpp"
 #include "daemon/app/log_queue.hpp"
@@ -326,6 +328,52 @@ TEST_CASE(
     if (one.find(" lines of the log found no room") != std::string::npos) said += std::stoull(one);
   }
   CHECK(said == queue->lost());
+}
+
+TEST_CASE("while the box's look at the disk hangs its other alarms come, and one of the disk",
+          "[disk][box]") {
+  using loopwarden::monitor::BoxAlarm;
+  Bench bench;
+  std::promise<void> answers;
+  std::atomic<double> wait_s{0.0};
+  std::atomic<std::uint64_t> dropped{0};
+  box::BoxLooker looker({.disk =
+                             [until = answers.get_future().share()] {
+                               until.wait();
+                               return box::DiskLook{.room_bytes = 1'000'000'000};
+                             },
+                         .status =
+                             [&] {
+                               protocol::DaemonStatus status;
+                               status.recorder.disk_wait_s = wait_s;
+                               return status;
+                             },
+                         .dropped = [&] { return dropped++; },
+                         .period = milliseconds(20)},
+                        bench.box_alarms);
+  const auto on = [&](BoxAlarm kind) { return bench.box_alarms.alarms().alarm(kind).active(); };
+  looker.start();
+  CHECK(eventually([&] { return on(BoxAlarm::records_dropped); }));
+  CHECK_FALSE(on(BoxAlarm::disk_full));
+  wait_s = 12.0;  // the recorder's, of the same disk
+  CHECK(eventually([&] { return on(BoxAlarm::disk_full); }));
+  CHECK(bench.box_alarms.why(BoxAlarm::disk_full) == "the disk has not answered for 12 s");
+  CHECK_FALSE(looker.stop_for(milliseconds(20)));
+  answers.set_value();
+  CHECK(looker.stop_for(std::chrono::seconds(10)));
+}
+
+TEST_CASE("what recorder and monitor were too slow for counts as dropped", "[disk][box]") {
+  Bench bench;
+  rt::LoopChannels& channels = *bench.loops.front().channels;
+  for (std::size_t i = 0; i < channels.watched.capacity() + 3; ++i) channels.watched.try_push({});
+  CHECK(bench.historian.dropped() == 3);  // nobody takes from the monitor's ring here
+  const tests::HungDisk disk(bench.folder.path());
+  REQUIRE(bench.take(1));
+  REQUIRE(eventually([&] { return disk.waiting() > 0; }));
+  REQUIRE(bench.take(kQueue + 10));
+  CHECK(bench.historian.dropped() == 3 + bench.historian.status(0).queue_dropped);
+  CHECK(bench.historian.status(0).queue_dropped >= 10);
 }
 
 }  // namespace

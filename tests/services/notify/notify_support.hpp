@@ -134,11 +134,18 @@ class FakeDaemon {
     journal_.insert(journal_.begin(), line);
   }
   int asked() const { return asked_; }
+  // How long each explanation takes, and how many were asked for.
+  std::atomic<int> explain_ms{0};
+  std::atomic<int> explained{0};
 
  private:
   std::string answer(std::string_view line) {
     const std::lock_guard lock(mutex_);
     ++asked_;
+    if (nlohmann::json::parse(line).at("request") == "explain") {
+      ++explained;
+      std::this_thread::sleep_for(std::chrono::milliseconds(explain_ms.load()));
+    }
     if (nlohmann::json::parse(line).at("request") == "describe") {
       return R"({"ok": true, "loops": [{"tag": "FIC-101", "description": "cooling water"}]})";
     }
