@@ -76,7 +76,7 @@ function listOf(chosen) {
 }
 
 // What it means and what to do, as the daemon says it of an alarm.
-const guideOf = (e) => el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
+const guideOf = (e) => el('dl', {class: 'guide'}, [['action', t.action], ['time_to_act', texts.design.within], ['cause', t.cause], ['consequence', t.consequence]].filter(([key]) => e[key])
   .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key]))));
 
 const mayAct = () => live.session.can?.alarms;
@@ -203,7 +203,7 @@ class Detail {
     const {alarm} = e, loop = live.describe?.loops[live.places.get(alarm.loop)];
     this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(alarm.state, priority(alarm, live.severe_percent)), hands(alarm)), facts([
       ofValve(alarm.alarm) ? [t.size, `${sizeText(alarm.severity_percent)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`] : null,
-      [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)], alarm.flaps ? [t.flaps, count(alarm.flaps)] : null,
+      alarm.priority ? [texts.design.priority, texts.design.priorities[alarm.priority] ?? alarm.priority] : null, [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)], alarm.flaps ? [t.flaps, count(alarm.flaps)] : null,
       alarm.shelved_until_ms ? [texts.alarmStates.shelved, fill(t.until, {time: wall().dateTime(alarm.shelved_until_ms)})] : null]),
     alarm.consequence ? el('p', {}, fill(t.consequenceOf, {alarm: nameOf(alarm.consequence_of)})) : '', loop || ofBox(alarm) ? el('p', {}, el('a', {href: ownerHref(alarm.loop)}, loop ? t.open : t.openBox)) : '');
     this.guide.replaceChildren(guideOf(e));
