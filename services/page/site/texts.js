@@ -95,7 +95,7 @@ const en = {
     judgedBy: 'Judged by', by: {specialists: 'specialists for {list}', routine: 'routine evidence', twin: 'its twin', none: 'nothing: no alarm of its valve can come'}, source: 'Its source', processAlarms: 'Alarms and their limits',
   },
   design: {
-    caption: 'Alarms that this loop can raise, the process’s first', alarm: 'Alarm', priority: 'Priority', limit: 'Limit', deadBand: 'Dead band', delays: 'Delay, on and off', suppressedBy: 'Waits for', now: 'Now', within: 'Time to act',
+    caption: 'Alarms that this loop can raise, the process’s first', alarm: 'Alarm', priority: 'Priority', limit: 'Limit', deadBand: 'Dead band', delays: 'Delay, on and off', suppressedBy: 'Suppressed by', now: 'Now', within: 'Time to act',
     priorities: {critical: 'critical', high: 'high', medium: 'medium', low: 'low'}, noLimits: 'No limits of PV are given in this loop’s file (alarms: …).',
   },
   trend: {

@@ -2,7 +2,7 @@
 // The parts of a loop's view that are tables and words.
 import {CONDITIONS, ofValve} from '../lib/codes.js';
 import {el, facts, scroller, table} from '../lib/dom.js';
-import {NONE, bytes, count, decimalsFor, duration, fixed, percent, significant} from '../lib/format.js';
+import {NONE, bytes, count, duration, fixed, percent, quantity, significant} from '../lib/format.js';
 import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
 import {changeName, fill, texts} from '../texts.js';
@@ -94,7 +94,7 @@ export function judgesOf(loop) {
 
 // How the loop's alarms are meant; `stateNow(alarm)`: in words, how it is now. The process's come first, since they are acted on first.
 export function alarmTable(designs, loop, stateNow) {
-  const t = texts.design, range = [0, loop.pv_range[1] - loop.pv_range[0]], withUnit = (value, unit) => (known(value) ? `${fixed(value, decimalsFor(range))} ${unit}`.trim() : '');
+  const t = texts.design, range = [0, loop.pv_range[1] - loop.pv_range[0]], withUnit = (value, unit) => (known(value) ? quantity(value, range, unit) : '');
   const columns = [{head: t.alarm, row: true}, {head: t.priority}, {head: t.limit, class: 'number'}, {head: t.deadBand, class: 'number'}, {head: t.delays, class: 'number'}, {head: t.suppressedBy, class: 'words'}, {head: t.within, class: 'words'}, {head: t.now}];
   const order = [...designs].sort((a, b) => ofValve(a.alarm) - ofValve(b.alarm));
   const node = scroller(texts.loop.processAlarms, table(t.caption, columns, order.map((one) => [el('a', {href: `#/alarms/${encodeURIComponent(loop.tag)}/${encodeURIComponent(one.alarm)}`}, changeName(one.alarm)),
