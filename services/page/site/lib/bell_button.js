@@ -61,7 +61,7 @@ export class BellButton {
       accept: async (data) => {
         const wish = String(data.get('wish')), minutes = data.get('silence');
         if (wish !== 'off') {
-          await this.#wake();
+          this.#wake(); // not waited for: where no device is a browser may never answer
           await askToNotify();
         }
         if (minutes !== 'as') this.bell.silence(minutes === '0' ? null : Date.now() + 60_000 * Number(minutes));

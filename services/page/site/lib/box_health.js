@@ -40,9 +40,9 @@ export function warningsOf({daemon: d, loops, disk}, alarms, out, severe, time) 
   for (const waiting of c.waiting_for_output ?? []) add(true, t.waitingOutput, waiting);
   add(c.refused?.length, t.refusedFile, {text: [c.refused].flat().join('; ')});
   for (const {loop, io, recording} of loops) {
-    const lost = recording.dropped + (recording.queue_dropped ?? 0) + recording.rows_lost;
+    const missing = recording.dropped + (recording.queue_dropped ?? 0) + recording.rows_lost;
     add(!io.connected && !told.has(loop), t.linkDown, {loop});
-    add(lost > 0, t.rowsLost, {loop, n: count(lost)});
+    add(missing > 0, t.rowsLost, {loop, n: count(missing)});
   }
   return list;
 }
