@@ -79,7 +79,7 @@ const en = {
   flags: {at_low: 'output at its low limit', at_high: 'output at its high limit', rate_limited: 'output rate limited',
     output_lost: 'output does not reach the valve', jacket_acts: 'jacket acts', compensator_acts: 'compensator acts'},
   overview: {
-    title: 'Overview', search: 'Search', searchHint: 'tag or description', show: 'Show', as: 'As', tiles: 'Tiles', table: 'Table', sort: 'Order',
+    title: 'Overview', search: 'Search', searchHint: 'tag, description', show: 'Show', as: 'As', tiles: 'Tiles', table: 'Table', sort: 'Order',
     filters: {all: 'All', abnormal: 'Abnormal', alarm: 'Alarm', fault: 'Fault', manual: 'Not automatic', condition: 'Condition < 50'},
     sorts: {urgency: 'Worst first', tag: 'Tag', condition: 'Condition'},
     nothing: 'No loop is like that.', empty: 'The daemon has no loops.', shown: '{n} of {all} loops',

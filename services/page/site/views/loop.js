@@ -203,7 +203,7 @@ function header(loop) {
   const ne107 = el('span', {class: 'ne107 wide'});
   const alarms = el('ul', {class: 'loop-alarms', 'aria-label': t.alarms});
   const node = el('div', {class: 'title'}, el('h1', {tabindex: -1}, loop.tag), el('span', {class: 'about'}, loop.description ?? ''), ne107, alarms,
-    el('span', {class: 'stretch'}), to(tags[at - 1], 'back', t.previous), to(tags[at + 1], 'on', t.next));
+    to(tags[at - 1], 'back', t.previous), to(tags[at + 1], 'on', t.next));
   const update = (o, i) => {
     const [letter, meaning] = ne107Of(o, i, Boolean(live.stale));
     if (ne107.shown !== letter) {
