@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the alarm system does, folded away below the alarms, and asked for once it is opened.
 import {TARGETS, figuresOf, reachesLess} from '../lib/alarm_figures.js';
-import {el, icon, table, unseen} from '../lib/dom.js';
+import {el, icon, scroller, table, unseen} from '../lib/dom.js';
 import {NONE, count, percent, significant} from '../lib/format.js';
 import {get, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
@@ -19,16 +19,16 @@ const sign = (right) => (right === null ? '' : el('span', {class: 'state'}, el('
 
 function figures(answer) {
   const columns = [{head: t.figure, row: true}, {head: t.value, ...number}, {head: t.target, ...number}, {head: t.judged}];
-  return table(t.caption, columns, figuresOf(answer).map(([key, value, right]) => [t.names[key], value === null ? NONE : (SHOWN[key] ?? count)(value),
-    t.targets[key] ? fill(t.targets[key], {n: TARGETS[key]}) : '', sign(right)]), {captionHidden: true, class: 'lines as-cards'});
+  return scroller(t.caption, table(t.caption, columns, figuresOf(answer).map(([key, value, right]) => [t.names[key], value === null ? NONE : (SHOWN[key] ?? count)(value),
+    t.targets[key] ? fill(t.targets[key], {n: TARGETS[key]}) : '', sign(right)]), {captionHidden: true, class: 'lines as-cards'}));
 }
 
 // Alarms by name: most frequent, chattering, stale.
 function named(title, list, heads, cells) {
   if (!list.length) return null;
-  return [el('h3', {}, title), table(title, [{head: texts.alarm.loop}, {head: texts.alarm.alarm, row: true}, ...heads.map((head) => ({head, class: 'number'}))],
+  return [el('h3', {}, title), scroller(title, table(title, [{head: texts.alarm.loop}, {head: texts.alarm.alarm, row: true}, ...heads.map((head) => ({head, class: 'number'}))],
     list.map((one) => [el('a', {href: ownerHref(one.loop)}, ownerName(one.loop)), el('a', {href: `#/alarms/${encodeURIComponent(one.loop)}/${encodeURIComponent(one.alarm)}`}, changeName(one.alarm)), ...cells(one)]),
-    {captionHidden: true, class: 'lines as-cards'})];
+    {captionHidden: true, class: 'lines as-cards'}))];
 }
 
 function parts(answer, hours) {

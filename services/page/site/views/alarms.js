@@ -122,7 +122,7 @@ class IncidentDetail {
   constructor(chosen, scope) {
     Object.assign(this, {chosen, scope});
     this.head = el('h2', {tabindex: -1}, chosen.loop);
-    this.about = el('div', {});
+    this.about = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
     this.guide = el('div', {});
     this.why = el('div', {});
     this.alarms = el('div', {});
@@ -175,7 +175,7 @@ class Detail {
   constructor(chosen, scope) {
     Object.assign(this, {chosen, scope});
     this.head = el('h2', {tabindex: -1}, `${nameOf(chosen.alarm)} – ${ownerName(chosen.loop)}`);
-    this.about = el('div', {});
+    this.about = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
     this.guide = el('div', {});
     this.why = el('div', {});
     this.evidence = el('div', {});
