@@ -39,10 +39,11 @@ struct AlarmsRequest {
   using Answer = Alarms;
 };
 
-// All alarms of all loops as their files have them.
+// All alarms of a loop, or of all loops, as their files have them.
 struct AlarmDesignRequest {
   static constexpr const char* kName = "alarm_design";
   using Answer = AlarmDesigns;
+  Maybe<std::string> loop{};
 };
 
 struct AlarmFiguresRequest {

@@ -85,12 +85,20 @@ void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures&
 
 }  // namespace
 
+protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop) {
+  protocol::AlarmDesigns its;
+  const model::LoopAlarms alarms = parts.board.watch(loop).alarms;
+  for (const AlarmKind kind : model::kAlarmKinds) {
+    if (alarms.fitted(kind)) its.alarms.push_back(design_of(parts.loops[loop].config, kind));
+  }
+  return its;
+}
+
 protocol::AlarmDesigns alarm_designs(const Parts& parts) {
   protocol::AlarmDesigns all;
   for (std::size_t i = 0; i < parts.loops.size(); ++i) {
-    const model::LoopAlarms alarms = parts.board.watch(i).alarms;
-    for (const AlarmKind kind : model::kAlarmKinds) {
-      if (alarms.fitted(kind)) all.alarms.push_back(design_of(parts.loops[i].config, kind));
+    for (protocol::AlarmDesign& one : alarm_designs(parts, i).alarms) {
+      all.alarms.push_back(std::move(one));
     }
   }
   for (const model::BoxAlarm kind : model::kBoxAlarms) all.alarms.push_back(design_of(kind));

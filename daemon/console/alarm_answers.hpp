@@ -2,6 +2,7 @@
 // Answers about the alarms as a whole: how they are meant, and how they did.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -12,6 +13,7 @@
 namespace loopwarden::daemon::console {
 
 protocol::AlarmDesigns alarm_designs(const Parts& parts);
+protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop);
 
 protocol::AlarmFigures figures_of(const Parts& parts,
                                   std::span<const loopwarden::monitor::AlarmCame> came,

@@ -145,7 +145,7 @@ std::string Readings::answer(std::string_view what, const json& request) {
   if (what == protocol::StatusRequest::kName) return status();
   if (what == protocol::TrendRequest::kName) return done(trend(request));
   if (what == protocol::AlarmsRequest::kName) return alarms();
-  if (what == protocol::AlarmDesignRequest::kName) return done(alarm_designs(parts_));
+  if (what == protocol::AlarmDesignRequest::kName) return done(alarm_design(request));
   if (what == protocol::AlarmFiguresRequest::kName) return done(alarm_figures(request));
   if (what == protocol::DescribeRequest::kName) return done(describe());
   if (what == protocol::OverviewRequest::kName) return to_text(overview(parts_));
@@ -206,6 +206,11 @@ std::string Readings::alarms() const {
   }
   text += R"(],"now_ms":)" + std::to_string(parts_.board.now_ms()) + R"(,"ok":true})";
   return text;
+}
+
+protocol::AlarmDesigns Readings::alarm_design(const protocol::AlarmDesignRequest& request) const {
+  return request.loop ? alarm_designs(parts_, loop_index(parts_, *request.loop))
+                      : alarm_designs(parts_);
 }
 
 protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresRequest& request) {

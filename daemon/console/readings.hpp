@@ -34,6 +34,7 @@ class Readings {
   std::string status() const;
   protocol::Trend trend(const protocol::TrendRequest& request) const;
   std::string alarms() const;
+  protocol::AlarmDesigns alarm_design(const protocol::AlarmDesignRequest& request) const;
   protocol::AlarmFigures alarm_figures(const protocol::AlarmFiguresRequest& request);
   protocol::Description describe() const;
   protocol::LoopAnswer loop(const protocol::LoopRequest& request) const;

@@ -22,6 +22,7 @@ http::Response system(Context& context, const Call& call);
 // loop.cpp
 http::Response loop(Context& context, const Call& call);
 http::Response windows(Context& context, const Call& call);
+http::Response loop_alarms(Context& context, const Call& call);
 http::Response loop_alarm(Context& context, const Call& call);
 http::Response act_on_alarm(Context& context, const Call& call);
 http::Response note(Context& context, const Call& call);

@@ -48,6 +48,7 @@ constexpr std::array kRoutes{
     Route{Of::box, Method::get, "api/loops/*/windows", Pool::daemon, Role::viewer, windows},
     Route{Of::box, Method::get, "api/loops/*/history", Pool::disk, Role::viewer, past},
     Route{Of::box, Method::get, "api/loops/*/history.csv", Pool::disk, Role::viewer, past_csv},
+    Route{Of::box, Method::get, "api/loops/*/alarms", Pool::daemon, Role::viewer, loop_alarms},
     Route{Of::box, Method::get, "api/loops/*/alarms/*", Pool::daemon, Role::viewer, loop_alarm},
     Route{Of::box, Method::get, "api/journal", Pool::daemon, Role::viewer, journal},
     Route{Of::box, Method::get, "api/journal.csv", Pool::daemon, Role::viewer, journal_csv},

@@ -6,7 +6,6 @@ const en = {
   language: 'en',
   brand: 'Loopwarden',
   skip: 'Skip to the content',
-  none: 'none',
   notKnown: 'not known',
   notKnownNow: 'Not known: the box has not told it.',
   yes: 'yes',
@@ -14,21 +13,18 @@ const en = {
   loading: 'Loading …',
   failed: 'This could not be loaded: {why}',
   again: 'Try again',
-  close: 'Close',
   cancel: 'Cancel',
-  back: 'Back',
   goOn: 'Continue …',
   copy: 'Copy',
   copied: 'Copied',
-  
-  
+  box: 'The box',
   notFound: 'There is no such page.',
   simulated: 'simulated',
   simulatedSome: '{n} of {all} simulated',
   accelerated: '{factor} × real time',
   nav: {label: 'Views', overview: 'Overview', trends: 'Trends', alarms: 'Alarms', journal: 'Journal', reports: 'Reports', system: 'System', fleet: 'Fleet', login: 'Log in'},
   head: {
-    label: 'Box', theme: 'Theme', themeSystem: 'System', themeDark: 'Dark', themeLight: 'Light',
+    theme: 'Theme', themeSystem: 'System', themeDark: 'Dark', themeLight: 'Light',
     login: 'Log in', logout: 'Log out', user: '{user}, {role}', readOnly: 'Read-only',
     alarmsNone: 'No alarm waits', alarmsWait: '{n} to acknowledge', alarmsActive: '{n} active', zone: 'All times {zone}, {offset}',
     live: 'Live', old: 'Old values', alarmsOld: 'Alarms not known', alarmsLast: 'Old: {alarms}',
@@ -38,13 +34,13 @@ const en = {
     daemon: 'No values since {time}: the daemon does not answer. What is shown is old.',
     silent: 'No values since {time}: no connection to the box. What is shown is old.',
     for: 'for {long}', words: '({words})', back: 'Values come in again.', state: 'not known, last: {state}', title: 'No values',
-    loop: 'stands still',
+    loop: 'stands still', stands: 'stands still, last: {state}',
   },
   bell: {
     title: 'Sound and notification', question: 'When an alarm waits, shall this browser sound and show a notification?', choose: 'Choose …', no: 'Not here',
     wishes: {off: 'No', high: 'For what must be acted on now, and when no values come', low: 'For every alarm, and when no values come'}, set: 'Set',
     silence: 'Silence', notSilent: 'Not silent', here: 'Of this browser alone; the alarm stays as it is.',
-    off: 'No sound', on: {high: 'Sounds: act now', low: 'Sounds: every alarm'}, silent: 'Silent until {time}', blocked: 'Click: no sound yet', noNotification: 'This browser shows no notification.',
+    off: 'No sound', on: {high: 'Sounds: act now', low: 'Sounds: every alarm'}, silent: 'Silent until {time}', blocked: 'No sound before a click or key', noNotification: 'This browser shows no notification.',
   },
   announce: {alarm: 'New alarm: {loop}, {alarm}', alarms: '{n} new alarms'},
   modes: {manual: 'MAN', automatic: 'AUTO', fallback: 'FALLBACK'},
@@ -79,42 +75,44 @@ const en = {
     latched_acknowledged: 'latched, acknowledged', shelved: 'shelved', suppressed: 'suppressed',
     other: 'in a state that this page does not know'},
   priority: {high: 'act now', low: 'plan'},
-  values: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem', 
-    },
+  values: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem'},
   flags: {at_low: 'output at its low limit', at_high: 'output at its high limit', rate_limited: 'output rate limited',
     output_lost: 'output does not reach the valve', jacket_acts: 'jacket acts', compensator_acts: 'compensator acts'},
   overview: {
-    title: 'Overview', search: 'Search', searchHint: 'tag or description', show: 'Show', as: 'As', tiles: 'Tiles', table: 'Table', sort: 'Order',
+    title: 'Overview', search: 'Search', searchHint: 'tag, description', show: 'Show', as: 'As', tiles: 'Tiles', table: 'Table', sort: 'Order',
     filters: {all: 'All', abnormal: 'Abnormal', alarm: 'Alarm', fault: 'Fault', manual: 'Not automatic', condition: 'Condition < 50'},
     sorts: {urgency: 'Worst first', tag: 'Tag', condition: 'Condition'},
     nothing: 'No loop is like that.', empty: 'The daemon has no loops.', shown: '{n} of {all} loops',
-    caption: 'Loops, in the chosen order', condition: 'Condition', alarm: 'Alarm', mode: 'Mode', tag: 'Tag', state: 'State',
+    caption: 'Loops, in the chosen order', condition: 'Condition', mode: 'Mode', tag: 'Tag', state: 'State',
     trend: '10 min', conditionShort: 'Cond.', calm: 'normal', spark: 'PV over the last ten minutes',
   },
   loop: {
     faceplate: 'Faceplate', trend: 'Trend', phase: 'PV over CO', condition: 'Condition of the valve', measures: 'What the newest window shows',
     windows: 'Windows and their specialists', health: 'Communication and recording', explanation: 'Explanation', twin: 'What the twin says', alarms: 'Alarms of this loop',
-    noLoop: 'There is no loop {tag}.', state: 'State', ne107: 'NE 107', requested: 'asked for: {mode}',
+    noLoop: 'There is no loop {tag}.', ne107: 'NE 107', requested: 'asked for: {mode}',
     previous: 'Previous loop', next: 'Next loop', operate: 'Operate', setPoint: 'Set point', output: 'Output', mode: 'Mode',
     noControl: 'Operating from this page is off (loopwardend.yaml: page: control).', needsOperator: 'To operate, log in as an operator.',
-    limits: 'Limits {low} to {high}',
+    judgedBy: 'Judged by', by: {specialists: 'specialists for {list}', routine: 'routine evidence', twin: 'its twin', none: 'nothing: no alarm of its valve can come'}, source: 'Its source', processAlarms: 'Alarms and their limits',
+  },
+  design: {
+    caption: 'Alarms that this loop can raise, the process’s first', alarm: 'Alarm', priority: 'Priority', limit: 'Limit', deadBand: 'Dead band', delays: 'Delay, on and off', suppressedBy: 'Suppressed by', now: 'Now', within: 'Time to act',
+    priorities: {critical: 'critical', high: 'high', medium: 'medium', low: 'low'}, noLimits: 'No limits of PV are given in this loop’s file (alarms: …).',
   },
   trend: {
     spans: {60: '1 min', 600: '10 min', 3600: '1 h', 28800: '8 h', 86400: '1 d', 604800: '7 d', 0: 'All'}, span: 'Span',
     closer: 'Zoom in', wider: 'Zoom out', earlier: 'Earlier', later: 'Later', now: 'Follow', from: 'From', to: 'To', go: 'Show',
-    newest: 'newest', empty: 'Nothing is recorded in this span.', csv: 'Download CSV', jump: 'Another time …',
+    empty: 'Nothing is recorded in this span.', csv: 'Download CSV', jump: 'Another time …',
     keys: 'Keys: left and right move the cursor, with Shift the span; plus and minus zoom; 0 shows all; Escape takes the cursor away. Mouse: drag to zoom, double click for the span before, Ctrl and wheel to zoom. Touch: drag, pinch.',
     every: 'every sample', bucket: 'first, lowest, highest and last of each {step}', reaches: 'The recorder reaches back to {time}.',
     others: 'With other loops', png: 'Picture (PNG)', upper: 'Trend of PV and set point', lower: 'Trend of controller output and stem', table: 'The span in numbers',
-    quantity: 'Value', at: 'At the cursor', atNewest: 'Newest', lowest: 'Lowest', highest: 'Highest',
-    
+    quantity: 'Value', atNewest: 'Newest', lowest: 'Lowest', highest: 'Highest',
   },
-  notes: {title: 'Note', plural: 'Notes', ask: 'Note on {tag}', about: 'It stands in the journal, at {time}. Move the cursor first for another time.', text: 'Text', write: 'Write'},
+  notes: {title: 'Note', plural: 'Notes', ask: 'Note on {tag}', about: 'It stands in the journal, at {time}. Move the cursor first for another time.', text: 'Text', write: 'Write', notOnDisk: 'not on the disk yet'},
   trends: {
     title: 'Trends', empty: 'Choose a loop and a value: up to eight curves, which the address of this page keeps.', loop: 'Loop', quantity: 'Value', add: 'Add', remove: 'Remove {curve}', full: 'Eight curves are the most.',
-    noLoop: 'There is no loop {tag}.', csv: 'CSV of {tag}', copy: 'Copy the address', every: '{tag}: every sample', bucket: '{tag}: first, lowest, highest and last of each {step}',
+    noLoop: 'There is no loop {tag}.', csv: 'CSV of {tag}', copy: 'Copy the address',
   },
-  phase: {label: 'PV over CO in the span of the trend', older: 'older', },
+  phase: {label: 'PV over CO in the span of the trend'},
   conditions: {
     caption: 'Condition indices: 100 is as good as can be seen, 0 as bad as counts',
     index: 'Index', value: 'Value', means: 'What it is', cannot: 'What it can’t know',
@@ -134,12 +132,12 @@ const en = {
   },
   windows: {
     caption: 'Newest windows, the newest first: probability of each class, and small what its specialist leaves unexplained, (% of span)²', time: 'Ended', verdict: 'Verdict', severity: 'Size',
-    none: 'No window has been judged yet.', suppressed: 'not judged: {why}', 
+    none: 'No window has been judged yet.', suppressed: 'not judged: {why}',
     verdicts: {no_fault: 'no fault', not_enough_movement: 'not enough movement', stiction: 'stiction', backlash: 'backlash', hysteresis: 'hysteresis',
       low_air_supply: 'low air supply', unknown: 'unknown', healthy: 'healthy', suppressed: 'not judged', fault: 'fault'},
   },
   health: {
-    caption: 'Bus and recorder', what: 'Counter', value: 'Value', connected: 'Connected', pvAge: 'PV age', positionAge: 'Read-back age', transactions: 'Transactions',
+    caption: 'Bus and recorder', what: 'Counter', value: 'Value', connected: 'Connected', pvAge: 'PV age', never: 'never received', positionAge: 'Read-back age', transactions: 'Transactions',
     timeouts: 'Time-outs', device_exceptions: 'Device exceptions', invalid_replies: 'Invalid replies', stale_replies_discarded: 'Late replies discarded',
     reconnects: 'Reconnects', writes: 'Writes', write_errors: 'Write errors', old_commands_withheld: 'Old commands withheld', rows: 'Rows recorded',
     lost: 'Rows lost', bytes: 'On the disk', disk: 'Disk', diskError: '{n} errors, the last: {text}', refused: 'Orders refused',
@@ -167,12 +165,21 @@ const en = {
     evidenceUpper: 'Evidence: PV and set point', evidenceLower: 'Evidence: output and stem', replay: 'Judge it once more, on this box', history: 'History', historyCaption: 'Lines of the journal on this alarm, the newest first',
     worst: 'worst {size}', changed: 'Changed', until: 'shelved until {time}', consequenceOf: 'It follows from: {alarm}.', explanation: 'Why, by the twin', noExplanation: 'The twin has not explained this alarm.',
     acknowledge: 'Acknowledge', reset: 'Reset', shelve: 'Shelve …', unshelve: 'Take off the shelf', calm: 'Begin planned moves', noActing: 'Acting on alarms from this page is off (loopwardend.yaml: page: alarms).',
-    needsOperator: 'To acknowledge or shelve, log in as an operator.', 
+    needsOperator: 'To acknowledge or shelve, log in as an operator.',
     reason: 'Reason', reasonOptional: 'Reason (optional)', minutes: 'For', minutesUnit: '{n} min', hoursUnit: '{n} h', done: 'Done: {loop}, {alarm}: {state}', notOnDisk: 'Done, but the journal is not on the disk yet.',
     dialog: {acknowledge: 'Acknowledge {alarm} of {loop}?', reset: 'Reset {alarm} of {loop}?', shelve: 'Shelve {alarm} of {loop}', unshelve: 'Take {alarm} of {loop} off the shelf?',
       calm: 'Calm {loop} by planned moves, in shadow first?'},
-    raisedBy: 'raised by {alarms}', where: 'Where', incidentAlarms: 'What raised it', named: 'Named', renamed: '{from} became {to} at {time}', incident: 'Incident',
-    open: 'Open the loop', verdict: 'Verdict', chance: 'Probability of each fault', back: 'All alarms',
+    ofBox: 'Of the box: {alarms}', boxCaption: 'Alarms of the box, what waits first', raisedBy: 'raised by {alarms}', where: 'Where', incidentAlarms: 'What raised it', named: 'Named', renamed: '{from} became {to} at {time}', incident: 'Incident',
+    flaps: 'Came again while it was on', open: 'Open the loop', openBox: 'How the box is', verdict: 'Verdict', chance: 'Probability of each fault', back: 'All alarms',
+  },
+  alarmFigures: {
+    title: 'How the alarm system does', hours: 'Time', about: 'Targets of ISA-18.2 for one operator', spans: {8: 'Last 8 h', 24: 'Last 24 h', 168: 'Last 7 d', 720: 'Last 30 d'},
+    caption: 'Figures and their targets by ISA-18.2, for one operator', figure: 'Figure', value: 'Value', target: 'Target (ISA-18.2)', judged: 'Judged', within: 'as it should be', beyond: 'not as it should be',
+    names: {came: 'Alarms that came', per_hour: 'Alarms an hour', most_in_10_min: 'Most in 10 min', floods: 'Floods', flood_percent: 'Time in floods', chattering: 'Chattering alarms', stale: 'Stale alarms, on for more than a day',
+      top_percent: 'Share of the most frequent'},
+    targets: {per_hour: 'at most {n}', most_in_10_min: 'at most {n}', flood_percent: 'below {n} %', chattering: 'none', stale: 'fewer than {n}', top_percent: 'below {n} %'},
+    span: 'From {from} to {to}.', reaches: 'From {from} to {to}: the journal reaches back no further.', nothing: 'No alarm came in this time.',
+    top: 'Most frequent', chattering: 'Chattering: three times within a minute or more', stale: 'Stale', times: 'Times', share: 'Share', inAMinute: 'Most in a minute', since: 'Since',
   },
   acting: {
     title: 'Change {what} of {tag}', setPoint: 'set point', output: 'output', mode: 'mode', new: 'New value', now: 'In force now', range: 'from {low} to {high} {unit}', confirmTitle: 'Confirm',
@@ -182,15 +189,16 @@ const en = {
   },
   journal: {
     title: 'Journal', search: 'Search', loop: 'Loop', kind: 'Kind', from: 'From', to: 'To', any: 'All', apply: 'Search', reset: 'Clear', csv: 'Download CSV', older: 'Older lines', nothing: 'No line is like that.',
-    caption: 'Lines of the journal, the newest first', time: 'Time', alarm: 'Alarm', what: 'What', change: 'From → to', who: 'Who', result: 'Result', reason: 'Reason',
-    kinds: {alarm: 'Alarm', operator: 'Operator', register: 'Register', system: 'System'}, daemon: 'daemon', end: 'This is the oldest line.',
+    caption: 'Lines of the journal, the newest first', time: 'Time', what: 'What', change: 'From → to', who: 'Who', result: 'Result', reason: 'Reason',
+    kinds: {alarm: 'Alarm', operator: 'Operator', register: 'Register', system: 'System'}, daemon: 'daemon',
   },
   reports: {
     title: 'Reports', caption: 'Reports in the state directory, the newest first', kind: 'Kind', name: 'Title', loop: 'Loop', made: 'Made', size: 'Size', nothing: 'There are no reports in the state directory yet. “loopwarden commission”, “gap”, “survey” and “train” write them with --out.', filter: 'Kind', all: 'All',
     kinds: {gap: 'Gap', training: 'Training', commissioning: 'Commissioning', survey: 'Survey', explanation: 'Explanation', other: 'Other'}, opens: 'opens in a new tab',
   },
   system: {
-    title: 'System', health: 'Is the box well?', well: 'The box is well: nothing warns. It runs since {time}.', oneWarning: 'One thing is not as it should be.', someWarnings: '{n} things are not as they should be.', notKnown: 'Not known: the box does not answer.', notKnownSince: 'Not known: the daemon has not answered since {time}.', changes: 'What has changed last', noChanges: 'Nothing that the journal tells of.', counters: 'Counters and histograms, for maintenance',
+    title: 'System', health: 'Is the box well?', well: 'The box is well: nothing warns. It runs since {time}.', oneWarning: 'One thing is not as it should be.', someWarnings: '{n} things are not as they should be.', oneSince: 'One thing is not as it should be, since {time}.', someSince: '{n} things are not as they should be, the oldest since {time}.', untold: 'Not known yet: the box has not told its alarms.',
+    alarm: '{alarm}{which}, {state}, since {time}', which: ' ({names})', loops: 'Loops that don’t do their work, {why}: {tags}', loopsMore: 'Loops that don’t do their work, {why}: {tags} and {more} more', notKnown: 'Not known: the box does not answer.', notKnownSince: 'Not known: the daemon has not answered since {time}.', changes: 'What has changed last', noChanges: 'Nothing that the journal tells of.', counters: 'Counters and histograms, for maintenance',
     connected: 'Loops connected', nOf: '{n} of {all}', diskFull: 'The disk is nearly full: {free} of {all} are free.', feederAway: 'The feeder {name} is not connected.', cycle: 'Control cycles', versions: 'The box', buses: 'Buses', disk: 'Journal and evidence', monitor: 'Monitor', page: 'This page',
     wake: 'Wake-up: late by', work: 'Work of a cycle', histogram: 'How many cycles, by time', bin: 'Up to', count: 'Cycles', share: 'Share', ticks: 'Cycles', overruns: 'Overruns', skipped: 'Cycles skipped', median: 'Median', p99: '99 %', p999: '99.9 %', worst: 'Worst',
     version: 'Loopwarden', configHash: 'Configuration', modelHash: 'Models', filesInForce: 'Files are in force', waitingRestart: 'Waits for a restart: {file}: {key} ({why})', waitingOutput: 'Waits: {file}: {key} ({why})', refusedFile: 'The changed files were refused: {text}', started: 'Running since', uptime: 'for {long}', stateDirectory: 'State directory',
@@ -226,6 +234,9 @@ export const texts = en;
 
 // Of an alarm, or of an incident, which may have an effect's name.
 export const changeName = (name) => texts.alarms[name] ?? (name.charAt(0).toUpperCase() + name.slice(1)).replaceAll('_', ' ');
+
+// Who has an alarm or a line of the journal: a loop's tag, or the box, which the daemon calls `box`.
+export const ownerName = (loop) => (loop === 'box' ? texts.box : loop);
 
 export function fill(template, values) {
   return template.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? String(values[name]) : whole));

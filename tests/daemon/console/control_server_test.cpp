@@ -10,6 +10,8 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <set>
+#include <string>
 #include <thread>
 
 #include "base/local_server.hpp"
@@ -383,6 +385,25 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
                         line.at("peer") == "uid 1000" && line.at("new") == "30 min");
   }
   CHECK(reason);
+}
+
+TEST_CASE("how the alarms are meant is told of all loops or of one") {
+  Bench bench;
+  const auto loops_of = [&](const json& request) {
+    std::set<std::string> loops;
+    const json answer = bench.ask(request.dump());
+    for (const json& one : answer.at("alarms")) loops.insert(one.at("loop"));
+    return loops;
+  };
+  const json all{{"request", "alarm_design"}};
+  json one = all;
+  one["loop"] = "FIC-101";
+  CHECK(loops_of(all).count("FIC-101") == 1);
+  CHECK(loops_of(one) == std::set<std::string>{"FIC-101"});
+  one["loop"] = "FIC-999";
+  CHECK(bench.ask(one.dump()).at("error") == "no loop 'FIC-999'");
+  one["loop"] = 7;
+  CHECK(bench.ask(one.dump()).at("ok") == false);
 }
 
 TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled as others") {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // An operator's hand on a loop or an alarm. Nothing acts on the process before tag, old and new value were read once more.
-import {actions, ask, field} from '../lib/dialog.js';
+import {ask, field, toast} from '../lib/dialog.js';
 import {decimalsFor, fixed} from '../lib/format.js';
 import {el, facts, unit} from '../lib/dom.js';
 import {get, loopPath, post, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {MODES} from '../lib/codes.js';
 import {wall} from '../lib/shell.js';
-import {fill, texts} from '../texts.js';
+import {changeName, fill, ownerName, texts} from '../texts.js';
 
 const t = texts.acting;
 const ta = texts.alarm;
@@ -113,7 +113,7 @@ const MINUTES = [15, 30, 60, 120, 240, 480];
 
 // Acknowledge, reset, shelve, unshelve.
 export function act(loop, alarm, action) {
-  const names = {loop, alarm: texts.alarms[alarm] ?? alarm}, shelve = action === 'shelve';
+  const names = {loop: ownerName(loop), alarm: changeName(alarm)}, shelve = action === 'shelve';
   const minutes = el('select', {name: 'minutes'}, MINUTES.filter((m) => m <= (live.describe.alarms?.shelve_limit_min ?? 480)).map((m) => el('option', {value: m, selected: m === 60},
     m < 60 ? fill(ta.minutesUnit, {n: m}) : fill(ta.hoursUnit, {n: m / 60}))));
   const reason = el('input', {name: 'reason', maxlength: 200, required: shelve, autocomplete: 'off'});
@@ -143,13 +143,4 @@ export function acknowledgeIncident(incident, name) {
       live.dispatchEvent(new Event('acted'));
     },
   });
-}
-
-// A word on what was done, seen and heard, that goes by itself.
-function toast(text) {
-  document.querySelector('.toast')?.remove();
-  const node = el('div', {class: 'toast'}, text);
-  document.body.append(node);
-  actions.say(text);
-  setTimeout(() => node.remove(), 6000);
 }

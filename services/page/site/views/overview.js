@@ -59,7 +59,7 @@ class Item {
     setText(this.mode, mode ? texts.modes[mode] : NONE);
     setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode odd' : 'mode');
     const [words, sign, look] = stateOf(o, i, {loop, listed: (kind) => live.alarms.find((alarm) => alarm.loop === loop.tag && alarm.alarm === kind),
-      severe: live.describe.alarms?.severe_percent ?? 5, stands: live.stands(i), stale: Boolean(live.stale)});
+      severe: live.severe_percent, stale: Boolean(live.stale)});
     setText(this.words, words);
     if (this.signShown !== sign) {
       this.signShown = sign;
@@ -75,7 +75,7 @@ class Item {
     }
     setText(this.condition, fixed(o.condition[i], 0));
     setAttribute(this.condition, 'class', o.condition[i] !== null && o.condition[i] < 50 ? 'value poor' : 'value');
-    setAttribute(this.node, 'data-old', live.stands(i) ? '' : null);
+    setAttribute(this.node, 'data-old', o.stands[i] ? '' : null);
     // The picture changes with a new extreme, or where PV has moved by a dot of its gauge.
     const [low, high] = loop.pv_range, dot = o.pv[i] === null ? '' : Math.round(this.canvas.tall * (o.pv[i] - low) / (high - low));
     const sketch = `${live.sparks[i].version} ${dot} ${this.values.sp.shown} ${this.canvas.room}`;

@@ -38,6 +38,31 @@ TEST_CASE("without users everybody on this host looks and nobody writes") {
   CHECK(rig.answer(alarms).status == 401);
 }
 
+TEST_CASE("alarms are asked of a loop or of the box, by name") {
+  ApiRig rig(true);
+  const auto asked = [&](const Request& request) {
+    rig.daemon.asked.clear();
+    rig.orders.asked.clear();
+    CHECK(rig.answer(request).status == 200);
+    return (rig.daemon.asked.empty() ? rig.orders : rig.daemon).asked.at(0);
+  };
+  CHECK(asked(rig.get_as("vera", {"api", "loops", "FIC-101", "alarms"})) ==
+        json{{"request", "alarm_design"}, {"loop", "FIC-101"}});
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "FIC-999", "alarms"})).status == 404);
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "box", "alarms"})).status == 404);
+  Request figures = rig.get_as("vera", {"api", "alarm-figures"});
+  figures.query["hours"] = "168";
+  CHECK(asked(figures) == json{{"request", "alarm_figures"}, {"hours", 168}});
+  figures.query["hours"] = "721";
+  CHECK(rig.answer(figures).status == 400);
+  CHECK(asked(rig.get_as("vera", {"api", "loops", "box", "alarms", "disk_full"})) ==
+        json{{"request", "explain"}, {"loop", "box"}, {"alarm", "disk_full"}});
+  const json order =
+      asked(rig.post_as("otto", {"api", "loops", "box", "alarms", "disk_full"}, kAcknowledge));
+  CHECK(order["loop"] == "box");
+  CHECK(order["alarm"] == "disk_full");
+}
+
 TEST_CASE("with users nothing is told to who has not logged in, but the session") {
   ApiRig rig(true);
   const std::vector<std::vector<std::string>> paths{{"api", "describe"},
@@ -49,6 +74,8 @@ TEST_CASE("with users nothing is told to who has not logged in, but the session"
                                                     {"api", "reports"},
                                                     {"reports", "x"},
                                                     {"api", "loops", "FIC-101"},
+                                                    {"api", "loops", "FIC-101", "alarms"},
+                                                    {"api", "alarm-figures"},
                                                     {"api", "loops", "FIC-101", "history"},
                                                     {"api", "loops", "FIC-101", "history.csv"},
                                                     {"api", "evidence", "x"}};
