@@ -63,6 +63,7 @@ Notifier::Notifier(NotifyConfig config)
     : config_(std::move(config)),
       outbox_(open_outbox(config_.state_directory)),
       rules_(config_.rules, outbox_->pictures()),
+      pictures_(config_.socket, config_.zone),
       watcher_(config_.socket) {
   open_lines();
 }
@@ -81,7 +82,8 @@ void Notifier::open_lines() {
         outbox_->made_ms(rule.name, static_cast<std::size_t>(rule.most_per_hour));
     line.made_ms.assign(made.rbegin(), made.rend());
     line.worker = std::make_unique<ChannelWorker>(
-        rule.name, open_channel(config_.channels[i], sender), *outbox_);
+        rule.name, open_channel(config_.channels[i], sender), *outbox_,
+        config_.channels[i].picture ? &pictures_ : nullptr);
   }
 }
 
@@ -166,6 +168,7 @@ bool Notifier::stop_for(milliseconds patience) {
   for (auto& [name, line] : lines_) line.worker->ask_to_end();
   bool ended = watcher_.stop_for(left());
   for (auto& [name, line] : lines_) ended = line.worker->stop_for(left()) && ended;
+  ended = pictures_.stop_for(left()) && ended;
   return ended;
 }
 

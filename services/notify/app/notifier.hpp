@@ -49,6 +49,7 @@ class Notifier {
   std::unique_ptr<Outbox> outbox_;
   WatchRules rules_;
   std::optional<Snapshot> unstored_;  // what was read while the disk did not take it
+  PictureMaker pictures_;
   std::map<std::string, Line> lines_;
   Watcher watcher_;
   std::string trouble_;

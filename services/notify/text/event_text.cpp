@@ -23,9 +23,6 @@ namespace {
 
 using nlohmann::json;
 
-// Of a message of at most so many events the remedies are told as well.
-constexpr std::size_t kMostGuided = 5;
-
 date::sys_time<std::chrono::milliseconds> time_of(std::int64_t utc_ms) {
   return date::sys_time<std::chrono::milliseconds>{std::chrono::milliseconds(utc_ms)};
 }
@@ -183,12 +180,15 @@ std::string page_of(const Event& event, const Sender& sender) {
                      base::percent_encoded(event.of_incident ? "incident" : event.alarm));
 }
 
-std::string sentence(const Event& event, const Sender& sender) {
-  if (event.alarm == kDaemonAlarm) return daemon_sentence(event);
+std::string subject_of(const Event& event) {
   const std::string about =
       event.description.empty() ? "" : fmt::format(" ({})", event.description);
-  std::string text = fmt::format("{}{}: {} {}", event.loop, about, alarm_words(event.alarm),
-                                 what_happened(event, sender));
+  return fmt::format("{}{}: {}", event.loop, about, alarm_words(event.alarm));
+}
+
+std::string sentence(const Event& event, const Sender& sender) {
+  if (event.alarm == kDaemonAlarm) return daemon_sentence(event);
+  std::string text = fmt::format("{} {}", subject_of(event), what_happened(event, sender));
   if (event.severity_percent) text += fmt::format(", {:.1f} %", *event.severity_percent);
   if (!event.peer.empty()) text += fmt::format(", by {}", event.peer);
   if (!event.reason.empty()) text += fmt::format(" ({})", event.reason);

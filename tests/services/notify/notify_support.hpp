@@ -133,18 +133,25 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     journal_.insert(journal_.begin(), line);
   }
+  // Its only loop, and the answer with the loop's newest cycles.
+  void describe(const nlohmann::json& loop) {
+    const std::lock_guard lock(mutex_);
+    loop_ = loop;
+  }
+  void set_trend(const nlohmann::json& trend) {
+    const std::lock_guard lock(mutex_);
+    trend_ = trend;
+  }
   int asked() const { return asked_; }
 
  private:
   std::string answer(std::string_view line) {
     const std::lock_guard lock(mutex_);
     ++asked_;
-    if (nlohmann::json::parse(line).at("request") == "describe") {
-      return R"({"ok": true, "loops": [{"tag": "FIC-101", "description": "cooling water"}]})";
-    }
-    if (nlohmann::json::parse(line).at("request") == "journal") {
-      return nlohmann::json{{"ok", true}, {"lines", journal_}}.dump();
-    }
+    const std::string request = nlohmann::json::parse(line).at("request");
+    if (request == "describe") return nlohmann::json{{"ok", true}, {"loops", {loop_}}}.dump();
+    if (request == "trend") return trend_.dump();
+    if (request == "journal") return nlohmann::json{{"ok", true}, {"lines", journal_}}.dump();
     nlohmann::json all = nlohmann::json::array();
     for (const auto& [key, alarm] : alarms_) all.push_back(alarm);
     return nlohmann::json{{"ok", true}, {"now_ms", kNoon}, {"alarms", all}}.dump();
@@ -154,6 +161,8 @@ class FakeDaemon {
   std::mutex mutex_;
   std::map<AlarmKey, nlohmann::json> alarms_;
   nlohmann::json journal_ = nlohmann::json::array();
+  nlohmann::json loop_ = {{"tag", "FIC-101"}, {"description", "cooling water"}};
+  nlohmann::json trend_ = {{"ok", false}, {"error", "none"}};
   std::atomic<int> asked_{0};
   std::atomic<bool> quit_{false};
   std::optional<base::LocalServer> server_;
