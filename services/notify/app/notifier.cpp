@@ -113,6 +113,7 @@ void Notifier::look(std::int64_t now_ms) {
   }
   if (unstored_) {
     store(rules_.read(unstored_->alarms, unstored_->journal, now_ms), now_ms);
+    newest_ = std::move(unstored_->alarms);
     unstored_.reset();
   }
   store(rules_.silence(watcher_.silent().count(), now_ms), now_ms);
@@ -147,6 +148,7 @@ void Notifier::make_messages(Line& line, std::int64_t now_ms) {
   std::vector<std::int64_t> ids;
   for (const std::size_t i : which) {
     events.push_back(line.waiting[i].event);
+    if (!line.rule.one_each) bring_up_to_date(events.back(), newest_);
     ids.push_back(line.waiting[i].id);
   }
   const std::vector<Message> messages = messages_of(line.rule, events, now_ms);

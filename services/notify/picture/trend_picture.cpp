@@ -39,6 +39,7 @@ constexpr double kLeft = 62.0;  // px
 constexpr double kRight = kPictureWidth - 14.0;
 constexpr double kSmall = 11.0;
 constexpr double kLarge = 15.0;
+constexpr double kMark = 48.0;  // where the alarm's time stands, above the panels
 
 struct Box {
   double top, bottom;
@@ -266,24 +267,28 @@ void draw_line(Canvas& canvas, const TrendPicture& picture, const Line& line, co
   cairo_restore(canvas.get());
 }
 
-// Right-aligned above the panel, in the order of the lines.
+// Above the panel, behind its unit.
 void draw_legend(Canvas& canvas, const Panel& panel) {
-  constexpr double kSwatch = 20.0;  // px
+  constexpr double kSwatch = 20.0;     // px
+  constexpr double kMostUnit = 150.0;  // px
   const double y = panel.box.top - 6.0;
+  const std::string unit = one_line(panel.unit);
   canvas.font(kSmall);
-  double x = kRight;
-  for (const Line& line : panel.lines) {
-    canvas.colour(kInk);
-    canvas.text(line.name, x, y, 1.0);
-    x -= canvas.width(line.name) + 5.0;
-    canvas.colour(line.colour);
+  canvas.colour(kSoft);
+  canvas.text_within(unit, kLeft, y, kMostUnit);
+  double x = kLeft + (unit.empty() ? 0.0 : std::min(canvas.width(unit), kMostUnit) + 18.0);
+  // What lies on top is named first.
+  for (auto line = panel.lines.rbegin(); line != panel.lines.rend(); ++line) {
+    canvas.colour(line->colour);
     cairo_set_line_width(canvas.get(), 2.0);
-    canvas.dash(line.dashed, 4.0);
-    cairo_move_to(canvas.get(), x - kSwatch, y - 4.0);
-    cairo_line_to(canvas.get(), x, y - 4.0);
+    canvas.dash(line->dashed, 4.0);
+    cairo_move_to(canvas.get(), x, y - 4.0);
+    cairo_line_to(canvas.get(), x + kSwatch, y - 4.0);
     cairo_stroke(canvas.get());
     canvas.dash(false);
-    x -= kSwatch + 12.0;
+    canvas.colour(kInk);
+    canvas.text(line->name, x + kSwatch + 5.0, y);
+    x += kSwatch + canvas.width(line->name) + 21.0;
   }
 }
 
@@ -303,9 +308,6 @@ void draw_panel(Canvas& canvas, const TrendPicture& picture, Panel panel, const 
   canvas.colour(kFrame);
   canvas.hair(kLeft, box.top, kLeft, box.bottom);
   canvas.hair(kLeft, box.bottom, kRight, box.bottom);
-  canvas.colour(kSoft);
-  canvas.font(kSmall);
-  canvas.text_within(one_line(panel.unit), kLeft, box.top - 6.0, 150.0);
 }
 
 void draw_event(Canvas& canvas, const TrendPicture& picture, const TimeAxis& time) {
@@ -315,13 +317,13 @@ void draw_event(Canvas& canvas, const TrendPicture& picture, const TimeAxis& tim
   const double x = time.at(picture.event_ms);
   canvas.colour(kEvent);
   canvas.dash(true, 3.0);
-  canvas.hair(x, kUpper.top - 2.0, x, kUpper.bottom);
+  canvas.hair(x, kMark - 9.0, x, kUpper.bottom);
   canvas.hair(x, kLower.top, x, kLower.bottom);
   canvas.dash(false);
   canvas.font(kSmall);
   const double part = x > (kLeft + kRight) / 2.0 ? 1.0 : 0.0;
   canvas.text(clock_text(picture.event_ms, *picture.zone, "alarm came %T"),
-              x + (part > 0.5 ? -4.0 : 4.0), kUpper.top + 10.0, part);
+              x + (part > 0.5 ? -4.0 : 4.0), kMark, part);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <set>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/text.hpp"
 #include "model/monitor/alarm_guide.hpp"
@@ -48,12 +49,33 @@ std::string what_happened(const Event& event, const Sender& sender) {
 // Of all alarms of the message, or the page itself where they are many.
 std::string links(const Message& message, const Sender& sender) {
   if (sender.page_url.empty()) return "";
-  std::set<std::string> told;
-  for (const Event& event : message.events) told.insert(page_of(event, sender));
-  told.erase("");
+  std::vector<std::string> told;
+  for (const Event& event : message.events) {
+    const std::string link = page_of(event, sender);
+    const bool known = std::find(told.begin(), told.end(), link) != told.end();
+    if (!link.empty() && !known) told.push_back(link);
+  }
   if (told.empty() || message.events.size() > kMostGuided) told = {sender.page_url + "/"};
   std::string text = "\n";
   for (const std::string& link : told) text += link + "\n";
+  return text;
+}
+
+// " of FIC-101 and FIC-102", where they are few.
+std::string few_loops(const Message& message) {
+  constexpr std::size_t kFew = 3;
+  std::vector<std::string> loops;
+  for (const Event& event : message.events) {
+    if (std::find(loops.begin(), loops.end(), event.loop) == loops.end())
+      loops.push_back(event.loop);
+  }
+  const bool all = message.count() == static_cast<std::int64_t>(message.events.size());
+  if (!all || loops.size() > kFew) return "";
+  std::string text;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    text += i == 0 ? " of " : i + 1 < loops.size() ? ", " : " and ";
+    text += loops[i].empty() ? "the daemon" : loops[i];
+  }
   return text;
 }
 
@@ -200,7 +222,8 @@ std::string headline(const Message& message, const Sender& sender) {
   if (message.count() == 1) {
     return fmt::format("{}: {}", sender.box, sentence(message.events.front(), sender));
   }
-  return fmt::format("{}: {} changes of alarms: {}", sender.box, message.count(), counted(message));
+  return fmt::format("{}: {} changes of alarms{}: {}", sender.box, message.count(),
+                     few_loops(message), counted(message));
 }
 
 std::string letter(const Message& message, const Sender& sender) {
