@@ -38,6 +38,12 @@ std::string daemon_sentence(const Event& event) {
 // An alarm is told within seconds, unless the program or the daemon was away.
 constexpr std::int64_t kLate = kMinute;
 
+// "anna" of "anna@10.0.0.5 by page (uid 997)"; who has no name is told as the daemon has it.
+std::string person_of(const std::string& peer) {
+  const std::size_t at = peer.find('@');
+  return at < peer.find(" by ") ? peer.substr(0, at) : peer;
+}
+
 std::string what_happened(const Event& event, const Sender& sender) {
   if (event.change == Change::unacknowledged)
     return fmt::format("not acknowledged for {} min", event.waits_min);
@@ -212,7 +218,7 @@ std::string sentence(const Event& event, const Sender& sender) {
   if (event.alarm == kDaemonAlarm) return daemon_sentence(event);
   std::string text = fmt::format("{} {}", subject_of(event), what_happened(event, sender));
   if (event.severity_percent) text += fmt::format(", {:.1f} %", *event.severity_percent);
-  if (!event.peer.empty()) text += fmt::format(", by {}", event.peer);
+  if (!event.peer.empty()) text += fmt::format(", by {}", person_of(event.peer));
   if (!event.reason.empty()) text += fmt::format(" ({})", event.reason);
   return text;
 }

@@ -67,6 +67,8 @@ TEST_CASE("sentences, headlines and letters", "[notify][text]") {
   seen.peer = "uid 1000";
   seen.reason = "seen";
   CHECK(sentence(seen, box) == "FIC-101: Stiction acknowledged, by uid 1000 (seen)");
+  seen.peer = "anna@10.0.0.5 by page (uid 997)";
+  CHECK(sentence(seen, box) == "FIC-101: Stiction acknowledged, by anna (seen)");
   CHECK(headline(message_with({event_of("FIC-101")}), box) ==
         "box 12: FIC-101: Stiction came, 6.1 %");
   const std::string text = letter(message_with({event_of("FIC-101")}), sender());
