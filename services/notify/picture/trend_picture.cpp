@@ -163,14 +163,15 @@ Axis axis_of(const Panel& panel, const TrendPicture& picture) {
     }
   }
   const double span = panel.range[1] - panel.range[0];
-  double least = 1e-9 * std::max(1.0, std::abs(low));
+  double least = 0.0;
   if (std::isfinite(span) && span > 0.0) {
     const double lowest = panel.range[0] - kBeyond * span;
     const double highest = panel.range[1] + kBeyond * span;
     low = std::clamp(low, lowest, highest);
     high = std::clamp(high, lowest, highest);
-    least = std::max(least, kLeast * span);
+    least = kLeast * span;
   }
+  least = std::max(least, 1e-9 * std::max(1.0, std::abs(low)));
   const double missing = std::max(0.0, least - (high - low));
   const double margin = missing / 2.0 + 0.06 * (high - low + missing);
   return {low - margin, high + margin, round_step(high - low + 2.0 * margin, 5.0)};

@@ -198,7 +198,7 @@ TEST_CASE("whatever the numbers and words are, it is a picture within its bounds
                           std::array{0.0, 0.0},          std::array{kInfinite, -kInfinite},
                           std::array{std::nan(""), 1.0}, std::array{1e16, 1e16 + 2.0},
                           std::array{-1e308, 1e308}};
-  property::for_all("a PNG of any numbers", 60, [&] {
+  property::for_all("a PNG of any numbers", 30, [&] {
     TrendPicture picture = stepped();
     picture.title =
         std::string("\xFF\n\0\xE2\x80\xAE", 6) + std::string(property::one_of(400), 'W');
