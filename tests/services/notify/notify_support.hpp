@@ -149,7 +149,8 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     ++asked_;
     const std::string request = nlohmann::json::parse(line).at("request");
-    if (request == "describe") return nlohmann::json{{"ok", true}, {"loops", nlohmann::json::array({loop_})}}.dump();
+    if (request == "describe")
+      return nlohmann::json{{"ok", true}, {"loops", nlohmann::json::array({loop_})}}.dump();
     if (request == "trend") return trend_.dump();
     if (request == "journal") return nlohmann::json{{"ok", true}, {"lines", journal_}}.dump();
     nlohmann::json all = nlohmann::json::array();
