@@ -10,7 +10,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "daemon/console/parts.hpp"
-#include "daemon/recorder/disk_errand.hpp"
+#include "base/errand/disk_errand.hpp"
 #include "protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
@@ -45,7 +45,7 @@ class Readings {
 
   const Parts& parts_;
   // The disk is its own: a request that needs it waits for a second at most, all others not at all.
-  DiskErrand reader_;
+  base::DiskErrand reader_;
 };
 
 // What a request names. Throws RequestError.

@@ -145,7 +145,8 @@ bool Watcher::changed(const std::vector<AlarmReading>& alarms) {
   return !std::equal(alarms.begin(), alarms.end(), before_.begin(), before_.end(),
                      [](const AlarmReading& a, const AlarmReading& b) {
                        return a.key == b.key && a.state == b.state &&
-                              a.times_raised == b.times_raised;
+                              a.times_raised == b.times_raised &&
+                              a.incident_says == b.incident_says;
                      });
 }
 

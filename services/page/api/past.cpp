@@ -10,6 +10,7 @@
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "services/page/api/tags.hpp"
+#include "services/page/history/trend_rows.hpp"
 
 namespace loopwarden::page::api {
 namespace {
@@ -38,21 +39,7 @@ std::vector<history::Block> newer_rows(Context& context, const Box::Now& now, co
   const double ms_per_period = 1000.0 * loop.sample_time_s / state.about.accelerate;
   if (!std::isfinite(period_now)) return {};
   const auto trend = ask(context.daemon, protocol::TrendRequest{.loop = loop.tag});
-  std::vector<history::Block> rows;
-  for (std::size_t i = 0; i < trend.period.size(); ++i) {
-    record::RecordRow row;
-    row.period_index = trend.period[i];
-    row.pv = trend.pv.at(i);
-    row.sp = trend.sp.at(i);
-    row.co = trend.co.at(i);
-    row.stem = trend.stem.at(i);
-    row.mode = trend.mode.at(i) == "AUTO" ? 1 : 0;
-    const double ago = period_now - static_cast<double>(row.period_index);
-    const std::int64_t at_ms = now.now_ms - std::llround(ago * ms_per_period);
-    if (newest && at_ms <= newest->last_ms) continue;
-    rows.push_back(history::block_of(row, at_ms, 0, 0));
-  }
-  return rows;
+  return history::rows_of(trend, {period_now, now.now_ms, ms_per_period}, newest);
 }
 
 void append_number(std::string& text, float value) {

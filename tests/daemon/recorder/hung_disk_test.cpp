@@ -21,7 +21,7 @@
 
 #include "daemon/box/box_looker.hpp"
 #include "daemon/console/control_server.hpp"
-#include "daemon/recorder/disk_errand.hpp"
+#include "base/errand/disk_errand.hpp"
 #include "daemon/app/log_queue.hpp"
 #include "base/local_socket.hpp"
 #include "record/record_csv.hpp"
@@ -272,7 +272,7 @@ TEST_CASE("while the metrics' disk hangs the operator is answered and nothing st
 TEST_CASE("an errand: nobody waits behind one that hangs, and its result may come too late",
           "[disk]") {
   std::atomic<bool> hangs{true};
-  DiskErrand errand("lw-test");
+  loopwarden::base::DiskErrand errand("lw-test");
   const std::function<int()> slow = [&hangs] {
     while (hangs) std::this_thread::sleep_for(milliseconds(1));
     return 1;

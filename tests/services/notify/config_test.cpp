@@ -54,6 +54,20 @@ TEST_CASE("the example is accepted", "[notify][config]") {
   CHECK(config->rules.quiet_hours.front().from_min == 22 * 60);
 }
 
+TEST_CASE("mails have pictures, webhooks where they are asked for, logs never",
+          "[notify][config]") {
+  const auto usual = read_notify_text("notify.yaml", kWhole);
+  REQUIRE(usual->channels.size() == 3);
+  CHECK(usual->channels[0].picture == false);
+  CHECK(usual->channels[1].picture == true);
+  CHECK(usual->channels[2].picture == false);
+  const auto other =
+      read_notify_text("notify.yaml", with("kind: webhook", "kind: webhook, picture: true"));
+  CHECK(other->channels[2].picture == true);
+  CHECK_THAT(said(with("kind: journal", "kind: journal, picture: true")),
+             Catch::Contains("unknown key 'picture'"));
+}
+
 TEST_CASE("a route names process alarms as any other", "[notify][config]") {
   const auto config = read_notify_text(
       "notify.yaml",
