@@ -19,6 +19,7 @@ import {wall} from '../lib/shell.js';
 import {calmPart, conditionTable, explanationPart, healthTable, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
 import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
+import {tuningPart} from './tuning.js';
 import {actsOf, modeOf, ne107Of, signOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
 
@@ -76,6 +77,7 @@ class Faceplate {
     if (o.quality[i] !== null && quality(o.quality[i]) !== 'good') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
     if (live.stands(i) && !live.stale) words.push([texts.stale.loop, 'bad']);
     for (const [name, bit] of Object.entries(FLAGS)) if (o.flags[i] & bit && texts.flags[name]) words.push([texts.flags[name], null]);
+    if (o.not_in_file?.[i]) words.push([texts.tuning.notInFile, null]);
     const key = JSON.stringify(words);
     if (key === this.said) return;
     this.said = key;
@@ -314,9 +316,10 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const trend = new LoopTrend(loop, scope, uPlot, options);
   const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
   places.calm = el('div', {class: 'told'});
+  const tuning = loop.control === 'elsewhere' ? null : tuningPart(loop, scope, uPlot);
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
     el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
-      el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
+      tuning ? el('div', {class: 'across'}, panel(texts.tuning.title, tuning.node)) : null, el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
   const i = live.places.get(tag);
   const update = () => {
     if (!live.overview) return;
@@ -328,11 +331,11 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   scope.on(live, 'stale', update);
   update();
   await trend.load();
-  followDetails(loop, places, scope);
+  followDetails(loop, places, scope, tuning);
 }
 
 // What changes slowly, each 5 s, and only where it changed: a reader's selection and scroll stay.
-function followDetails(loop, places, scope) {
+function followDetails(loop, places, scope, tuning) {
   const put = (name, key, make) => {
     const text = JSON.stringify(key);
     if (places[name].key === text) return;
@@ -347,6 +350,7 @@ function followDetails(loop, places, scope) {
     try {
       const [now, windows] = await Promise.all([get(loopPath(loop.tag), scope.signal), get(loopPath(loop.tag, 'windows'), scope.signal).catch(() => ({windows: []}))]);
       const folder = now.explanation?.folder.split('/').at(-1) ?? null, report = folder && await reportOf(folder, scope.signal);
+      tuning?.show(now.gains);
       put('condition', now.monitor.condition, () => conditionTable(now.monitor.condition));
       put('measures', now.monitor, () => measureTable(now.monitor));
       const said = now.monitor.twin && twinFacts(now.monitor.twin);

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/page/tuning/proposal.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace loopwarden::page::tuning {
+namespace {
+
+constexpr double kMostSteps = 20'000.0;  // of each half of a simulation
+
+std::array<double, 2> interval(const analysis::Estimate& estimate) {
+  return {estimate.low, estimate.high};
+}
+
+double middle(const std::array<double, 2>& range) { return 0.5 * (range[0] + range[1]); }
+
+}  // namespace
+
+plant::LoopModel model_of(plant::LoopModel twin, const LoopFacts& loop) {
+  plant::LoopModel model = std::move(twin);
+  model.sample_time_s =
+      std::max(loop.sample_time_s, analysis::watched_s(model.process) / kMostSteps);
+  control::ControllerSettings& controller = model.controller;
+  const bool direct = model.process.gain < 0.0;
+  controller = {};
+  controller.pid.gains = loop.gains;
+  controller.pid.action = direct ? control::Action::direct : control::Action::reverse;
+  controller.pid.output_low = controller.output.low = loop.output_limits[0];
+  controller.pid.output_high = controller.output.high = loop.output_limits[1];
+  controller.set_point.low = loop.pv_range[0];
+  controller.set_point.high = loop.pv_range[1];
+  model.transmitter.low = loop.pv_range[0];
+  model.transmitter.high = loop.pv_range[1];
+  std::erase_if(model.transmitter_effects,
+                [](const plant::EffectSpec& effect) { return effect.name == "output_bias"; });
+  if (!model.process.integrating()) {
+    // The sign is the process's: linear_loop() has its size, with what effects make of it.
+    const double gain = std::copysign(analysis::linear_loop(model).gain, model.process.gain);
+    const double bias = middle(loop.pv_range) - gain * middle(loop.output_limits);
+    model.transmitter_effects.push_back({"output_bias", {{"bias", bias}}});
+  }
+  return model;
+}
+
+Identified identified(const StepRecord& record, const LoopFacts& loop) {
+  Identified out;
+  analysis::Identification found;
+  try {
+    found = analysis::identify({.co = record.co,
+                                .pv = record.pv,
+                                .sp = record.sp,
+                                .mode = record.mode,
+                                .sample_time_s = record.sample_time_s});
+  } catch (const analysis::IdentificationError& e) {
+    out.why_not = e.what();
+    return out;
+  }
+  out.notes = found.notes;
+  if (!found.can_tell()) {
+    out.why_not = found.reason;
+    out.settle = found.settle;
+    return out;
+  }
+  const analysis::ProcessFit& best = found.best();
+  out.fit_percent = best.fit_percent;
+  out.gain = interval(best.gain);
+  out.time_constant_s = interval(best.time_constant_s);
+  out.dead_time_s = interval(best.dead_time_s);
+  plant::LoopModel model;
+  model.process = best.process();
+  out.model = model_of(std::move(model), loop);
+  return out;
+}
+
+Proposal propose(const plant::LoopModel& model, const LoopFacts& loop,
+                 analysis::ControllerForm form) {
+  constexpr int kDigits = 4;
+  const auto rounded = [](double value) {
+    return std::stod(fmt::format("{:.{}g}", value, kDigits));
+  };
+  Proposal out{
+      .trials = analysis::try_rules(model, {.form = form}, loop.gains.derivative_filter_s),
+      .recommended = {}};
+  for (analysis::RuleTrial& trial : out.trials) {
+    if (!trial.rule) continue;
+    trial.gains.kp = rounded(trial.gains.kp);
+    trial.gains.ki = rounded(trial.gains.ki);
+    trial.gains.kd = rounded(trial.gains.kd);
+  }
+  if (const analysis::RuleTrial* best = analysis::recommended(out.trials)) {
+    out.recommended = static_cast<std::size_t>(best - out.trials.data());
+  }
+  return out;
+}
+
+}  // namespace loopwarden::page::tuning
