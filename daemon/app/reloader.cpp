@@ -150,9 +150,9 @@ void Reloader::take(const ReadFiles& read) {
     lines.insert(lines.end(), lost.begin(), lost.end());
     const char* const otherwise = plan.all_in_force() ? "in_force" : "waits";
     finish({.outcome = refused ? "refused" : otherwise,
-            .lines = std::move(lines),
             .take_file_needed = refused,
-            .why = refused ? protocol::Maybe<std::string>(kTakeFile) : std::nullopt,
+            .lines = std::move(lines),
+            .why = refused ? protocol::Maybe<std::string>(kTakeFile) : protocol::Maybe<std::string>(),
             .plan = reload::told(plan)});
     return;
   }
@@ -248,8 +248,8 @@ void Reloader::refuse(const std::string& why, std::vector<std::string> lines,
     ticket = write_down("refused: " + why);
   }
   finish({.outcome = "refused",
-          .lines = std::move(lines),
           .take_file_needed = take_file_needed,
+          .lines = std::move(lines),
           .why = why},
          ticket);
 }

@@ -79,10 +79,7 @@ Identified identified(const StepRecord& record, const LoopFacts& loop) {
 
 Proposal propose(const plant::LoopModel& model, const LoopFacts& loop,
                  analysis::ControllerForm form) {
-  constexpr int kDigits = 4;
-  const auto rounded = [](double value) {
-    return std::stod(fmt::format("{:.{}g}", value, kDigits));
-  };
+  const auto rounded = [](double value) { return std::stod(fmt::format("{:.4g}", value)); };
   Proposal out{
       .trials = analysis::try_rules(model, {.form = form}, loop.gains.derivative_filter_s),
       .recommended = {}};

@@ -116,8 +116,8 @@ std::optional<StepRecord> newest_step(history::History& history,
   StepRecord record;
   record.step_ms = move->to_ms;
   record.from_ms = move->from_ms - std::llround(before_s * wish.ms_per_s);
-  record.to_ms = std::min(wish.now_ms,
-                          record.step_ms + std::llround((total_s - before_s) * wish.ms_per_s));
+  const std::int64_t after_ms = std::llround((total_s - before_s) * wish.ms_per_s);
+  record.to_ms = std::min(wish.now_ms, record.step_ms + after_ms);
   const double rows = static_cast<double>(record.to_ms - record.from_ms) / wish.ms_per_s / h;
   const auto every = static_cast<std::uint64_t>(
       std::max(1.0, std::ceil(rows / static_cast<double>(kMostSamples))));

@@ -101,7 +101,7 @@ TEST_CASE("an order reaches the loop's mailbox as it was given") {
 }
 
 TEST_CASE("gains act from the next cycle on, and are said to be in no file until they are") {
-  Bench bench({.page = {.tuning = true}});
+  Bench bench({.page = {.tuning = true}, .edge = {}});
   bench.run(2);
   record::RecordRow row;
   REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
@@ -157,7 +157,7 @@ TEST_CASE("gains act from the next cycle on, and are said to be in no file until
 }
 
 TEST_CASE("gains that no file could have, or that may not be ordered, are refused") {
-  Bench bench({.page = {.control = true}});
+  Bench bench({.page = {.control = true}, .edge = {}});
   bench.run(2);
   json tune{{"request", "tune"}, {"loop", "FIC-101"}, {"kp", 3.0}, {"ki", 0.25}, {"kd", 0.0}};
   auto socket = console::SocketName::control;
@@ -183,7 +183,7 @@ TEST_CASE("gains that no file could have, or that may not be ordered, are refuse
     why = "needs page: {tuning: true}";
   }
   SECTION("the edge never may") {
-    bench.server->set_rights({.edge = {.tuning = true}});
+    bench.server->set_rights({.page = {}, .edge = {.tuning = true}});
     socket = console::SocketName::edge;
     why = "on control.sock, and on page.sock where allowed";
   }

@@ -816,7 +816,7 @@ TEST_CASE("an order of gains holds for those that its sender has seen") {
   };
   SECTION("they are in force") {
     CHECK(told() == Refusal::none);
-    rt::LoopSettings shown;
+    LoopSettings shown;
     REQUIRE(loop.channels.in_force.fetch(shown));
     CHECK(shown.controller.pid.gains.kd == 0.1);
     CHECK(told() == Refusal::gains_changed);
