@@ -53,11 +53,10 @@ std::vector<std::string> gains_lost(const reload::Plan& plan,
     if (changes.empty() || !loop) continue;
     const auto ordered = loops[*loop].settings->gains_not_in_file();
     if (!ordered || !ordered->author.person) continue;
-    lines.push_back(fmt::format("{}: gains in force are not in its file (set by {}, {:%FT%TZ}): {}",
-                                planned.loop, ordered->author.by,
-                                fmt::gmtime(static_cast<std::time_t>(
-                                    ordered->author.utc_ms / 1000)),
-                                fmt::join(changes, ", ")));
+    lines.push_back(fmt::format(
+        "{}: gains in force are not in its file (set by {}, {:%FT%TZ}): {}", planned.loop,
+        ordered->author.by, fmt::gmtime(static_cast<std::time_t>(ordered->author.utc_ms / 1000)),
+        fmt::join(changes, ", ")));
   }
   return lines;
 }
@@ -149,11 +148,12 @@ void Reloader::take(const ReadFiles& read) {
     std::vector<std::string> lines = reload::to_lines(plan);
     lines.insert(lines.end(), lost.begin(), lost.end());
     const char* const otherwise = plan.all_in_force() ? "in_force" : "waits";
-    finish({.outcome = refused ? "refused" : otherwise,
-            .take_file_needed = refused,
-            .lines = std::move(lines),
-            .why = refused ? protocol::Maybe<std::string>(kTakeFile) : protocol::Maybe<std::string>(),
-            .plan = reload::told(plan)});
+    finish(
+        {.outcome = refused ? "refused" : otherwise,
+         .take_file_needed = refused,
+         .lines = std::move(lines),
+         .why = refused ? protocol::Maybe<std::string>(kTakeFile) : protocol::Maybe<std::string>(),
+         .plan = reload::told(plan)});
     return;
   }
   if (refused) {
@@ -206,9 +206,9 @@ void Reloader::finish_taking() {
                                             : "not everything in the files is in force");
   status_.publish(plan_);
   const std::uint64_t ticket = write_down(
-      what_was_done(plan_) +
-      (current_.replaces_gains ? "; the files' gains take the place of those that were not there"
-                               : ""));
+      what_was_done(plan_) + (current_.replaces_gains
+                                  ? "; the files' gains take the place of those that were not there"
+                                  : ""));
   finish({.outcome = in_force ? "in_force" : "waits",
           .lines = std::move(lines),
           .plan = reload::told(plan_)},

@@ -280,8 +280,8 @@ std::optional<protocol::InForce> changed_value(const orders::Outcome& outcome) {
       return protocol::InForce{.set_point = outcome.now.set_point};
     case rt::Refusal::output_changed: return protocol::InForce{.output = outcome.now.output};
     case rt::Refusal::gains_changed:
-      return protocol::InForce{
-          .gains = protocol::Gains{outcome.now.kp, outcome.now.ki, outcome.now.kd}};
+      return protocol::InForce{.gains =
+                                   protocol::Gains{outcome.now.kp, outcome.now.ki, outcome.now.kd}};
     default: return std::nullopt;
   }
 }

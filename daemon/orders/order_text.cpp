@@ -48,11 +48,11 @@ std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
       return number("set point", answer.now.set_point, expected.set_point);
     case rt::Refusal::output_changed: return number("output", answer.now.output, expected.output);
     case rt::Refusal::gains_changed:
-      return fmt::format("the gains are {} by now, {} were expected",
-                         gains_text({answer.now.kp, answer.now.ki, answer.now.kd}),
-                         gains_text({expected.kp.value_or(answer.now.kp),
-                                     expected.ki.value_or(answer.now.ki),
-                                     expected.kd.value_or(answer.now.kd)}));
+      return fmt::format(
+          "the gains are {} by now, {} were expected",
+          gains_text({answer.now.kp, answer.now.ki, answer.now.kd}),
+          gains_text({expected.kp.value_or(answer.now.kp), expected.ki.value_or(answer.now.ki),
+                      expected.kd.value_or(answer.now.kd)}));
     default: return why_refused(answer.refusal, order, settings);
   }
 }

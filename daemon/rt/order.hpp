@@ -26,9 +26,9 @@ enum class MovesWish : std::uint8_t { off, shadow, on };
 
 // What the sender of an order has seen; what is not given does not matter to him.
 struct Expectation {
-  std::optional<control::Mode> mode{};  // asked for: manual or automatic
-  std::optional<double> set_point{};    // PV units, where a ramp goes
-  std::optional<double> output{};       // CO units, or kOutputNotKnown
+  std::optional<control::Mode> mode{};     // asked for: manual or automatic
+  std::optional<double> set_point{};       // PV units, where a ramp goes
+  std::optional<double> output{};          // CO units, or kOutputNotKnown
   std::optional<double> kp{}, ki{}, kd{};  // of the parallel form
 };
 inline constexpr double kOutputNotKnown = std::numeric_limits<double>::quiet_NaN();

@@ -60,9 +60,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::uint64_t before = plant.loops.front().channels->operator_orders.orders.room();
   check_answer(plant.answer(socket, line));
   const bool ordered = plant.loops.front().channels->operator_orders.orders.room() != before;
-  const bool may =
-      socket == SocketName::control || (socket != SocketName::status && rights.control) ||
-      (socket == SocketName::page && rights.tuning);
+  const bool may = socket == SocketName::control ||
+                   (socket != SocketName::status && rights.control) ||
+                   (socket == SocketName::page && rights.tuning);
   require(may || !ordered, "who may not order does not");
   plant.run(1);
   const auto& io = static_cast<tests::FakeLoopIo&>(*plant.loops.front().io);

@@ -110,12 +110,9 @@ std::map<std::string, std::string> answers() {
   written("order_refused", {{"request", "order"}, {"order", 2}});
   recorded(4);
   ask("set_refused", {{"request", "set"}, {"output", 12.0}});
-  json tune{{"request", "tune"},
-            {"loop", "FIC-101"},
-            {"kp", 3.0},
-            {"ki", 0.25},
-            {"kd", 0.0},
-            {"expect", {{"kp", 2.0}, {"ki", 0.5}, {"kd", 0.0}}}};
+  json tune{{"request", "tune"}, {"loop", "FIC-101"},
+            {"kp", 3.0},         {"ki", 0.25},
+            {"kd", 0.0},         {"expect", {{"kp", 2.0}, {"ki", 0.5}, {"kd", 0.0}}}};
   tune.update(anna);
   ask("tune", tune, SocketName::page);
   bench.run(1);

@@ -135,8 +135,8 @@ protocol::Gains gains_at(const json& object, const char* key) {
   const json& gains = object[key];
   check_keys(gains, key, {"kp", "ki", "kd"});
   const auto number = [&](const char* name) {
-    const bool sound = gains.contains(name) && gains[name].is_number() &&
-                       std::isfinite(gains[name].get<double>());
+    const bool sound =
+        gains.contains(name) && gains[name].is_number() && std::isfinite(gains[name].get<double>());
     if (!sound) throw ApiError(400, "expected a number", std::string(key) + "." + name);
     return gains[name].get<double>();
   };

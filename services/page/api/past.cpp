@@ -169,10 +169,11 @@ http::Response past(Context& context, const Call& call) {
       static_cast<std::size_t>(whole_in(call.request, "points", history::kRowsPerBucket,
                                         static_cast<std::int64_t>(history::kMostPoints))
                                    .value_or(1000));
-  const history::Past past = context.history.past(
-      segments_of(context, loop), stretch, points, [&](const std::optional<history::Block>& newest) {
-        return newer_rows(context, now, *now.state, loop, newest);
-      });
+  const history::Past past =
+      context.history.past(segments_of(context, loop), stretch, points,
+                           [&](const std::optional<history::Block>& newest) {
+                             return newer_rows(context, now, *now.state, loop, newest);
+                           });
   http::Response response;
   response.body = past_json(past, stretch, loop);
   return response;

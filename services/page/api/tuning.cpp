@@ -81,8 +81,8 @@ json answers_json(const tuning::Proposal& proposal) {
           {"most_sensitivity", analysis::kMostSensitivity},
           {"t", std::move(time)},
           {"sp", curve(first.sp, every)},
-          {"load_s", static_cast<double>(proposal.trials.front().response.load_from) *
-                         first.sample_time_s}};
+          {"load_s",
+           static_cast<double>(proposal.trials.front().response.load_from) * first.sample_time_s}};
 }
 
 plant::LoopModel twin_of(Context& context, const std::string& tag) {
@@ -98,17 +98,18 @@ std::optional<plant::LoopModel> from_record(Context& context, const BoxState& st
                                             const protocol::LoopDescription& loop,
                                             const tuning::LoopFacts& facts, json& about) {
   const control::PidGains& gains = facts.gains;
-  const auto record = tuning::newest_step(
-      context.history, segments_of(context, loop),
-      {.sample_time_s = facts.sample_time_s,
-       .ms_per_s = 1000.0 / state.about.accelerate,
-       .integral_time_s = gains.ki > 0.0 ? gains.kp / gains.ki : 0.0,
-       .pv_span = facts.pv_range[1] - facts.pv_range[0],
-       .now_ms = base::utc_ms()});
+  const auto record =
+      tuning::newest_step(context.history, segments_of(context, loop),
+                          {.sample_time_s = facts.sample_time_s,
+                           .ms_per_s = 1000.0 / state.about.accelerate,
+                           .integral_time_s = gains.ki > 0.0 ? gains.kp / gains.ki : 0.0,
+                           .pv_span = facts.pv_range[1] - facts.pv_range[0],
+                           .now_ms = base::utc_ms()});
   if (!record) {
     about["why_not"] = "The record has no step of the set point in automatic.";
-    about["settle"] = "Step the set point by a few percent of PV's range, wait until PV has "
-                      "settled, and try again.";
+    about["settle"] =
+        "Step the set point by a few percent of PV's range, wait until PV has "
+        "settled, and try again.";
     return std::nullopt;
   }
   about["step_ms"] = record->step_ms;

@@ -80,9 +80,8 @@ Identified identified(const StepRecord& record, const LoopFacts& loop) {
 Proposal propose(const plant::LoopModel& model, const LoopFacts& loop,
                  analysis::ControllerForm form) {
   const auto rounded = [](double value) { return std::stod(fmt::format("{:.4g}", value)); };
-  Proposal out{
-      .trials = analysis::try_rules(model, {.form = form}, loop.gains.derivative_filter_s),
-      .recommended = {}};
+  Proposal out{.trials = analysis::try_rules(model, {.form = form}, loop.gains.derivative_filter_s),
+               .recommended = {}};
   for (analysis::RuleTrial& trial : out.trials) {
     if (!trial.rule) continue;
     trial.gains.kp = rounded(trial.gains.kp);

@@ -20,9 +20,9 @@ namespace loopwarden::page::tuning {
 // What the loop is known to be.
 struct LoopFacts {
   double sample_time_s = 0.1;
-  std::array<double, 2> pv_range{0.0, 100.0};   // PV units
+  std::array<double, 2> pv_range{0.0, 100.0};       // PV units
   std::array<double, 2> output_limits{0.0, 100.0};  // CO units
-  control::PidGains gains;                      // in force
+  control::PidGains gains;                          // in force
 };
 
 // The process found in a record; without a model where it can't be told.

@@ -98,8 +98,8 @@ std::optional<StepRecord> newest_step(history::History& history,
     const history::Past past = history.past(folder, look, history::kMostPoints, nothing_newer);
     const auto found = last_move(past.curves, kStepShare * wish.pv_span);
     if (!found) break;
-    const bool finer = past.bucket_ms.has_value() &&
-                       found->to_ms - found->from_ms < look.to_ms - look.from_ms;
+    const bool finer =
+        past.bucket_ms.has_value() && found->to_ms - found->from_ms < look.to_ms - look.from_ms;
     move = found;
     if (!finer) break;
     // The buckets beside it as well: their extremes stand at thirds of them.

@@ -19,10 +19,10 @@ namespace loopwarden::page::tuning {
 inline constexpr std::size_t kMostSamples = 3000;
 
 struct StepRecord {
-  std::int64_t step_ms = 0;               // UTC
-  std::int64_t from_ms = 0, to_ms = 0;    // UTC, of what is below
-  double sample_time_s = 0.1;             // of what is below
-  std::vector<double> sp, pv, co, mode;   // NaN where missing; mode 1: automatic
+  std::int64_t step_ms = 0;              // UTC
+  std::int64_t from_ms = 0, to_ms = 0;   // UTC, of what is below
+  double sample_time_s = 0.1;            // of what is below
+  std::vector<double> sp, pv, co, mode;  // NaN where missing; mode 1: automatic
 };
 
 struct StepWish {

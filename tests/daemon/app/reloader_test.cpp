@@ -89,9 +89,7 @@ struct Bench {
     }));
     return told;
   }
-  json reload(bool take_file = false) {
-    return done(reloader->post("uid 1000", false, take_file));
-  }
+  json reload(bool take_file = false) { return done(reloader->post("uid 1000", false, take_file)); }
   std::size_t waiting(const char* list) const { return json(reloader->status()).at(list).size(); }
   double kp() const { return loops[0].settings->get().controller.pid.gains.kp; }
 
@@ -168,8 +166,9 @@ TEST_CASE("while something waits, the hash tells what is in force", "[app][reloa
   CHECK(bench.reloader->status().files_in_force);
 }
 
-TEST_CASE("a reload takes no gains back that a person has set and no file has, unless it is told to",
-          "[app][reload]") {
+TEST_CASE(
+    "a reload takes no gains back that a person has set and no file has, unless it is told to",
+    "[app][reload]") {
   Bench bench;
   const auto tune = [&](double kp, bool person) {
     bench.loops[0].channels->operator_orders.orders.try_push({.number = 1, .kp = kp});
@@ -284,7 +283,8 @@ TEST_CASE("eight reloads wait at most, and signals are one", "[app][reload]") {
   Bench bench;
   for (int i = 0; i < 7; ++i) bench.reloader->post("uid 1000", true, false);
   for (int i = 0; i < 5; ++i) bench.reloader->by_signal();
-  CHECK_THROWS_WITH(bench.reloader->post("uid 1000", true, false), Catch::Contains("try again later"));
+  CHECK_THROWS_WITH(bench.reloader->post("uid 1000", true, false),
+                    Catch::Contains("try again later"));
   CHECK(bench.done(8).at("outcome") == "in_force");
   CHECK(bench.reloading == 1);
   CHECK_NOTHROW(bench.reloader->post("uid 1000", true, false));

@@ -114,7 +114,7 @@ TEST_CASE("gains act from the next cycle on, and are said to be in no file until
   const json of_file{{"kp", 2.0}, {"ki", 0.5}, {"kd", 0.0}};
   CHECK(gains().at("in_force") == of_file);
   CHECK(gains().at("not_in_file") == false);
-  json tune{{"request", "tune"}, {"loop", "FIC-101"}, {"kp", 3.0},           {"ki", 0.25},
+  json tune{{"request", "tune"}, {"loop", "FIC-101"}, {"kp", 3.0},      {"ki", 0.25},
             {"kd", 0.0},         {"expect", of_file}, {"user", "ella"}, {"address", "10.0.0.5"}};
   const json sent = bench.ask(tune.dump(), console::SocketName::page);
   REQUIRE(sent.at("ok") == true);

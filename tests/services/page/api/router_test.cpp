@@ -388,9 +388,10 @@ TEST_CASE("gains are proposed by the twin or by the newest step of the record") 
   description["loops"][0]["twin"] = true;
   rig.now.state = page::box_state_of(description);
   const json gains{{"kp", 0.5}, {"ki", 0.05}, {"kd", 0.0}};
-  std::string twin = "sample_time: 0.5\ncontroller: {kp: 0.5, ki: 0.05, output: [0, 100]}\n"
-                     "process: {gain: 1.5, time_constant: 8, dead_time: 3}\n"
-                     "transmitter: {range: [0, 100]}\n";
+  std::string twin =
+      "sample_time: 0.5\ncontroller: {kp: 0.5, ki: 0.05, output: [0, 100]}\n"
+      "process: {gain: 1.5, time_constant: 8, dead_time: 3}\n"
+      "transmitter: {range: [0, 100]}\n";
   double filter_s = 0.0;
   rig.daemon.says = [&](const json& request) -> json {
     if (request["request"] == "twin") return {{"model", twin}};

@@ -22,15 +22,15 @@ StepRecord recorded(const plant::LoopModel& model) {
   const TemporaryFolder folder;
   page::history::History history;
   record_run(folder.path(), model, 600.0);
-  return newest_step(history, folder.path(),
-                     {.sample_time_s = 0.5,
-                      .integral_time_s = 10.0,
-                      .now_ms = kRecordStart_ms + 600'000})
+  return newest_step(
+             history, folder.path(),
+             {.sample_time_s = 0.5, .integral_time_s = 10.0, .now_ms = kRecordStart_ms + 600'000})
       .value();
 }
 
 TEST_CASE("the process of a recorded step is found, and rules are tried on it") {
-  const Identified found = identified(recorded(recorded_plant({{0.0, 40.0}, {200.0, 60.0}})), kFacts);
+  const Identified found =
+      identified(recorded(recorded_plant({{0.0, 40.0}, {200.0, 60.0}})), kFacts);
   REQUIRE(found.model);
   CHECK(found.model->process.gain == Approx(1.5).epsilon(0.1));
   CHECK(found.model->process.dead_time_s == Approx(3.0).margin(0.6));
@@ -70,8 +70,7 @@ TEST_CASE("a model is simulated within the loop's own ranges, whatever holds its
 TEST_CASE("a slow process costs no more time than a quick one") {
   plant::LoopModel twin = recorded_plant({});
   twin.process.time_constant_s = 1e5;
-  const Proposal proposal =
-      propose(model_of(twin, kFacts), kFacts, analysis::ControllerForm::pi);
+  const Proposal proposal = propose(model_of(twin, kFacts), kFacts, analysis::ControllerForm::pi);
   CHECK(proposal.trials.front().response.record.pv.size() < 41'000);
 }
 

@@ -42,13 +42,12 @@ inline void record_run(const std::filesystem::path& folder, const plant::LoopMod
                        double seconds, const RecordedRun& run = {}) {
   std::filesystem::create_directories(folder);
   std::ofstream file(folder / record::segment_name(run.sequence), std::ios::binary);
-  const auto header =
-      record::encode(record::SegmentHeader{.sequence = run.sequence,
-                                           .run = run.sequence,
-                                           .loop = "FIC-101",
-                                           .period_s = model.sample_time_s,
-                                           .start_utc_ns = run.start_ms * 1'000'000,
-                                           .start_monotonic_ns = 0});
+  const auto header = record::encode(record::SegmentHeader{.sequence = run.sequence,
+                                                           .run = run.sequence,
+                                                           .loop = "FIC-101",
+                                                           .period_s = model.sample_time_s,
+                                                           .start_utc_ns = run.start_ms * 1'000'000,
+                                                           .start_monotonic_ns = 0});
   file.write(header.bytes.data(), static_cast<std::streamsize>(header.bytes.size()));
   std::array<char, record::kSegmentRowBytes> bytes{};
   plant::SimulatedLoop loop(model);
