@@ -110,7 +110,7 @@ const en = {
     steps: 'Simulated at mid range: SP steps by 10 % of PV’s range, then the load by −10 %. Overshoot and settling (2 %) are of SP’s step, IAE, the integral of |SP − PV|, of the load’s. Recommended is the least IAE with Ms of {most} at most. A sticking valve, noise and other limits are left out.',
     upper: 'Simulated PV, today and proposed', lower: 'Simulated controller output, today and proposed', apply: 'Apply {rule} …', nothing: 'These gains are in force.',
     needsEngineer: 'To tune, log in as an engineer.', off: 'Tuning from this page is off (loopwardend.yaml: page: tuning).',
-    confirm: 'Check tag and gains. They act on the process at once, without a bump, until a restart or a reload takes those of the file.', old: 'In force', new: 'New', set: 'Set {tag}', done: '{tag}: the gains are in force. They are not in its file.', conflict: 'Nothing was changed: the gains are {gains} by now. Check again.',
+    confirm: 'Check tag and gains. They act on the process at once, without a bump, until a restart or a reload takes those of the file.', old: 'In force', new: 'New', set: 'Set {tag}', done: '{tag}: the gains are in force.', conflict: 'Nothing was changed: the gains are {gains} by now. Check again.',
   },
   trend: {
     spans: {60: '1 min', 600: '10 min', 3600: '1 h', 28800: '8 h', 86400: '1 d', 604800: '7 d', 0: 'All'}, span: 'Span',
