@@ -173,7 +173,7 @@ std::map<std::string, std::string> answers() {
   ask("reload", {{"request", "reload"}, {"dry_run", true}});
   ask("reload_state", {{"request", "reload_state"}, {"reload", 1}});
   ask("explain", {{"request", "explain"}, {"alarm", "stiction"}});
-  bench.lines(20);
+  bench.lines(22);
   ask("journal", {{"request", "journal"}, {"most", 20}});
   ask("outcome", {{"request", "outcome"}, {"found", "stiction"}, {"note", "packing tight"}});
   ask("note", {{"request", "note"}, {"text", "pump changed"}});
@@ -208,6 +208,10 @@ const std::map<std::string, Again> kAgain{
     {"order_waiting", again<protocol::OrderState>},
     {"order_done", again<protocol::OrderState>},
     {"order_refused", again<protocol::OrderState>},
+    {"tune", again<protocol::OrderTaken>},
+    {"tune_done", again<protocol::OrderState>},
+    {"tune_refused", again<protocol::OrderState>},
+    {"twin", again<protocol::TwinModel>},
     {"alarm_shelved", again<protocol::AlarmActed>},
     {"acknowledge_incident", again<protocol::IncidentActed>},
     {"acknowledge_all", again<protocol::AllAcknowledged>},
