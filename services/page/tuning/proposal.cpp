@@ -26,10 +26,8 @@ plant::LoopModel model_of(plant::LoopModel twin, const LoopFacts& loop) {
   model.sample_time_s =
       std::max(loop.sample_time_s, analysis::watched_s(model.process) / kMostSteps);
   control::ControllerSettings& controller = model.controller;
-  const bool direct = model.process.gain < 0.0;
   controller = {};
   controller.pid.gains = loop.gains;
-  controller.pid.action = direct ? control::Action::direct : control::Action::reverse;
   controller.pid.output_low = controller.output.low = loop.output_limits[0];
   controller.pid.output_high = controller.output.high = loop.output_limits[1];
   controller.set_point.low = loop.pv_range[0];
@@ -39,8 +37,8 @@ plant::LoopModel model_of(plant::LoopModel twin, const LoopFacts& loop) {
   std::erase_if(model.transmitter_effects,
                 [](const plant::EffectSpec& effect) { return effect.name == "output_bias"; });
   if (!model.process.integrating()) {
-    // The sign is the process's: linear_loop() has its size, with what effects make of it.
-    const double gain = std::copysign(analysis::linear_loop(model).gain, model.process.gain);
+    const double gain =
+        analysis::linear_loop(model).gain;  // its size, with what effects make of it
     const double bias = middle(loop.pv_range) - gain * middle(loop.output_limits);
     model.transmitter_effects.push_back({"output_bias", {{"bias", bias}}});
   }
@@ -80,9 +78,16 @@ Identified identified(const StepRecord& record, const LoopFacts& loop) {
 Proposal propose(const plant::LoopModel& model, const LoopFacts& loop,
                  analysis::ControllerForm form) {
   const auto rounded = [](double value) { return std::stod(fmt::format("{:.4g}", value)); };
-  Proposal out{.trials = analysis::try_rules(model, {.form = form}, loop.gains.derivative_filter_s),
-               .recommended = {}};
+  // Of a process that falls as CO rises the mirror image is simulated, and CO turned round again.
+  const bool falls = model.process.gain < 0.0;
+  plant::LoopModel rising = model;
+  rising.process.gain = std::abs(model.process.gain);
+  Proposal out;
+  out.trials = analysis::try_rules(rising, {.form = form}, loop.gains.derivative_filter_s);
   for (analysis::RuleTrial& trial : out.trials) {
+    for (double& co : trial.response.record.co) {
+      if (falls) co = 2.0 * middle(loop.output_limits) - co;
+    }
     if (!trial.rule) continue;
     trial.gains.kp = rounded(trial.gains.kp);
     trial.gains.ki = rounded(trial.gains.ki);

@@ -16,7 +16,7 @@
 
 namespace loopwarden::page::tuning {
 
-inline constexpr std::size_t kMostSamples = 3000;
+inline constexpr std::size_t kMostSamples = 1500;
 
 struct StepRecord {
   std::int64_t step_ms = 0;              // UTC

@@ -41,8 +41,9 @@ TEST_CASE("the gains in force come first, and what is recommended leaves the mar
   const RuleTrial& simc = of(trials, TuningRule::simc);
   CHECK(simc.gains.kp == Approx(2.5));
   CHECK(simc.gains.ki == Approx(0.25));
-  // Of a load step D the error's integral is D / (K ki) where it does not change its sign.
-  CHECK(simc.response.load_absolute_error == Approx(10.0 / 0.25).epsilon(0.05));
+  // The error's integral is D / (K ki) of a load step D; that of its size is more, as far as PV swings.
+  CHECK(simc.response.load_absolute_error > 10.0 / 0.25);
+  CHECK(simc.response.load_absolute_error < 1.2 * 10.0 / 0.25);
 }
 
 TEST_CASE("what leaves out the gain is never recommended, though it may be best") {

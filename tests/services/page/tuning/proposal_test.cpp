@@ -60,11 +60,12 @@ TEST_CASE("a model is simulated within the loop's own ranges, whatever holds its
   twin.process.gain = -0.2;  // at mid range CO would be far out of its limits without a load
   twin.transmitter_effects = {{"output_bias", {{"bias", 3.0}}}};
   const plant::LoopModel model = model_of(twin, kFacts);
-  CHECK(model.controller.pid.action == control::Action::direct);
+  CHECK(model.process.gain == -0.2);
   const Proposal proposal = propose(model, kFacts, analysis::ControllerForm::pi);
   const analysis::LoopRecord& answer = proposal.trials.front().response.record;
   CHECK(answer.pv.front() == Approx(50.0));
   CHECK(answer.co.front() == Approx(50.0).margin(1.0));
+  CHECK(answer.co[200] < 50.0);  // PV is to rise, so CO falls
 }
 
 TEST_CASE("a slow process costs no more time than a quick one") {
