@@ -28,20 +28,12 @@ plant::LoopModel model_of(plant::LoopModel twin, const LoopFacts& loop) {
   control::ControllerSettings& controller = model.controller;
   controller = {};
   controller.pid.gains = loop.gains;
-  controller.pid.output_low = controller.output.low = loop.output_limits[0];
-  controller.pid.output_high = controller.output.high = loop.output_limits[1];
   controller.set_point.low = loop.pv_range[0];
   controller.set_point.high = loop.pv_range[1];
   model.transmitter.low = loop.pv_range[0];
   model.transmitter.high = loop.pv_range[1];
   std::erase_if(model.transmitter_effects,
                 [](const plant::EffectSpec& effect) { return effect.name == "output_bias"; });
-  if (!model.process.integrating()) {
-    const double gain =
-        analysis::linear_loop(model).gain;  // its size, with what effects make of it
-    const double bias = middle(loop.pv_range) - gain * middle(loop.output_limits);
-    model.transmitter_effects.push_back({"output_bias", {{"bias", bias}}});
-  }
   return model;
 }
 
@@ -78,15 +70,23 @@ Identified identified(const StepRecord& record, const LoopFacts& loop) {
 Proposal propose(const plant::LoopModel& model, const LoopFacts& loop,
                  analysis::ControllerForm form) {
   const auto rounded = [](double value) { return std::stod(fmt::format("{:.4g}", value)); };
-  // Of a process that falls as CO rises the mirror image is simulated, and CO turned round again.
-  const bool falls = model.process.gain < 0.0;
-  plant::LoopModel rising = model;
-  rising.process.gain = std::abs(model.process.gain);
+  // Of a process that falls as CO rises the mirror image is simulated. PV of a model is its gain times CO: CO's range is
+  // moved to where its middle holds PV at mid range, and CO moved back.
+  plant::LoopModel simulated = model;
+  simulated.process.gain = std::abs(model.process.gain);
+  const double at_middle = model.process.integrating()
+                               ? middle(loop.output_limits)
+                               : middle(loop.pv_range) / analysis::linear_loop(simulated).gain;
+  const double half = 0.5 * (loop.output_limits[1] - loop.output_limits[0]);
+  control::ControllerSettings& controller = simulated.controller;
+  controller.pid.output_low = controller.output.low = at_middle - half;
+  controller.pid.output_high = controller.output.high = at_middle + half;
+  const double sign = model.process.gain < 0.0 ? -1.0 : 1.0;
   Proposal out;
-  out.trials = analysis::try_rules(rising, {.form = form}, loop.gains.derivative_filter_s);
+  out.trials = analysis::try_rules(simulated, {.form = form}, loop.gains.derivative_filter_s);
   for (analysis::RuleTrial& trial : out.trials) {
     for (double& co : trial.response.record.co) {
-      if (falls) co = 2.0 * middle(loop.output_limits) - co;
+      co = middle(loop.output_limits) + sign * (co - at_middle);
     }
     if (!trial.rule) continue;
     trial.gains.kp = rounded(trial.gains.kp);

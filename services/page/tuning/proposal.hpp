@@ -2,7 +2,7 @@
 // Gains for a loop by the rules of `loopwarden tune`, beside those in force: margins and simulated answers of each, on the loop's
 // twin or on a process identified from its record. Pure; a few tens of milliseconds, an identification some hundred.
 //
-// The answers are of the linear loop at mid range, with the loop's own limits of CO: a load is set so that mid CO holds PV at mid
+// The answers are of the linear loop at mid range, with the loop's own limits of CO: mid CO is taken to hold PV at mid
 // range. A model is simulated in steps of its sample time, or of a 20 000th of the time watched where that is more.
 #pragma once
 

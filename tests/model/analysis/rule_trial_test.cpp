@@ -47,7 +47,7 @@ TEST_CASE("the gains in force come first, and what is recommended leaves the mar
 }
 
 TEST_CASE("what leaves out the gain is never recommended, though it may be best") {
-  const auto trials = try_rules(plant_of(0.5));
+  const auto trials = try_rules(plant_of(0.8));
   REQUIRE_FALSE(of(trials, TuningRule::zn_thesis).scales());
   const RuleTrial* best = recommended(trials);
   REQUIRE(best != nullptr);
