@@ -194,8 +194,9 @@ struct FeederUser {
 struct SocketRights {
   bool alarms = false;   // acknowledge, reset, shelve; veto
   bool control = false;  // set point, mode, output, jacket
+  bool tuning = false;   // gains; of page.sock alone
 
-  bool any() const noexcept { return alarms || control; }
+  bool any() const noexcept { return alarms || control || tuning; }
   friend bool operator==(const SocketRights&, const SocketRights&) = default;
 };
 

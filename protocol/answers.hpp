@@ -199,6 +199,19 @@ struct Cycle {
   std::string ne107 = "-";
 };
 
+// Of the parallel form: CO units/PV unit, with s.
+struct Gains {
+  double kp = kNone, ki = kNone, kd = kNone;
+};
+
+struct LoopGains {
+  Gains in_force{}, file{};  // `file`: what a restart takes
+  double derivative_filter_s = kNone;
+  bool not_in_file = false;
+  std::string by{};  // who has set what is not in the file; empty: not known
+  std::int64_t since_ms = 0;
+};
+
 struct LoopStatus {
   std::string name{}, description{}, pv_unit{}, co_unit{};
   std::string control{"here"};  // or elsewhere: another controller has the loop
@@ -211,6 +224,7 @@ struct LoopStatus {
   std::optional<Incident> incident{};     // the newest
   std::uint64_t orders_refused = 0;
   double position_age_ms = kNone;
+  std::optional<LoopGains> gains{};  // nothing: another controller has them
   std::optional<Cycle> cycle{};  // its members stand among the loop's; nothing: none has run yet
 };
 
@@ -240,6 +254,11 @@ struct Trend {
   double sample_time_s = 0.0;
   std::vector<double> sp{}, pv{}, co{}, stem{}, jacket{}, compensator{};
   std::vector<std::string> mode{};
+};
+
+// The loop's twin, as a file of a loop model.
+struct TwinModel {
+  std::optional<std::string> model{};  // nothing: it has none
 };
 
 struct SpecialistView {
@@ -272,7 +291,7 @@ struct LoopDescription {
 };
 
 struct SocketRights {
-  bool alarms = false, control = false;
+  bool alarms = false, control = false, tuning = false;
 };
 
 struct AlarmRules {
@@ -409,6 +428,7 @@ struct OrderTaken {
 struct InForce {
   Maybe<double> set_point{}, output{};
   Maybe<std::string> mode{};
+  Maybe<Gains> gains{};
 };
 
 struct OrderOutcome {
@@ -490,6 +510,7 @@ struct Diagnostic {
 struct ReloadOutcome {
   std::string outcome{};  // in_force, waits, refused
   bool dry_run = false, on_disk = false;
+  bool take_file_needed = false;  // refused for a person's gains that no file has
   std::vector<std::string> lines{};
   std::optional<std::vector<Diagnostic>> diagnostics{};
   std::uint32_t config_hash = 0;

@@ -64,6 +64,12 @@ struct WindowsRequest {
   std::string loop{};
 };
 
+struct TwinRequest {
+  static constexpr const char* kName = "twin";
+  using Answer = TwinModel;
+  std::string loop{};
+};
+
 struct TrendRequest {
   static constexpr const char* kName = "trend";
   using Answer = Trend;
@@ -111,6 +117,16 @@ struct SetRequest {
   Maybe<std::string> mode{};    // auto, man
   Maybe<std::string> jacket{};  // off, shadow, on
   Maybe<Expected> expect{};
+  Maybe<std::string> user{}, address{};
+};
+
+// The controller's gains, until a reload or a restart takes those of the file.
+struct TuneRequest {
+  static constexpr const char* kName = "tune";
+  using Answer = OrderTaken;
+  std::string loop{};
+  double kp = kNone, ki = kNone, kd = kNone;
+  Maybe<Gains> expect{};  // what the sender has seen
   Maybe<std::string> user{}, address{};
 };
 
@@ -183,6 +199,7 @@ struct ReloadRequest {
   static constexpr const char* kName = "reload";
   using Answer = ReloadNumber;
   Maybe<bool> dry_run{};
+  Maybe<bool> take_file{};  // also where a person's gains are not in the files
 };
 
 struct ReloadStateRequest {

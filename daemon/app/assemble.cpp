@@ -195,9 +195,10 @@ console::Parts Assembly::console_parts() {
           .daemon_status = [this] { return status_of(*this); },
           .box_description = [this] { return description_of(*this); },
           .config_hash = [this] { return reloader.config_hash(); },
-          .reload = [this](const std::string& peer,
-                           bool dry_run) { return reloader.post(peer, dry_run); },
+          .reload = [this](const std::string& peer, bool dry_run,
+                           bool take_file) { return reloader.post(peer, dry_run, take_file); },
           .reload_state = [this](std::uint64_t number) { return reloader.state(number); },
+          .twin = [this](std::size_t loop) { return evidence.twin(loop); },
           .box = [this] { return box_reading_of(*this); },
           .modbus_server =
               [this] { return modbus ? modbus->gateway.state() : gateway::ServerState{}; }};

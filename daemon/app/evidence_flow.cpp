@@ -75,6 +75,11 @@ EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config, const Specialists
   for (const auto& [name, twin] : specialists.twins) twins_[name] = config::write_model(twin, name);
 }
 
+std::string EvidenceFlow::twin(std::size_t loop) const {
+  const auto found = twins_.find(ends_.loops[loop].config.monitor.twin);
+  return found == twins_.end() ? std::string() : found->second;
+}
+
 void EvidenceFlow::start() {
   store_.start();
   explainer_.start();

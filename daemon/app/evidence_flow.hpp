@@ -51,6 +51,9 @@ class EvidenceFlow {
             const loopwarden::monitor::LoopMonitor& loop_monitor,
             const loopwarden::monitor::MonitorStep& step, loopwarden::monitor::AlarmReason reason);
 
+  // The file of a loop's twin as text; empty: it has none.
+  std::string twin(std::size_t loop) const;
+
   EvidenceStore& store() noexcept { return store_; }
   const EvidenceStore& store() const noexcept { return store_; }
   Explainer& explainer() noexcept { return explainer_; }

@@ -104,6 +104,7 @@ std::int64_t wanted_shelf_ms(const protocol::AlarmRequest& request) {
 LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& request,
                                            const Sender& sender) {
   if (what == protocol::SetRequest::kName) return done(set(request, sender));
+  if (what == protocol::TuneRequest::kName) return done(tune(request, sender));
   if (what == protocol::OrderRequest::kName) return done(order(request));
   if (what == protocol::RecordRequest::kName) return done(record(request, sender));
   if (what == protocol::AlarmRequest::kName) return alarm(request, sender);
@@ -116,8 +117,9 @@ LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& re
   if (what == protocol::OutcomeRequest::kName) return outcome(request, sender);
   if (what == protocol::NoteRequest::kName) return note(request, sender);
   // The files are read elsewhere: nobody waits for the disk here.
-  const bool dry_run = request.get<protocol::ReloadRequest>().dry_run.value_or(false);
-  return done(protocol::ReloadNumber{parts_.reload(sender.peer, dry_run)});
+  const auto reload = request.get<protocol::ReloadRequest>();
+  return done(protocol::ReloadNumber{parts_.reload(sender.peer, reload.dry_run.value_or(false),
+                                                   reload.take_file.value_or(false))});
 }
 
 template <class Reply>
@@ -192,18 +194,59 @@ std::vector<journal::JournalEntry> OperatorOrders::lines_of(const rt::Order& ord
   return lines;
 }
 
+void OperatorOrders::refuse_watched(std::size_t loop) const {
+  if (!parts_.loops[loop].watched()) return;
+  throw RequestError(parts_.board.name(loop) +
+                     " is controlled elsewhere: nothing of it can be ordered from here");
+}
+
 protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
                                          const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
-  if (parts_.loops[index].watched()) {
-    throw RequestError(request.loop +
-                       " is controlled elsewhere: nothing of it can be ordered from here");
-  }
-  const rt::LoopSettings settings = parts_.loops[index].settings->get();
+  refuse_watched(index);
   const rt::Order order = wanted_order(request);
   std::vector<journal::JournalEntry> lines = lines_of(order, index, sender.peer);
   if (lines.empty()) throw RequestError("set needs set_point, output, mode or jacket");
-  orders::OrderDesk& desk = this->desk(index);
+  const protocol::OrderTaken taken = send(index, order, std::move(lines), sender, request);
+  // What the operator does with the jacket is not undone behind his back.
+  if (order.jacket && parts_.board.watch(index).corrective != model::CorrectiveState::off) {
+    parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand");
+  }
+  return taken;
+}
+
+protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
+                                          const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
+  refuse_watched(index);
+  // As the loop's file is read; that each is a number of at least 0 the order's own rule says.
+  if (request.kp == 0.0 && request.ki == 0.0) {
+    throw RequestError("kp and ki are both 0: the output would never move");
+  }
+  rt::Order order{.kp = request.kp, .ki = request.ki, .kd = request.kd};
+  if (request.expect) {
+    order.expected.kp = request.expect->kp;
+    order.expected.ki = request.expect->ki;
+    order.expected.kd = request.expect->kd;
+  }
+  const control::PidGains in_force = parts_.loops[index].settings->get().controller.pid.gains;
+  journal::JournalEntry line = line_of(index, sender.peer);
+  line.what = "gains";
+  line.old_value = orders::gains_text(in_force);
+  line.new_value = orders::gains_text({request.kp, request.ki, request.kd});
+  const auto not_in_file = parts_.loops[index].settings->gains_not_in_file();
+  const control::PidGains file = not_in_file ? not_in_file->file : in_force;
+  if (request.kp != file.kp || request.ki != file.ki || request.kd != file.kd) {
+    line.reason = "not in file: a restart takes " + orders::gains_text(file);
+  }
+  return send(index, order, {std::move(line)}, sender, request);
+}
+
+protocol::OrderTaken OperatorOrders::send(std::size_t loop, const rt::Order& order,
+                                          std::vector<journal::JournalEntry> lines,
+                                          const Sender& sender, const json& request) {
+  const rt::LoopSettings settings = parts_.loops[loop].settings->get();
+  orders::OrderDesk& desk = this->desk(loop);
   const rt::Refusal refusal =
       rt::judge(order, desk.standing(), settings, settings.controller.jacket.form);
   std::string why;
@@ -212,8 +255,8 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
   } else if (!desk.has_room()) {
     why = "too many commands at once; nothing of this order was taken";
   }
-  spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(index), sender.peer,
-               json(request).dump(), why.empty() ? "" : " refused: ", why);
+  spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(loop), sender.peer,
+               request.dump(), why.empty() ? "" : " refused: ", why);
   if (!why.empty()) {
     for (journal::JournalEntry& line : lines) {
       line.result = "refused: " + why;
@@ -221,12 +264,8 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
     }
     throw RequestError(why);
   }
-  const std::uint64_t number = desk.send(order, std::move(lines));
-  // What the operator does with the jacket is not undone behind his back.
-  if (order.jacket && parts_.board.watch(index).corrective != model::CorrectiveState::off) {
-    parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand");
-  }
-  return {.order = number, .sample_time_s = parts_.loops[index].config.sample_time_s};
+  return {.order = desk.send(order, std::move(lines)),
+          .sample_time_s = parts_.loops[loop].config.sample_time_s};
 }
 
 namespace {
@@ -240,6 +279,9 @@ std::optional<protocol::InForce> changed_value(const orders::Outcome& outcome) {
     case rt::Refusal::set_point_changed:
       return protocol::InForce{.set_point = outcome.now.set_point};
     case rt::Refusal::output_changed: return protocol::InForce{.output = outcome.now.output};
+    case rt::Refusal::gains_changed:
+      return protocol::InForce{.gains =
+                                   protocol::Gains{outcome.now.kp, outcome.now.ki, outcome.now.kd}};
     default: return std::nullopt;
   }
 }

@@ -26,7 +26,7 @@ class OperatorOrders {
   OperatorOrders(const OperatorOrders&) = delete;
   OperatorOrders& operator=(const OperatorOrders&) = delete;
 
-  // The answer to `set`, `order`, `record`, `alarm`, `acknowledge_incident`, `acknowledge_all`, `veto`, `outcome`, `note`, `reload` or `reload_state`; of what
+  // The answer to `set`, `tune`, `order`, `record`, `alarm`, `acknowledge_incident`, `acknowledge_all`, `veto`, `outcome`, `note`, `reload` or `reload_state`; of what
   // operators do with alarms it comes when the journal has it on the disk, or says that it has not. Throws RequestError.
   base::LocalServer::Answer answer(std::string_view what, const nlohmann::json& request,
                                    const Sender& sender);
@@ -37,7 +37,13 @@ class OperatorOrders {
   void close();
 
  private:
+  void refuse_watched(std::size_t loop) const;
   protocol::OrderTaken set(const protocol::SetRequest& request, const Sender& sender);
+  protocol::OrderTaken tune(const protocol::TuneRequest& request, const Sender& sender);
+  // Judges an order and lets it in. Throws RequestError; the journal has why. `request` is for the log.
+  protocol::OrderTaken send(std::size_t loop, const rt::Order& order,
+                            std::vector<journal::JournalEntry> lines, const Sender& sender,
+                            const nlohmann::json& request);
   protocol::OrderState order(const protocol::OrderRequest& request);
   protocol::RecordFile record(const protocol::RecordRequest& request, const Sender& sender);
   base::LocalServer::Answer alarm(const protocol::AlarmRequest& request, const Sender& sender);

@@ -32,8 +32,9 @@ struct Parts {
   std::function<protocol::Description()> box_description;  // without the loops
   std::function<std::uint32_t()> config_hash;              // of what is in force
   // A number to ask for, or std::runtime_error; what has become of it, nothing: there is no such.
-  std::function<std::uint64_t(const std::string& peer, bool dry_run)> reload;
+  std::function<std::uint64_t(const std::string& peer, bool dry_run, bool take_file)> reload;
   std::function<std::optional<protocol::ReloadState>(std::uint64_t number)> reload_state;
+  std::function<std::string(std::size_t loop)> twin;    // its file's text; empty: it has none
   std::function<gateway::BoxReading()> box;             // for the registers
   std::function<gateway::ServerState()> modbus_server;  // the same
 };

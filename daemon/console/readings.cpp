@@ -151,6 +151,11 @@ std::string Readings::answer(std::string_view what, const json& request) {
   if (what == protocol::OverviewRequest::kName) return to_text(overview(parts_));
   if (what == protocol::LoopRequest::kName) return done(loop(request));
   if (what == protocol::WindowsRequest::kName) return done(windows(request));
+  if (what == protocol::TwinRequest::kName) {
+    const std::string text =
+        parts_.twin(loop_index(parts_, request.get<protocol::TwinRequest>().loop));
+    return done(protocol::TwinModel{text.empty() ? std::nullopt : std::optional(text)});
+  }
   if (what == protocol::RegistersRequest::kName) return to_text(registers(parts_, request));
   if (what == protocol::ExplainRequest::kName) return done(explain(request));
   return done(journal(request));

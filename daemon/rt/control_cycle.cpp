@@ -188,9 +188,13 @@ void ControlCycle::apply(MovesWish wish) noexcept {
 }
 
 InForce ControlCycle::in_force() const noexcept {
+  const control::PidGains& gains = settings_.controller.pid.gains;
   return {.mode = controller_.requested_mode(),
           .set_point = controller_.set_point_target(),
-          .output = known_output()};
+          .output = known_output(),
+          .kp = gains.kp,
+          .ki = gains.ki,
+          .kd = gains.kd};
 }
 
 Standing ControlCycle::standing() const noexcept {

@@ -83,7 +83,7 @@ struct LoopChannels {
       : monitor_orders(room.monitor_orders), records(room.records), watched(room.watched) {}
 
   base::NewestValue<SettingsOffer> settings;  // reload -> cycle
-  // As the files and a Modbus master's gains have them, without what was ordered of the jacket;
+  // As the files and ordered gains have them, without what was ordered of the jacket;
   // cycle -> CurrentSettings
   base::NewestValue<LoopSettings> in_force;
   OrderBox operator_orders;                   // operator <-> cycle

@@ -25,7 +25,7 @@ using console_bench::Bench;
 using console_bench::json;
 namespace model = loopwarden::monitor;
 
-const console::Rights kAll{.page = {.alarms = true, .control = true},
+const console::Rights kAll{.page = {.alarms = true, .control = true, .tuning = true},
                            .edge = {.alarms = true, .control = true}};
 
 std::string line_of(Bench& bench, const json& request, SocketName socket) {
@@ -110,6 +110,18 @@ std::map<std::string, std::string> answers() {
   written("order_refused", {{"request", "order"}, {"order", 2}});
   recorded(4);
   ask("set_refused", {{"request", "set"}, {"output", 12.0}});
+  json tune{{"request", "tune"}, {"loop", "FIC-101"},
+            {"kp", 3.0},         {"ki", 0.25},
+            {"kd", 0.0},         {"expect", {{"kp", 2.0}, {"ki", 0.5}, {"kd", 0.0}}}};
+  tune.update(anna);
+  ask("tune", tune, SocketName::page);
+  bench.run(1);
+  written("tune_done", {{"request", "order"}, {"order", 3}});
+  bench.ask(tune.dump(), SocketName::page);
+  bench.run(1);
+  written("tune_refused", {{"request", "order"}, {"order", 4}});
+  recorded(6);
+  ask("twin", {{"request", "twin"}});
   ask("no_such_loop", {{"request", "loop"}, {"loop", "FIC-999"}});
   bench.now_ms += 1000;
   bench.board.window_judged(0,
@@ -161,7 +173,7 @@ std::map<std::string, std::string> answers() {
   ask("reload", {{"request", "reload"}, {"dry_run", true}});
   ask("reload_state", {{"request", "reload_state"}, {"reload", 1}});
   ask("explain", {{"request", "explain"}, {"alarm", "stiction"}});
-  bench.lines(20);
+  bench.lines(22);
   ask("journal", {{"request", "journal"}, {"most", 20}});
   ask("outcome", {{"request", "outcome"}, {"found", "stiction"}, {"note", "packing tight"}});
   ask("note", {{"request", "note"}, {"text", "pump changed"}});
@@ -196,6 +208,10 @@ const std::map<std::string, Again> kAgain{
     {"order_waiting", again<protocol::OrderState>},
     {"order_done", again<protocol::OrderState>},
     {"order_refused", again<protocol::OrderState>},
+    {"tune", again<protocol::OrderTaken>},
+    {"tune_done", again<protocol::OrderState>},
+    {"tune_refused", again<protocol::OrderState>},
+    {"twin", again<protocol::TwinModel>},
     {"alarm_shelved", again<protocol::AlarmActed>},
     {"acknowledge_incident", again<protocol::IncidentActed>},
     {"acknowledge_all", again<protocol::AllAcknowledged>},

@@ -30,6 +30,10 @@ http::Response acknowledge_incident(Context& context, const Call& call);
 
 // order.cpp
 http::Response order(Context& context, const Call& call);
+http::Response tune(Context& context, const Call& call);
+
+// tuning.cpp
+http::Response proposed_gains(Context& context, const Call& call);
 
 // past.cpp
 http::Response past(Context& context, const Call& call);

@@ -141,12 +141,11 @@ class RowsAsCsv final : public http::Source {
   std::int64_t last_ms_ = 0;
 };
 
-std::filesystem::path folder_of(const Context& context, const protocol::LoopDescription& loop) {
-  // Where the page's state directory is another than the daemon's, such as a copy, it is the page's.
+}  // namespace
+
+std::filesystem::path segments_of(const Context& context, const protocol::LoopDescription& loop) {
   return context.settings.state_directory / "segments" / loop.tag;
 }
-
-}  // namespace
 
 http::Response past(Context& context, const Call& call) {
   check_query(call.request, {"from_ms", "to_ms", "points"});
@@ -157,10 +156,11 @@ http::Response past(Context& context, const Call& call) {
       static_cast<std::size_t>(whole_in(call.request, "points", history::kRowsPerBucket,
                                         static_cast<std::int64_t>(history::kMostPoints))
                                    .value_or(1000));
-  const history::Past past = context.history.past(
-      folder_of(context, loop), stretch, points, [&](const std::optional<history::Block>& newest) {
-        return newer_rows(context, now, *now.state, loop, newest);
-      });
+  const history::Past past =
+      context.history.past(segments_of(context, loop), stretch, points,
+                           [&](const std::optional<history::Block>& newest) {
+                             return newer_rows(context, now, *now.state, loop, newest);
+                           });
   http::Response response;
   response.body = past_json(past, stretch, loop);
   return response;
@@ -176,7 +176,7 @@ http::Response past_csv(Context& context, const Call& call) {
   response.headers.emplace_back(
       "Content-Disposition",
       fmt::format("attachment; filename=\"{}_{}.csv\"", loop.tag, stretch.from_ms));
-  response.source = std::make_unique<RowsAsCsv>(folder_of(context, loop), stretch, loop.stem);
+  response.source = std::make_unique<RowsAsCsv>(segments_of(context, loop), stretch, loop.stem);
   return response;
 }
 

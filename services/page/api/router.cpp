@@ -49,6 +49,7 @@ constexpr std::array kRoutes{
     Route{Of::box, Method::get, "api/loops/*/history", Pool::disk, Role::viewer, past},
     Route{Of::box, Method::get, "api/loops/*/history.csv", Pool::disk, Role::viewer, past_csv},
     Route{Of::box, Method::get, "api/loops/*/alarms", Pool::daemon, Role::viewer, loop_alarms},
+    Route{Of::box, Method::get, "api/loops/*/tuning", Pool::disk, Role::engineer, proposed_gains},
     Route{Of::box, Method::get, "api/loops/*/alarms/*", Pool::daemon, Role::viewer, loop_alarm},
     Route{Of::box, Method::get, "api/journal", Pool::daemon, Role::viewer, journal},
     Route{Of::box, Method::get, "api/journal.csv", Pool::daemon, Role::viewer, journal_csv},
@@ -65,6 +66,7 @@ constexpr std::array kRoutes{
           acknowledge_incident},
     Route{Of::box, Method::post, "api/loops/*/notes", Pool::orders, Role::operator_, note},
     Route{Of::box, Method::post, "api/loops/*/order", Pool::orders, Role::operator_, order},
+    Route{Of::box, Method::post, "api/loops/*/tuning", Pool::orders, Role::engineer, tune},
 };
 
 bool matches(std::string_view pattern, std::span<const std::string> path) {

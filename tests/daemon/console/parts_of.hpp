@@ -23,8 +23,9 @@ daemon::console::Parts parts_of(Bench& bench, std::function<protocol::DaemonStat
           .daemon_status = std::move(status),
           .box_description = [] { return protocol::Description{.version = "test"}; },
           .config_hash = [] { return 17U; },
-          .reload = [](const std::string&, bool) { return std::uint64_t{1}; },
+          .reload = [](const std::string&, bool, bool) { return std::uint64_t{1}; },
           .reload_state = [](std::uint64_t) { return protocol::ReloadState{"reading"}; },
+          .twin = [](std::size_t) { return std::string(); },
           .box = [] { return daemon::gateway::BoxReading{.utc_ms = 1'800'000'000'123}; },
           .modbus_server = [] { return daemon::gateway::ServerState{}; }};
 }

@@ -5,6 +5,7 @@ import {decimalsFor, fixed} from '../lib/format.js';
 import {el, facts, unit} from '../lib/dom.js';
 import {get, loopPath, post, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
+import {GAINS} from '../lib/tuning.js';
 import {MODES} from '../lib/codes.js';
 import {wall} from '../lib/shell.js';
 import {changeName, fill, ownerName, texts} from '../texts.js';
@@ -72,14 +73,17 @@ export async function order(loop, what) {
   });
 }
 
-// Who set what is in force, by the journal's newest line of it; null: it does not say.
-async function authorOf(tag, what) {
+// Shows in `node`, a fact that was hidden, who set what is in force, by the journal's newest line of it.
+async function nameAuthor(node, tag, what) {
+  let line = null;
   try {
     const {lines} = await get(`/api/journal${query({loop: tag, most: 50})}`);
-    return lines.find((line) => line.what.replaceAll(' ', '_') === what && line.result === 'done') ?? null;
+    line = lines.find((one) => one.what.replaceAll(' ', '_') === what && one.result === 'done');
   } catch {
-    return null;
+    // Then it is not known.
   }
+  node.textContent = line ? fill(t.setBy, {who: line.peer || texts.journal.daemon, time: wall().dateTime(line.utc_ms)}) : texts.notKnown;
+  node.closest('.facts > div').hidden = false;
 }
 
 // The value in force, who set it, and the one that was asked for.
@@ -98,13 +102,36 @@ function confirm(loop, q, value) {
         // The operator decides anew, on the value that is in force now.
         q.now = error.body.now;
         old.textContent = shownValue(q, q.now);
-        const line = await authorOf(loop.tag, q.what);
-        author.textContent = line ? fill(t.setBy, {who: line.peer || texts.journal.daemon, time: wall().dateTime(line.utc_ms)}) : texts.notKnown;
-        author.closest('.facts > div').hidden = false;
+        await nameAuthor(author, loop.tag, q.what);
         throw new Error(fill(t.conflict, {value: shownValue(q, q.now)}));
       }
       if (answer.state === 'refused') throw new Error(fill(t.refused, {why: answer.why}));
       toast(answer.state === 'done' ? fill(t.done, {tag: loop.tag, what: q.name, value: shownValue(q, value)}) : t.waiting);
+    },
+  });
+}
+
+// Gains: old and new once more, then they act. `after`: they are in force.
+export function tune(loop, old, wanted, after) {
+  const tt = texts.tuning, text = (gains) => GAINS.map((name) => `${name} ${gains[name]}`).join(', ');
+  const was = el('span', {}, text(old)), author = el('span', {}), rows = facts([[t.tag, loop.tag], [tt.old, was], [t.author, author], [tt.new, el('strong', {}, text(wanted))]]);
+  author.closest('.facts > div').hidden = true;
+  ask({
+    title: t.confirmTitle, grave: true, label: fill(tt.set, {tag: loop.tag}), body: [el('p', {}, tt.confirm), rows],
+    accept: async () => {
+      let answer;
+      try {
+        answer = await post(loopPath(loop.tag, 'tuning'), {set: wanted, confirm: {tag: loop.tag, old, new: wanted}});
+      } catch (error) {
+        if (error.status !== 409 || error.body.now === undefined) throw error;
+        old = error.body.now;
+        was.textContent = text(old);
+        await nameAuthor(author, loop.tag, 'gains');
+        throw new Error(fill(tt.conflict, {gains: text(old)}));
+      }
+      if (answer.state === 'refused') throw new Error(fill(t.refused, {why: answer.why}));
+      toast(answer.state === 'done' ? fill(tt.done, {tag: loop.tag}) : t.waiting);
+      after();
     },
   });
 }

@@ -16,6 +16,7 @@ import {wall} from '../lib/shell.js';
 import {alarmTable, calmPart, conditionTable, explanationPart, healthTable, judgesOf, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
 import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
+import {tuningPart} from './tuning.js';
 import {actsOf, modeOf, ne107Of, signOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
 
@@ -81,6 +82,7 @@ class Faceplate {
     if (bad && fault !== 'bad_pv') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
     if (o.stands[i] && !live.stale) words.push([texts.stale.loop, 'bad']);
     for (const [name, bit] of Object.entries(FLAGS)) if (o.flags[i] & bit && texts.flags[name]) words.push([texts.flags[name], null]);
+    if (o.not_in_file?.[i]) words.push([texts.tuning.notInFile, null]);
     const key = JSON.stringify(words);
     if (key === this.said) return;
     this.said = key;
@@ -246,9 +248,10 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const trend = new LoopTrend(loop, scope, uPlot, options);
   const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin', 'alarms'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
   places.calm = el('div', {class: 'told'});
+  const tuning = loop.control === 'elsewhere' ? null : tuningPart(loop, scope, uPlot);
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
     el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
-      el('div', {class: 'across'}, panel(t.processAlarms, places.alarms)), el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
+      tuning ? el('div', {class: 'across'}, panel(texts.tuning.title, tuning.node)) : null, el('div', {class: 'across'}, panel(t.processAlarms, places.alarms)), el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
   const i = live.places.get(tag);
   const update = () => {
     if (!live.overview) return;
@@ -260,11 +263,11 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   scope.on(live, 'stale', update);
   update();
   await trend.load();
-  followDetails(loop, places, faceplate, scope);
+  followDetails(loop, places, faceplate, scope, tuning);
 }
 
 // What changes slowly, each 5 s, and only where it changed: a reader's selection and scroll stay.
-function followDetails(loop, places, faceplate, scope) {
+function followDetails(loop, places, faceplate, scope, tuning) {
   const put = (name, key, make) => {
     const text = JSON.stringify(key);
     if (places[name].key === text) return;
@@ -286,6 +289,7 @@ function followDetails(loop, places, faceplate, scope) {
       faceplate.source(now.monitor.source);
       const stateNow = Object.fromEntries(Object.values(now.alarms).map(({alarm, state}) => [alarm, texts.alarmStates[state] ?? texts.alarmStates.other]));
       put('alarms', [designs, stateNow], () => (designs ? alarmTable(designs, loop, (alarm) => stateNow[alarm] ?? texts.notKnown) : el('p', {class: 'nothing'}, texts.notKnownNow)));
+      tuning?.show(now.gains);
       put('condition', now.monitor.condition, () => conditionTable(now.monitor.condition));
       put('measures', now.monitor, () => measureTable(now.monitor));
       const said = now.monitor.twin && twinFacts(now.monitor.twin);

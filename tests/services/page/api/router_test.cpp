@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "tests/services/page/support/api_rig.hpp"
+#include "tests/services/page/tuning/recorded_loop.hpp"
 
 namespace loopwarden::tests::router_test {
 
@@ -13,6 +15,7 @@ using nlohmann::json;
 const json kAcknowledge{{"action", "acknowledge"}};
 const std::vector<std::string> kAlarm{"api", "loops", "FIC-101", "alarms", "stiction"};
 const std::vector<std::string> kOrder{"api", "loops", "FIC-101", "order"};
+const std::vector<std::string> kTuning{"api", "loops", "FIC-101", "tuning"};
 
 json set_point(double value, double old) {
   return {{"set", {{"set_point", value}}},
@@ -27,7 +30,7 @@ TEST_CASE("without users everybody on this host looks and nobody writes") {
   CHECK(session["user"].is_null());
   CHECK(session["login"] == false);
   CHECK(session["must_login"] == false);
-  CHECK(session["can"] == json{{"alarms", false}, {"control", false}});
+  CHECK(session["can"] == json{{"alarms", false}, {"control", false}, {"tuning", false}});
   CHECK(rig.answer(rig.post_as("", kAlarm, kAcknowledge)).status == 403);
   CHECK(rig.orders.asked.empty());
   request.peer_is_loopback = false;
@@ -321,6 +324,167 @@ TEST_CASE("an output that nobody knows is ordered by who saw that") {
             {"confirm", {{"tag", "FIC-101"}, {"old", nullptr}, {"new", 3.0}}}};
     CHECK(rig.answer(rig.post_as("otto", kOrder, body)).status == 200);
     CHECK_FALSE(rig.orders.asked.at(0).contains("expect"));
+  }
+}
+
+TEST_CASE("gains are set by engineers, where the daemon allows it, with what they have seen") {
+  ApiRig rig(true);
+  rig.orders.says = [](const json& request) -> json {
+    if (request["request"] == "tune") return {{"order", 3}, {"sample_time_s", 0.1}};
+    return {{"state", "done"}, {"why", ""}, {"on_disk", true}};
+  };
+  json description = describe_of_two();
+  description["page"]["tuning"] = true;
+  const json old{{"kp", 2.0}, {"ki", 0.5}, {"kd", 0.0}};
+  const json wanted{{"kp", 3.0}, {"ki", 0.25}, {"kd", 0.0}};
+  json body{{"set", wanted}, {"confirm", {{"tag", "FIC-101"}, {"old", old}, {"new", wanted}}}};
+  std::string who = "ella";
+  int expected = 200;
+  SECTION("sound") {}
+  SECTION("an operator") {
+    who = "otto";
+    expected = 403;
+  }
+  SECTION("the daemon's right") {
+    description["page"]["tuning"] = false;
+    expected = 403;
+  }
+  SECTION("another controller has the loop") {
+    description["loops"][0]["control"] = "elsewhere";
+    expected = 403;
+  }
+  SECTION("another tag") {
+    body["confirm"]["tag"] = "FIC-102";
+    expected = 400;
+  }
+  SECTION("other gains") {
+    body["confirm"]["new"]["ki"] = 0.26;
+    expected = 400;
+  }
+  SECTION("nothing that was seen") {
+    body["confirm"].erase("old");
+    expected = 400;
+  }
+  SECTION("no confirmation") {
+    body.erase("confirm");
+    expected = 400;
+  }
+  SECTION("not all of them") {
+    body["set"].erase("kd");
+    expected = 400;
+  }
+  SECTION("not a number") {
+    body["set"]["kp"] = "3";
+    expected = 400;
+  }
+  SECTION("a gain too many") {
+    body["set"]["kf"] = 1.0;
+    expected = 400;
+  }
+  rig.now.state = page::box_state_of(description);
+  const auto session = rig.answer(rig.get_as(who, {"api", "session"}));
+  CHECK(json::parse(session.body).at("can").at("tuning") ==
+        (who == "ella" && description["page"]["tuning"] == true));
+  CHECK(rig.answer(rig.post_as(who, kTuning, body)).status == expected);
+  if (expected != 200) {
+    CHECK(rig.orders.asked.empty());
+    return;
+  }
+  REQUIRE(rig.orders.asked.size() == 2);
+  CHECK(rig.orders.asked[0] == json{{"request", "tune"},
+                                    {"loop", "FIC-101"},
+                                    {"kp", 3.0},
+                                    {"ki", 0.25},
+                                    {"kd", 0.0},
+                                    {"expect", old},
+                                    {"user", "ella"},
+                                    {"address", "127.0.0.1"}});
+  rig.orders.says = [&](const json& request) -> json {
+    if (request["request"] == "tune") return {{"order", 4}, {"sample_time_s", 0.1}};
+    return {{"state", "refused"}, {"why", "."}, {"now", {{"gains", wanted}}}, {"on_disk", true}};
+  };
+  const auto late = rig.answer(rig.post_as(who, kTuning, body));
+  CHECK(late.status == 409);
+  CHECK(json::parse(late.body).at("now") == wanted);
+}
+
+TEST_CASE("gains are proposed by the twin or by the newest step of the record") {
+  ApiRig rig(true);
+  json description = describe_of_two();
+  description["page"]["tuning"] = true;
+  description["loops"][0]["twin"] = true;
+  rig.now.state = page::box_state_of(description);
+  const json gains{{"kp", 0.5}, {"ki", 0.05}, {"kd", 0.0}};
+  std::string twin =
+      "sample_time: 0.5\ncontroller: {kp: 0.5, ki: 0.05, output: [0, 100]}\n"
+      "process: {gain: 1.5, time_constant: 8, dead_time: 3}\n"
+      "transmitter: {range: [0, 100]}\n";
+  double filter_s = 0.0;
+  rig.daemon.says = [&](const json& request) -> json {
+    if (request["request"] == "twin") return {{"model", twin}};
+    return {{"name", "FIC-101"},
+            {"sample_time_s", 0.5},
+            {"explanation", nullptr},
+            {"ranges",
+             {{"pv_range", {0, 100}},
+              {"co_range", {0, 100}},
+              {"sp_limits", {0, 100}},
+              {"output_limits", {0, 100}}}},
+            {"gains", {{"in_force", gains}, {"file", gains}, {"derivative_filter_s", filter_s}}}};
+  };
+  http::Request request = rig.get_as("ella", kTuning);
+  const auto proposed = [&] { return rig.answer(request); };
+
+  SECTION("operators see none") {
+    request = rig.get_as("otto", kTuning);
+    CHECK(proposed().status == 403);
+  }
+  SECTION("the twin, where there is one") {
+    const json told = json::parse(proposed().body);
+    CHECK(told.at("model").at("source") == "twin");
+    CHECK(told.at("model").at("process").at("gain") == 1.5);
+    CHECK(told.at("rules")[0].at("rule").is_null());
+    CHECK(told.at("rules")[0].at("gains") == gains);
+    CHECK(told.at("rules")[0].at("pv").size() == told.at("t").size());
+    CHECK(told.at("t").size() <= 501);
+    CHECK(told.at("in_force").at("in_force") == gains);
+    CHECK(told.at("can_pid") == false);
+    const json& best = told.at("rules").at(told.at("recommended").get<std::size_t>());
+    CHECK(best.at("sensitivity") <= 2.0);
+    CHECK(rig.orders.asked.empty());
+  }
+  SECTION("the record") {
+    request.query["model"] = "record";
+    const json none = json::parse(proposed().body);
+    CHECK_THAT(none.at("model").at("why_not").get<std::string>(), Catch::Contains("no step"));
+    CHECK_FALSE(none.contains("rules"));
+    record_run(rig.settings.state_directory / "segments" / "FIC-101",
+               recorded_plant({{0.0, 40.0}, {200.0, 60.0}}), 600.0);
+    const json told = json::parse(proposed().body);
+    CHECK(told.at("model").at("process").at("gain").get<double>() == Approx(1.5).epsilon(0.1));
+    CHECK(told.at("model").at("step_ms") > kRecordStart_ms);
+    CHECK(told.at("rules").size() > 3);
+  }
+  SECTION("PID where the loop filters its derivative") {
+    request.query["form"] = "pid";
+    CHECK(proposed().status == 409);
+    filter_s = 0.2;
+    const json told = json::parse(proposed().body);
+    CHECK(std::any_of(told.at("rules").begin(), told.at("rules").end(),
+                      [](const json& rule) { return rule.at("gains").at("kd") > 0.0; }));
+  }
+  SECTION("what is no such choice") {
+    request.query["model"] = "guess";
+    CHECK(proposed().status == 400);
+    request.query["model"] = "twin";
+    request.query["form"] = "p";
+    CHECK(proposed().status == 400);
+    request.query = {{"rule", "zn"}};
+    CHECK(proposed().status == 400);
+  }
+  SECTION("a twin of another version") {
+    twin = "process: {gains: 1.5}\n";
+    CHECK(proposed().status == 409);
   }
 }
 

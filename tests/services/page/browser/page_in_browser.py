@@ -19,6 +19,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import trends_and_bell  # noqa: E402
+import tuning  # noqa: E402
 import view_states  # noqa: E402
 from box import BIN, PASSWORD, Box, Browser, WebDriverException  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
@@ -519,6 +520,18 @@ def axe_source():
     return path.read_text(encoding="utf-8")
 
 
+def tuned(box, browser, source, folder):
+    tuning.operators_look(box, browser)
+    browser.log_out()
+    browser.log_in(box, "ella")
+    tuning.works(box, browser)
+    tuning.propose(box, browser)
+    axe(browser, "tuning", source)
+    keep(browser, folder, "tuning", full=True)
+    browser.log_out()
+    browser.log_in(box, "otto")
+
+
 def everything(box, browser, source, folder, spike_ms):
     reports_and_system(box, browser)
     day_old(box, browser, spike_ms)
@@ -527,6 +540,7 @@ def everything(box, browser, source, folder, spike_ms):
     overview_used(box, browser)
     orders(box, browser)
     shelve(box, browser)
+    tuned(box, browser, source, folder)
     trends_and_bell.bell(box, browser)
     journal_searched(box, browser)
     keyboard(box, browser)
