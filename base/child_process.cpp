@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <system_error>
+#include <utility>
 
 namespace loopwarden::base {
 namespace {
@@ -31,6 +32,20 @@ struct SpawnSettings {
   posix_spawnattr_t attributes{};
   posix_spawn_file_actions_t files{};
 };
+
+std::vector<char*> pointers_to(std::vector<std::string>& words) {
+  std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+// The first of a name is the one that counts.
+std::vector<std::string> environment_with(std::vector<std::string> wanted) {
+  for (char** one = environ; *one != nullptr; ++one) wanted.emplace_back(*one);
+  return wanted;
+}
 
 }  // namespace
 
@@ -62,12 +77,9 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
 
   std::vector<std::string> words{program};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> pointers;
-  pointers.reserve(words.size() + 1);
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
+  std::vector<std::string> environment = environment_with(std::move(wanted.environment));
   const int error = posix_spawnp(&pid_, program.c_str(), &settings.files, &settings.attributes,
-                                 pointers.data(), environ);
+                                 pointers_to(words).data(), pointers_to(environment).data());
   if (error != 0) throw std::system_error(error, std::generic_category(), program);
 }
 

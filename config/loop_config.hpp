@@ -200,8 +200,9 @@ struct FeederUser {
 struct SocketRights {
   bool alarms = false;   // acknowledge, reset, shelve; veto
   bool control = false;  // set point, mode, output, jacket
+  bool reports = false;  // of the page alone: of what is recorded
 
-  bool any() const noexcept { return alarms || control; }
+  bool any() const noexcept { return alarms || control || reports; }
   friend bool operator==(const SocketRights&, const SocketRights&) = default;
 };
 

@@ -73,7 +73,7 @@ protocol::ModbusServer modbus_of(const gateway::Gateway& gateway) {
 }
 
 protocol::SocketRights rights_of(const config::SocketRights& rights) {
-  return {.alarms = rights.alarms, .control = rights.control};
+  return {.alarms = rights.alarms, .control = rights.control, .reports = rights.reports};
 }
 
 }  // namespace

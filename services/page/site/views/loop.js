@@ -14,6 +14,7 @@ import {extent, kept, merged, trimmed} from '../lib/history.js';
 import {field} from '../lib/dialog.js';
 import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
+import {LoopReports} from './loop_reports.js';
 import {pictureOf, save} from '../lib/picture.js';
 import {wall} from '../lib/shell.js';
 import {calmPart, conditionTable, explanationPart, healthTable, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
@@ -312,11 +313,12 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const head = header(loop), faceplate = new Faceplate(loop);
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
+  const reports = new LoopReports(loop, trend, scope);
   const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
   places.calm = el('div', {class: 'told'});
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
     el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
-      el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
+      el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows)), el('div', {class: 'across'}, reports.node)));
   const i = live.places.get(tag);
   const update = () => {
     if (!live.overview) return;
@@ -328,6 +330,7 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   scope.on(live, 'stale', update);
   update();
   await trend.load();
+  reports.start();
   followDetails(loop, places, scope);
 }
 

@@ -40,7 +40,7 @@ test('every file that is asked for is in the program', () => {
 
 // Groups whose members are looked up by the daemon's names.
 const BY_NAME = new Set(['roles', 'stale', 'modes', 'modesLong', 'faults', 'quality', 'ne107', 'alarms', 'causes', 'alarmStates', 'priority', 'flags', 'filters', 'sorts',
-  'kinds', 'spans', 'conditions', 'verdicts', 'dialog', 'nav', 'guide', 'judged', 'valueNames', 'judges', 'changes', 'states']);
+  'kinds', 'spans', 'conditions', 'verdicts', 'dialog', 'nav', 'guide', 'judged', 'valueNames', 'judges', 'changes', 'states', 'means']);
 
 test('no text is left over', () => {
   const all = sources.map(([, text]) => text).join('\n');
