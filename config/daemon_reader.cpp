@@ -191,12 +191,12 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   for (const std::string& name : certificates.value) {
     config.certificates.push_back(resolve(file, name));
   }
-  in.maybe_section("page", "what loopwarden-page may order; nothing: it only reads",
-                   [&](MapReader& page) {
-                     config.page = read_rights(page);
-                     config.page.reports = page.flag(
-                         "reports", "have reports made of what is recorded of a loop", false);
-                   });
+  in.maybe_section(
+      "page", "what loopwarden-page may order; nothing: it only reads", [&](MapReader& page) {
+        config.page = read_rights(page);
+        config.page.reports =
+            page.flag("reports", "have reports made of what is recorded of a loop", false);
+      });
   in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads",
                    [&](MapReader& edge) { config.edge = read_rights(edge); });
   for (auto& [name, section] : in.maybe_named_sections(

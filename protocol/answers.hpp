@@ -299,13 +299,13 @@ struct Report {
   std::int64_t from_ms = 0, to_ms = 0;
   std::string by{};
   std::int64_t asked_ms = 0;
-  std::string state{};                        // waiting, running, done, failed
-  std::optional<std::uint64_t> place{};       // while it waits, from 1
+  std::string state{};                   // waiting, running, done, failed
+  std::optional<std::uint64_t> place{};  // while it waits, from 1
   std::optional<std::int64_t> started_ms{}, ended_ms{};
-  std::string doing{};                        // while it runs: what, and how much of that
+  std::string doing{};  // while it runs: what, and how much of that
   std::optional<std::uint64_t> percent{};
-  std::string sentence{};                     // once it has ended
-  std::string page{};                         // below the state directory; empty: there is none
+  std::string sentence{};  // once it has ended
+  std::string page{};      // below the state directory; empty: there is none
 };
 
 // Newest first.

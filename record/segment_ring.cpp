@@ -44,8 +44,8 @@ std::int64_t utc_of(const RecordRow& row) noexcept {
 std::int64_t start_utc_ms(const std::filesystem::path& path) noexcept {
   const base::File file(path, O_RDONLY);
   std::array<char, kSegmentHeaderBytes> bytes{};
-  if (!file.is_open() || ::pread(file.fd(), bytes.data(), bytes.size(), 0) !=
-                             static_cast<ssize_t>(bytes.size())) {
+  if (!file.is_open() ||
+      ::pread(file.fd(), bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
     return 0;
   }
   try {

@@ -37,7 +37,7 @@ struct SegmentStatus {
   std::uint64_t disk_errors = 0;
   std::uint64_t segments_dropped = 0;  // to keep the limit, or for room on a full disk
   std::uint64_t syncs = 0;
-  std::size_t bytes = 0;   // of all segments together
+  std::size_t bytes = 0;           // of all segments together
   std::int64_t oldest_utc_ms = 0;  // of the first row that is kept; 0: none is
   std::string last_error;          // empty: none so far
 };

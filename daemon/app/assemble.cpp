@@ -206,11 +206,11 @@ reports::DeskEnds Assembly::report_ends() {
           .in_use =
               [this](const std::filesystem::path& folder) {
                 const std::string prefix = folder.string() + "/";
-                return std::any_of(
-                    loops.all().begin(), loops.all().end(), [&](const LoopRuntime& loop) {
-                      return loop.config.monitor.twin.starts_with(prefix) ||
-                             loop.config.monitor.specialists.starts_with(prefix);
-                    });
+                return std::any_of(loops.all().begin(), loops.all().end(),
+                                   [&](const LoopRuntime& loop) {
+                                     return loop.config.monitor.twin.starts_with(prefix) ||
+                                            loop.config.monitor.specialists.starts_with(prefix);
+                                   });
               }};
 }
 

@@ -112,9 +112,9 @@ void check_offered(std::string_view request, SocketName socket, const Rights& ri
                                    request, elsewhere(*offer)));
   }
   if (limited && !allowed(offer->need, rights.of(socket))) {
-    throw RequestError(fmt::format(
-        "'{}' is not allowed on {}.sock: loopwardend.yaml needs {}: {{{}: true}}", request,
-        to_text(socket), to_text(socket), name_of(offer->need)));
+    throw RequestError(
+        fmt::format("'{}' is not allowed on {}.sock: loopwardend.yaml needs {}: {{{}: true}}",
+                    request, to_text(socket), to_text(socket), name_of(offer->need)));
   }
 }
 

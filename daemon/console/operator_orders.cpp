@@ -403,9 +403,9 @@ void OperatorOrders::check_span(const protocol::ReportRequest& request, std::siz
       static_cast<std::uint64_t>(parts_.historian.status(loop).segments.oldest_utc_ms);
   if (oldest_ms == 0) throw RequestError("nothing is recorded of " + request.loop);
   if (request.from_ms < oldest_ms) {
-    throw RequestError(fmt::format(
-        "from_ms: what is recorded of {} begins at {:%FT%TZ} ({})", request.loop,
-        fmt::gmtime(static_cast<std::time_t>(oldest_ms / 1000)), oldest_ms));
+    throw RequestError(
+        fmt::format("from_ms: what is recorded of {} begins at {:%FT%TZ} ({})", request.loop,
+                    fmt::gmtime(static_cast<std::time_t>(oldest_ms / 1000)), oldest_ms));
   }
   const double sample_time_s = parts_.loops[loop].config.sample_time_s;
   const double span_s = static_cast<double>(request.to_ms - request.from_ms) / 1000.0 *

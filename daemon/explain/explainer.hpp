@@ -55,8 +55,8 @@ using StopWork = std::function<bool(std::chrono::milliseconds)>;
 struct ExplainerSettings {
   std::filesystem::path program;  // loopwarden; empty: there is none, nothing is explained
   std::size_t most_waiting = 16;
-  std::chrono::seconds most_time{3600};    // of one, on a box without a moment to spare
-  std::chrono::milliseconds save{60'000};  // between saves of the minutes that wait
+  std::chrono::seconds most_time{3600};               // of one, on a box without a moment to spare
+  std::chrono::milliseconds save{60'000};             // between saves of the minutes that wait
   std::function<bool(const StopWork& stop)> spare{};  // false: there is nothing to do
 };
 

@@ -35,8 +35,8 @@ const char* to_text(Kind kind) noexcept {
 }
 
 std::optional<Kind> kind_of(std::string_view name) noexcept {
-  const auto* const found = std::find_if(kKinds.begin(), kKinds.end(),
-                                         [&](Kind kind) { return name == to_text(kind); });
+  const auto* const found =
+      std::find_if(kKinds.begin(), kKinds.end(), [&](Kind kind) { return name == to_text(kind); });
   return found == kKinds.end() ? std::nullopt : std::optional(*found);
 }
 

@@ -167,9 +167,8 @@ void ReportDesk::load() {
     }
     found.push_back({std::move(*report), true});
   }
-  std::sort(found.begin(), found.end(), [](const Entry& a, const Entry& b) {
-    return a.report.asked_ms < b.report.asked_ms;
-  });
+  std::sort(found.begin(), found.end(),
+            [](const Entry& a, const Entry& b) { return a.report.asked_ms < b.report.asked_ms; });
   const std::lock_guard lock(mutex_);
   all_.insert(all_.begin(), found.begin(), found.end());
   is_loaded_ = true;
@@ -189,9 +188,8 @@ void ReportDesk::write_new() {
 
 std::optional<Report> ReportDesk::begin() {
   const std::lock_guard lock(mutex_);
-  const auto next = std::find_if(all_.begin(), all_.end(), [](const Entry& e) {
-    return e.report.state == State::waiting;
-  });
+  const auto next = std::find_if(all_.begin(), all_.end(),
+                                 [](const Entry& e) { return e.report.state == State::waiting; });
   if (next == all_.end()) return std::nullopt;
   next->report.state = State::running;
   next->report.started_ms = ends_.now_ms();
@@ -277,10 +275,9 @@ std::optional<Report> ReportDesk::make(Report report, const Stop& stop) {
     if (const std::optional<int> code = child->ended()) {
       std::string sentence = sentence_in(folder);
       if (*code != 0) {
-        return failed(sentence.empty()
-                          ? fmt::format("loopwarden {} ended with {}",
-                                        to_text(report.order.kind), *code)
-                          : std::move(sentence));
+        return failed(sentence.empty() ? fmt::format("loopwarden {} ended with {}",
+                                                     to_text(report.order.kind), *code)
+                                       : std::move(sentence));
       }
       if (!fs::exists(folder / page_of(report.order.kind))) return failed("it wrote no report");
       report.state = State::done;
@@ -296,9 +293,9 @@ std::optional<Report> ReportDesk::make(Report report, const Stop& stop) {
   }
   child.reset();
   clear(folder);
-  return failed(fmt::format(
-      "Not done after {:.3g} min; a shorter stretch takes less.",
-      std::chrono::duration<double, std::ratio<60>>(settings_.most_time).count()));
+  return failed(
+      fmt::format("Not done after {:.3g} min; a shorter stretch takes less.",
+                  std::chrono::duration<double, std::ratio<60>>(settings_.most_time).count()));
 }
 
 void ReportDesk::look_at_progress(const Report& report) {

@@ -74,9 +74,8 @@ model::WindowJudgement stiction_seen() {
 void ask_for_reports(std::map<std::string, std::string>& told) {
   Bench bench(kAll, control::OutputAction::go_to(40.0), true);
   const auto asked = [&](std::int64_t from_ms) {
-    return json{{"request", "report"},       {"loop", "FIC-101"},
-                {"kind", "gap"},             {"from_ms", from_ms},
-                {"to_ms", from_ms + 60'000}, {"user", "ella"},
+    return json{{"request", "report"},  {"loop", "FIC-101"},         {"kind", "gap"},
+                {"from_ms", from_ms},   {"to_ms", from_ms + 60'000}, {"user", "ella"},
                 {"address", "10.0.0.5"}};
   };
   const auto recorded = [&] {

@@ -97,9 +97,8 @@ Recorded RecorderInput::take(
       std::chrono::duration_cast<std::chrono::nanoseconds>(system_clock::now().time_since_epoch())
           .count();
   record::ExportSettings settings;
-  settings.from_utc_ns = since_.empty()
-                             ? now_ns - std::llround(seconds_of(last_).value() * 1e9)
-                             : utc_ns_of(since_).value();
+  settings.from_utc_ns = since_.empty() ? now_ns - std::llround(seconds_of(last_).value() * 1e9)
+                                        : utc_ns_of(since_).value();
   if (!until_.empty()) settings.to_utc_ns = utc_ns_of(until_);
   settings.place = place;
   Recorded recorded{.loop = *found, .records = {}};

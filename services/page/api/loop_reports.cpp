@@ -48,7 +48,8 @@ http::Response ask_for_report(Context& context, const Call& call) {
       .address = call.request.peer};
   const auto taken = ask(context.orders, request);
   if (!taken.taken) {
-    throw ApiError(429, fmt::format("{} reports wait already; one is made at a time", taken.waiting));
+    throw ApiError(429,
+                   fmt::format("{} reports wait already; one is made at a time", taken.waiting));
   }
   return json_response(taken);
 }

@@ -66,8 +66,8 @@ std::pair<std::string, std::string> loop_and_kind(const std::vector<std::string>
   if (parts.size() < 3 || parts.front() != "reports") return {};
   const std::string& folder = parts[1];
   const std::size_t time = folder.rfind('-');
-  const std::size_t kind = time == std::string::npos || time == 0 ? std::string::npos
-                                                                  : folder.rfind('-', time - 1);
+  const std::size_t kind =
+      time == std::string::npos || time == 0 ? std::string::npos : folder.rfind('-', time - 1);
   if (kind == std::string::npos || kind == 0) return {};
   return {folder.substr(0, kind), folder.substr(kind + 1, time - kind - 1)};
 }

@@ -64,13 +64,12 @@ struct Console {
   void leave_segment(const std::string& loop) const {
     const std::filesystem::path segments = historian.recorder().segments_folder(loop);
     std::filesystem::create_directories(segments);
-    const record::EncodedHeader header =
-        record::encode({.sequence = 1,
-                        .run = 1,
-                        .loop = loop,
-                        .period_s = 0.1,
-                        .start_utc_ns = kOldest_ms * 1'000'000,
-                        .start_monotonic_ns = 0});
+    const record::EncodedHeader header = record::encode({.sequence = 1,
+                                                         .run = 1,
+                                                         .loop = loop,
+                                                         .period_s = 0.1,
+                                                         .start_utc_ns = kOldest_ms * 1'000'000,
+                                                         .start_monotonic_ns = 0});
     std::ofstream(segments / record::segment_name(1), std::ios::binary)
         .write(header.bytes.data(), static_cast<std::streamsize>(header.bytes.size()));
   }

@@ -19,12 +19,16 @@ const console::Rights kReports{.page = {.alarms = false, .control = false, .repo
 
 struct Recorded : Bench {
   Recorded() : Bench(kReports, control::OutputAction::go_to(40.0), true) {
-    REQUIRE(test::eventually(
-        [&] { return historian.status(0).segments.oldest_utc_ms == kOldest_ms; }));
+    REQUIRE(
+        test::eventually([&] { return historian.status(0).segments.oldest_utc_ms == kOldest_ms; }));
   }
   json asked(const json& changed = json::object()) {
-    json request{{"request", "report"},    {"loop", "FIC-101"},     {"kind", "gap"},
-                 {"from_ms", kOldest_ms}, {"to_ms", kOldest_ms + 3'600'000}, {"user", "ella"},
+    json request{{"request", "report"},
+                 {"loop", "FIC-101"},
+                 {"kind", "gap"},
+                 {"from_ms", kOldest_ms},
+                 {"to_ms", kOldest_ms + 3'600'000},
+                 {"user", "ella"},
                  {"address", "10.0.0.5"}};
     request.update(changed);
     return ask(request.dump(), SocketName::page);
@@ -60,7 +64,9 @@ TEST_CASE("a report is asked for within what is recorded, of a loop and a kind t
   // A million samples, every 0.1 s.
   CHECK(bench.refused({{"to_ms", kOldest_ms + 100'000'001}}) ==
         "at most 27.8 h of FIC-101 (a million samples) are taken into one report");
-  CHECK(bench.reports.post({.loop = "FIC-101", .kind = {}, .from_ms = 1, .to_ms = 2, .by = {}, .twin = {}})->place == 1);
+  CHECK(bench.reports
+            .post({.loop = "FIC-101", .kind = {}, .from_ms = 1, .to_ms = 2, .by = {}, .twin = {}})
+            ->place == 1);
   CHECK(bench.asked({{"to_ms", kOldest_ms + 100'000'000}}).at("waiting") == 2);
   CHECK(bench.asked({{"from_ms", bench.now_ms - 60'000}, {"to_ms", bench.now_ms}}).at("taken") ==
         true);

@@ -80,8 +80,7 @@ TEST_CASE("status.sock reads, and orders nothing", "[console][sockets]") {
     CHECK(bench.ask_status(request).at("ok") == true);
     CHECK(bench.ask(request).at("ok") == true);
   }
-  for (const char* request :
-       {kSet, kAcknowledge, kVeto, kReport, kRecord, kOutcome, kOrder}) {
+  for (const char* request : {kSet, kAcknowledge, kVeto, kReport, kRecord, kOutcome, kOrder}) {
     INFO(request);
     CHECK_THAT(error_of(bench.ask_status(request)), Catch::Contains("status.sock does not offer"));
   }

@@ -76,18 +76,16 @@ std::vector<std::string> names(const std::vector<Report>& reports) {
 TEST_CASE("a report is made by the command of its kind, with nothing else on its line",
           "[reports]") {
   using Row = std::tuple<Kind, std::string, std::string, std::string>;
-  const auto [kind, page, twin, more] = GENERATE(
-      table<Kind, std::string, std::string, std::string>(
-          {Row{Kind::gap, "report.html", "", "--out=OUT\n"},
-           Row{Kind::gap, "report.html", "/t/twin.yaml", "--out=OUT\n--model=/t/twin.yaml\n"},
-           Row{Kind::commission, "report.html", "/t/twin.yaml",
-               "--out=OUT\n--again=/t/twin.yaml\n"},
-           Row{Kind::survey, "survey.html", "/t/twin.yaml", "--out=OUT\n"},
-           Row{Kind::diagnose, "report.html", "/t/twin.yaml", "--report=OUT/report.html\n"}}));
-  Bench bench("printf '%s\\n' \"$@\" > \"$OUT/words\"; mkdir \"$OUT/records\"; echo $TMPDIR > "
-              "\"$TMPDIR/x\"; echo '<title>' > \"$OUT/" +
-              page +
-              "\"\necho 'progress: gap 99 %' >&2; echo assumed: a >&2; echo 'The valve sticks.'");
+  const auto [kind, page, twin, more] = GENERATE(table<Kind, std::string, std::string, std::string>(
+      {Row{Kind::gap, "report.html", "", "--out=OUT\n"},
+       Row{Kind::gap, "report.html", "/t/twin.yaml", "--out=OUT\n--model=/t/twin.yaml\n"},
+       Row{Kind::commission, "report.html", "/t/twin.yaml", "--out=OUT\n--again=/t/twin.yaml\n"},
+       Row{Kind::survey, "survey.html", "/t/twin.yaml", "--out=OUT\n"},
+       Row{Kind::diagnose, "report.html", "/t/twin.yaml", "--report=OUT/report.html\n"}}));
+  Bench bench(
+      "printf '%s\\n' \"$@\" > \"$OUT/words\"; mkdir \"$OUT/records\"; echo $TMPDIR > "
+      "\"$TMPDIR/x\"; echo '<title>' > \"$OUT/" +
+      page + "\"\necho 'progress: gap 99 %' >&2; echo assumed: a >&2; echo 'The valve sticks.'");
   ReportDesk desk = bench.make();
   const auto posted = desk.post(order_of("FIC-101", kind, twin));
   REQUIRE(posted);
@@ -205,8 +203,9 @@ TEST_CASE("two of one millisecond have names of their own", "[reports]") {
 }
 
 TEST_CASE("a report that is told to stop begins anew, before those that came later", "[reports]") {
-  Bench bench("if [ -e \"$OUT/../second\" ]; then echo '<title>' > \"$OUT/report.html\"; else "
-              "touch \"$OUT/half\" \"$OUT/../second\"; exec sleep 600; fi");
+  Bench bench(
+      "if [ -e \"$OUT/../second\" ]; then echo '<title>' > \"$OUT/report.html\"; else "
+      "touch \"$OUT/half\" \"$OUT/../second\"; exec sleep 600; fi");
   ReportDesk desk = bench.make();
   const auto first = desk.post(order_of("FIC-101"));
   desk.post(order_of("FIC-101"));
@@ -247,8 +246,7 @@ TEST_CASE("of a loop the newest stay, but for what its loops work with", "[repor
     if (made.size() == 1) bench.in_use = bench.folder_of(made.front());
     REQUIRE(desk.run_next(go_on));
   }
-  CHECK(names(*desk.of("FIC-101")) ==
-        names(std::vector{made[4], made[3], made[0]}));
+  CHECK(names(*desk.of("FIC-101")) == names(std::vector{made[4], made[3], made[0]}));
   CHECK(names(*desk.of("FIC-102")) == names({made[1]}));
   CHECK(fs::exists(bench.folder_of(made[0])));
   CHECK_FALSE(fs::exists(bench.folder_of(made[2])));
@@ -256,8 +254,9 @@ TEST_CASE("of a loop the newest stay, but for what its loops work with", "[repor
 }
 
 TEST_CASE("a restart knows the reports, and tells those that it ended as failed", "[reports]") {
-  Bench bench("if [ $1 = survey ]; then echo x > \"$OUT/half\"; exec sleep 600; fi; echo "
-              "'<title>' > \"$OUT/report.html\"; echo fine");
+  Bench bench(
+      "if [ $1 = survey ]; then echo x > \"$OUT/half\"; exec sleep 600; fi; echo "
+      "'<title>' > \"$OUT/report.html\"; echo fine");
   {
     ReportDesk desk = bench.make();
     desk.post(order_of("FIC-101"));

@@ -66,7 +66,8 @@ class RecordedLoop {
   }
   // UTC, so many seconds after the first sample.
   std::string at(std::int64_t seconds) const {
-    const record::Segment first = record::read_segment(folder_ / "FIC-205" / record::segment_name(1));
+    const record::Segment first =
+        record::read_segment(folder_ / "FIC-205" / record::segment_name(1));
     return record::iso_text(first.header.start_utc_ns / 1'000'000'000 + seconds, 0.0, true);
   }
   ShellOutcome of_recorder(const std::string& command) const {
@@ -158,8 +159,8 @@ TEST_CASE("of what is recorded the time that was asked for is taken", "[records]
   CHECK(rows >= 799);
   CHECK(rows <= 801);
   for (const std::string& wrong :
-       {from + " --last 4h", " --loop FIC-205 --until " + loop.at(900),
-        " --since " + loop.at(0), from + " --until tomorrow", from + " " + loop.path("r.csv")}) {
+       {from + " --last 4h", " --loop FIC-205 --until " + loop.at(900), " --since " + loop.at(0),
+        from + " --until tomorrow", from + " " + loop.path("r.csv")}) {
     INFO(wrong);
     CHECK(loop.loopwarden("gap" + wrong + out).exit_code == 64);
   }
@@ -183,7 +184,8 @@ TEST_CASE("in the background a command says one sentence, and how far it is",
   CHECK_THAT(said("survey" + how + out), Catch::Contains("; next: "));
   CHECK(std::filesystem::exists(loop.path("out/survey.html")));
   const std::string page = loop.path("page.html");
-  CHECK_THAT(said("diagnose" + how + " --report " + page), Catch::Contains("FIC-205") || Catch::Contains(" "));
+  CHECK_THAT(said("diagnose" + how + " --report " + page),
+             Catch::Contains("FIC-205") || Catch::Contains(" "));
   CHECK(std::filesystem::exists(page));
 }
 

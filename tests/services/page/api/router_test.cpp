@@ -96,8 +96,8 @@ TEST_CASE("a report is asked for by an engineer alone") {
   CHECK(json::parse(taken.body)["waiting"] == 2);
   REQUIRE(rig.orders.asked.size() == 1);
   json request = wish;
-  request.update({{"request", "report"}, {"loop", "FIC-101"}, {"user", "ella"},
-                  {"address", "127.0.0.1"}});
+  request.update(
+      {{"request", "report"}, {"loop", "FIC-101"}, {"user", "ella"}, {"address", "127.0.0.1"}});
   CHECK(rig.orders.asked[0] == request);
 
   const auto refused = [&](const json& changed) {
