@@ -9,10 +9,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <string_view>
 #include <system_error>
-#include <utility>
 
 namespace loopwarden::base {
 namespace {
@@ -41,10 +42,17 @@ std::vector<char*> pointers_to(std::vector<std::string>& words) {
   return pointers;
 }
 
-// The first of a name is the one that counts.
-std::vector<std::string> environment_with(std::vector<std::string> wanted) {
-  for (char** one = environ; *one != nullptr; ++one) wanted.emplace_back(*one);
-  return wanted;
+// The caller's, but for what `wanted` has another value of.
+std::vector<std::string> environment_with(const std::vector<std::string>& wanted) {
+  std::vector<std::string> all = wanted;
+  for (char** at = environ; *at != nullptr; ++at) {
+    const std::string_view one = *at;
+    const std::string_view name = one.substr(0, one.find('=') + 1);
+    const bool replaced = std::any_of(wanted.begin(), wanted.end(),
+                                      [&](const std::string& w) { return w.starts_with(name); });
+    if (!replaced) all.emplace_back(one);
+  }
+  return all;
 }
 
 }  // namespace
@@ -77,7 +85,7 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
 
   std::vector<std::string> words{program};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<std::string> environment = environment_with(std::move(wanted.environment));
+  std::vector<std::string> environment = environment_with(wanted.environment);
   const int error = posix_spawnp(&pid_, program.c_str(), &settings.files, &settings.attributes,
                                  pointers_to(words).data(), pointers_to(environment).data());
   if (error != 0) throw std::system_error(error, std::generic_category(), program);

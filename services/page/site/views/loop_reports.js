@@ -22,7 +22,7 @@ export class LoopReports {
   constructor(loop, trend, scope) {
     Object.assign(this, {loop, trend, scope});
     this.list = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
-    this.node = el('section', {class: 'panel'}, el('h2', {}, t.title), this.#asking(), this.list);
+    this.node = el('section', {class: 'panel asked-reports'}, el('h2', {}, t.title), this.#asking(), this.list);
   }
 
   start() { this.scope.every(EACH_MS, () => this.#look()); }
@@ -41,8 +41,8 @@ export class LoopReports {
     this.go = el('button', {type: 'submit'}, t.ask);
     this.said = el('p', {class: 'small', role: 'status'});
     const asShown = el('button', {type: 'button', click: () => { this.#touched = false; this.#follow(); }}, t.asShown);
-    return el('form', {class: 'asked', submit: (event) => { event.preventDefault(); this.#ask(); }},
-      el('div', {class: 'entries'}, field(t.kind, this.kind), field(`${t.from} (${wall().zone})`, this.from), field(t.to, this.to), asShown, this.go), this.means, this.said);
+    return el('form', {submit: (event) => { event.preventDefault(); this.#ask(); }},
+      el('div', {class: 'filters'}, field(t.kind, this.kind), field(`${t.from} (${wall().zone})`, this.from), field(t.to, this.to), asShown, this.go), this.means, this.said);
   }
 
   #kept() { return {oldest_ms: this.trend.history?.oldest_ms ?? NaN, newest_ms: this.trend.newest()}; }
