@@ -156,6 +156,8 @@ bool Explainer::work_between(std::unique_lock<std::mutex>& lock) {
 void Explainer::run() {
   using Clock = std::chrono::steady_clock;
   std::unique_lock lock(mutex_);
+  // Whatever is due: so it begins with what it has to read.
+  work_between(lock);
   while (!quit_) {
     if (save_one(lock)) continue;
     if (!is_due() && work_between(lock)) continue;

@@ -54,11 +54,7 @@ std::vector<std::string> last_lines(const fs::path& file) {
 bool is_progress(const std::string& line) { return line.starts_with(kProgress); }
 
 // Without the folder, which says nothing to who reads it in a browser.
-std::string sentence_in(const fs::path& folder) {
-  const std::vector<std::string> lines = last_lines(folder / kOutput);
-  const auto last = std::find_if_not(lines.rbegin(), lines.rend(), is_progress);
-  if (last == lines.rend()) return {};
-  std::string text = *last;
+std::string for_readers(std::string text, const fs::path& folder) {
   const std::string prefix = folder.string() + "/";
   for (std::size_t at = 0; (at = text.find(prefix)) != std::string::npos;) {
     text.erase(at, prefix.size());
@@ -66,6 +62,12 @@ std::string sentence_in(const fs::path& folder) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
   return std::string(base::cut(text, kLongestSentence));
+}
+
+std::string sentence_in(const fs::path& folder) {
+  const std::vector<std::string> lines = last_lines(folder / kOutput);
+  const auto last = std::find_if_not(lines.rbegin(), lines.rend(), is_progress);
+  return last == lines.rend() ? std::string() : for_readers(*last, folder);
 }
 
 // Of "progress: WHAT N %".
@@ -303,7 +305,7 @@ void ReportDesk::look_at_progress(const Report& report) {
   const auto last = std::find_if(lines.rbegin(), lines.rend(), is_progress);
   if (last == lines.rend()) return;
   Report now = report;
-  take_progress(*last, now);
+  take_progress(for_readers(*last, folder_of(report)), now);
   change(now);
 }
 
