@@ -392,9 +392,11 @@ LocalServer::Answer OperatorOrders::note(const protocol::NoteRequest& request,
   return when_written(protocol::Noted{}, parts_.journal.post(std::move(line)), sender);
 }
 
-void OperatorOrders::check_span(const protocol::ReportRequest& request, std::size_t loop) const {
+void OperatorOrders::check_span(const protocol::ReportRequest& request, reports::Kind kind,
+                                std::size_t loop) const {
   constexpr double kLeast_s = 60.0;  // of the loop's time
-  constexpr double kMostSamples = 1e6;
+  // A gigabyte holds so many; a commissioning has several records of them at once.
+  const double most_samples = kind == reports::Kind::commission ? 2e5 : 1e6;
   if (request.from_ms >= request.to_ms) throw RequestError("from_ms must be before to_ms");
   if (request.to_ms > static_cast<std::uint64_t>(parts_.board.now_ms())) {
     throw RequestError("to_ms: a time that has been");
@@ -411,10 +413,10 @@ void OperatorOrders::check_span(const protocol::ReportRequest& request, std::siz
   const double span_s = static_cast<double>(request.to_ms - request.from_ms) / 1000.0 *
                         parts_.box_description().accelerate;
   if (span_s < kLeast_s) throw RequestError(fmt::format("at least {:g} s are needed", kLeast_s));
-  if (span_s > kMostSamples * sample_time_s) {
-    throw RequestError(
-        fmt::format("at most {:.3g} h of {} (a million samples) are taken into one report",
-                    kMostSamples * sample_time_s / 3600.0, request.loop));
+  if (span_s > most_samples * sample_time_s) {
+    throw RequestError(fmt::format("{} takes at most {:.3g} h of {} ({:.0f} samples)",
+                                   request.kind, most_samples * sample_time_s / 3600.0,
+                                   request.loop, most_samples));
   }
 }
 
@@ -423,7 +425,7 @@ LocalServer::Answer OperatorOrders::report(const protocol::ReportRequest& reques
   const std::size_t index = loop_index(parts_, request.loop);
   const std::optional<reports::Kind> kind = reports::kind_of(request.kind);
   if (!kind) throw RequestError("kind is gap, commission, survey or diagnose");
-  check_span(request, index);
+  check_span(request, *kind, index);
   if (!parts_.reports.has_program()) {
     throw RequestError("loopwarden, which makes reports, is not installed beside the daemon");
   }

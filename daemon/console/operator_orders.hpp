@@ -50,7 +50,8 @@ class OperatorOrders {
   base::LocalServer::Answer note(const protocol::NoteRequest& request, const Sender& sender);
   base::LocalServer::Answer report(const protocol::ReportRequest& request, const Sender& sender);
   // Throws RequestError where not all of it is recorded, or too little or too much.
-  void check_span(const protocol::ReportRequest& request, std::size_t loop) const;
+  void check_span(const protocol::ReportRequest& request, reports::Kind kind,
+                  std::size_t loop) const;
   // `reply`, with "on_disk".
   template <class Reply>
   base::LocalServer::Answer when_written(Reply reply, std::uint64_t ticket,

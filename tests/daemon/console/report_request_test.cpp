@@ -63,7 +63,9 @@ TEST_CASE("a report is asked for within what is recorded, of a loop and a kind t
   CHECK(bench.refused({{"to_ms", kOldest_ms + 59'999}}) == "at least 60 s are needed");
   // A million samples, every 0.1 s.
   CHECK(bench.refused({{"to_ms", kOldest_ms + 100'000'001}}) ==
-        "at most 27.8 h of FIC-101 (a million samples) are taken into one report");
+        "gap takes at most 27.8 h of FIC-101 (1000000 samples)");
+  CHECK(bench.refused({{"kind", "commission"}, {"to_ms", kOldest_ms + 20'000'001}}) ==
+        "commission takes at most 5.56 h of FIC-101 (200000 samples)");
   CHECK(bench.reports
             .post({.loop = "FIC-101", .kind = {}, .from_ms = 1, .to_ms = 2, .by = {}, .twin = {}})
             ->place == 1);
