@@ -38,7 +38,7 @@ export class LoopReports {
     this.means = el('p', {class: 'soft small'}, t.means[KINDS[0]]);
     this.from = time();
     this.to = time();
-    this.go = el('button', {type: 'submit'}, t.ask);
+    this.go = el('button', {type: 'submit', class: 'main'}, t.ask);
     this.said = el('p', {class: 'small', role: 'status'});
     const asShown = el('button', {type: 'button', click: () => { this.#touched = false; this.#follow(); }}, t.asShown);
     return el('form', {submit: (event) => { event.preventDefault(); this.#ask(); }},
@@ -91,9 +91,15 @@ export class LoopReports {
   }
 }
 
+// The date of the end, where it is another.
+function overText(from_ms, to_ms) {
+  const clock = wall(), sameDay = clock.date(from_ms) === clock.date(to_ms);
+  return `${clock.dateTime(from_ms)} – ${sameDay ? clock.time(to_ms) : clock.dateTime(to_ms)}`;
+}
+
 function rowOf(report, now_ms) {
   const {key, values} = told(report, now_ms), name = t.kinds[report.kind] ?? report.kind;
   const title = report.id ? el('a', {href: reportHref(report.id), target: '_blank', rel: 'noopener'}, name, unseen(` (${texts.reports.opens})`)) : name;
   const state = [fill(t.states[key], values), key === 'doing' ? meter(values.percent / 100) : null, report.sentence ? el('small', {class: 'said'}, report.sentence) : null];
-  return [title, `${wall().dateTime(report.from_ms)} – ${wall().dateTime(report.to_ms)}`, state.filter(Boolean), [wall().dateTime(report.asked_ms), el('small', {}, report.by)]];
+  return [title, overText(report.from_ms, report.to_ms), state.filter(Boolean), [wall().dateTime(report.asked_ms), el('small', {}, report.by)]];
 }
