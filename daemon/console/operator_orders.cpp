@@ -414,9 +414,9 @@ void OperatorOrders::check_span(const protocol::ReportRequest& request, reports:
                         parts_.box_description().accelerate;
   if (span_s < kLeast_s) throw RequestError(fmt::format("at least {:g} s are needed", kLeast_s));
   if (span_s > most_samples * sample_time_s) {
-    throw RequestError(fmt::format("{} takes at most {:.3g} h of {} ({:.0f} samples)",
-                                   request.kind, most_samples * sample_time_s / 3600.0,
-                                   request.loop, most_samples));
+    throw RequestError(fmt::format("{} takes at most {:.3g} h of {} ({:.0f} samples)", request.kind,
+                                   most_samples * sample_time_s / 3600.0, request.loop,
+                                   most_samples));
   }
 }
 
