@@ -73,10 +73,12 @@ model::WindowJudgement stiction_seen() {
 // Of a loop of which something is recorded.
 void ask_for_reports(std::map<std::string, std::string>& told) {
   Bench bench(kAll, control::OutputAction::go_to(40.0), true);
-  const auto asked = [&](std::int64_t from_ms) {
-    return json{{"request", "report"},  {"loop", "FIC-101"},         {"kind", "gap"},
-                {"from_ms", from_ms},   {"to_ms", from_ms + 60'000}, {"user", "ella"},
-                {"address", "10.0.0.5"}};
+  const auto asked = [](std::int64_t from_ms) {
+    return json{{"request", "report"},
+                {"loop", "FIC-101"},
+                {"kind", "gap"},
+                {"from_ms", from_ms},
+                {"to_ms", from_ms + 60'000}};
   };
   const auto recorded = [&] {
     return bench.historian.status(0).segments.oldest_utc_ms == console_bench::kOldest_ms;
@@ -84,12 +86,13 @@ void ask_for_reports(std::map<std::string, std::string>& told) {
   REQUIRE(test::eventually(recorded));
   const json question{{"request", "reports"}, {"loop", "FIC-101"}};
   told["reports_not_read"] = line_of(bench, question, SocketName::control);
-  told["report"] = line_of(bench, asked(console_bench::kOldest_ms), SocketName::page);
-  told["report_refused"] = line_of(bench, asked(console_bench::kOldest_ms - 1), SocketName::page);
+  told["report"] = line_of(bench, asked(console_bench::kOldest_ms), SocketName::control);
+  told["report_refused"] =
+      line_of(bench, asked(console_bench::kOldest_ms - 1), SocketName::control);
   for (int k = 0; k < 3; ++k) {
-    line_of(bench, asked(console_bench::kOldest_ms + k), SocketName::page);
+    line_of(bench, asked(console_bench::kOldest_ms + k), SocketName::control);
   }
-  told["report_no_room"] = line_of(bench, asked(console_bench::kOldest_ms), SocketName::page);
+  told["report_no_room"] = line_of(bench, asked(console_bench::kOldest_ms), SocketName::control);
   bench.reports.run_next([](std::chrono::milliseconds) { return false; });
   told["reports"] = line_of(bench, question, SocketName::control);
 }
