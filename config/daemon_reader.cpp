@@ -195,6 +195,8 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
       "page", "what loopwarden-page may order; nothing: it only reads", [&](MapReader& page) {
         config.page = read_rights(page);
         config.page.tuning = page.flag("tuning", "gains of loops that are controlled here", false);
+        config.page.reports =
+            page.flag("reports", "have reports made of what is recorded of a loop", false);
       });
   in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads",
                    [&](MapReader& edge) { config.edge = read_rights(edge); });

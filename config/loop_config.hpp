@@ -195,8 +195,9 @@ struct SocketRights {
   bool alarms = false;   // acknowledge, reset, shelve; veto
   bool control = false;  // set point, mode, output, jacket
   bool tuning = false;   // gains; of page.sock alone
+  bool reports = false;  // of the page alone: of what is recorded
 
-  bool any() const noexcept { return alarms || control || tuning; }
+  bool any() const noexcept { return alarms || control || tuning || reports; }
   friend bool operator==(const SocketRights&, const SocketRights&) = default;
 };
 

@@ -83,7 +83,12 @@ PROTOCOL_JSON(Windows, windows)
 PROTOCOL_JSON(LoopDescription, tag, description, area, control, pv_unit, co_unit, sample_time_s,
               stem, monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
               sp_limits, output_limits)
-PROTOCOL_JSON(SocketRights, alarms, control, tuning)
+PROTOCOL_JSON(Report, name, loop, kind, from_ms, to_ms, by, asked_ms, state, place, started_ms,
+              ended_ms, doing, percent, sentence, page)
+PROTOCOL_JSON(Reports, reports)
+PROTOCOL_JSON(ReportTaken, taken, waiting, name, on_disk)
+
+PROTOCOL_JSON(SocketRights, alarms, control, tuning, reports)
 PROTOCOL_JSON(AlarmRules, severe_percent, latching, shelve_limit_min)
 PROTOCOL_JSON(Description, loops, version, config_hash, model_hash, accelerate, started_ms,
               state_directory, page, edge, alarms)

@@ -291,7 +291,7 @@ struct LoopDescription {
 };
 
 struct SocketRights {
-  bool alarms = false, control = false, tuning = false;
+  bool alarms = false, control = false, tuning = false, reports = false;
 };
 
 struct AlarmRules {
@@ -309,6 +309,34 @@ struct Description {
   std::string state_directory{};
   SocketRights page{}, edge{};
   AlarmRules alarms{};
+};
+
+// --- reports of a loop's record ---
+
+struct Report {
+  std::string name{}, loop{}, kind{};  // gap, commission, survey, diagnose
+  std::int64_t from_ms = 0, to_ms = 0;
+  std::string by{};
+  std::int64_t asked_ms = 0;
+  std::string state{};                   // waiting, running, done, failed
+  std::optional<std::uint64_t> place{};  // while it waits, from 1
+  std::optional<std::int64_t> started_ms{}, ended_ms{};
+  std::string doing{};  // while it runs: what, and how much of that
+  std::optional<std::uint64_t> percent{};
+  std::string sentence{};  // once it has ended
+  std::string page{};      // below the state directory; empty: there is none
+};
+
+// Newest first.
+struct Reports {
+  std::vector<Report> reports{};
+};
+
+struct ReportTaken {
+  bool taken = false;  // false: `waiting` do already
+  std::uint64_t waiting = 0;
+  std::string name{};
+  bool on_disk = false;  // the journal's line
 };
 
 // --- the register map ---

@@ -187,6 +187,21 @@ struct NoteRequest {
   Maybe<std::string> user{}, address{};
 };
 
+// Those of a loop that wait, run, or have ended and are kept.
+struct ReportsRequest {
+  static constexpr const char* kName = "reports";
+  using Answer = Reports;
+  std::string loop{};
+};
+
+struct ReportRequest {
+  static constexpr const char* kName = "report";
+  using Answer = ReportTaken;
+  std::string loop{}, kind{};
+  std::uint64_t from_ms = 0, to_ms = 0;  // UTC, of what is recorded
+  Maybe<std::string> user{}, address{};
+};
+
 struct RecordRequest {
   static constexpr const char* kName = "record";
   using Answer = RecordFile;

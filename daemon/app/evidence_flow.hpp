@@ -36,6 +36,8 @@ class EvidenceFlow {
     // Of a loop with a twin; null: it has none.
     std::function<const monitor::History*(std::size_t loop)> history;
     std::filesystem::path explain = workbench_program();
+    // What the explainer does while nothing is to be explained.
+    std::function<bool(const StopWork& stop)> spare{};
   };
   // What is referred to outlives this.
   EvidenceFlow(const config::DaemonConfig& config, const Specialists& specialists, Ends ends);

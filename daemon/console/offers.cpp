@@ -12,7 +12,7 @@ namespace loopwarden::daemon::console {
 namespace {
 
 // What a limited socket needs to be allowed for a request; some: any right.
-enum class Need : std::uint8_t { nothing, some, alarms, control, tuning };
+enum class Need : std::uint8_t { nothing, some, alarms, control, tuning, reports };
 
 struct Offer {
   std::string_view request;
@@ -36,12 +36,14 @@ constexpr std::array kOffers{
     Offer{"windows", true, false, Need::nothing},
     Offer{"twin", true, false, Need::nothing},
     Offer{"registers", true, false, Need::nothing},
+    Offer{"reports", true, false, Need::nothing},
     Offer{"order", false, true, Need::some},
     Offer{"set", false, true, Need::control},
     Offer{"tune", false, true, Need::tuning},
     Offer{"alarm", false, true, Need::alarms},
     Offer{"veto", false, true, Need::alarms},
     Offer{"note", false, true, Need::alarms},
+    Offer{"report", false, true, Need::reports},
     Offer{"outcome", false, false, Need::nothing},
     Offer{"record", false, false, Need::nothing},
     Offer{"acknowledge_incident", false, true, Need::alarms},
@@ -52,7 +54,9 @@ constexpr std::array kOffers{
 
 std::string elsewhere(const Offer& offer) {
   if (offer.on_status) return "on status.sock and control.sock";
-  if (offer.need == Need::tuning) return "on control.sock, and on page.sock where allowed";
+  if (offer.need == Need::tuning || offer.need == Need::reports) {
+    return "on control.sock, and on page.sock where allowed";
+  }
   return offer.on_limited ? "on control.sock, and on page.sock and edge.sock where allowed"
                           : "on control.sock alone";
 }
@@ -63,14 +67,19 @@ bool allowed(Need need, const config::SocketRights& rights) {
     case Need::some: return rights.any();
     case Need::alarms: return rights.alarms;
     case Need::tuning: return rights.tuning;
+    case Need::reports: return rights.reports;
     case Need::control: break;
   }
   return rights.control;
 }
 
 const char* right_for(Need need) {
-  if (need == Need::tuning) return "tuning";
-  return need == Need::alarms ? "alarms" : "control";
+  switch (need) {
+    case Need::alarms: return "alarms";
+    case Need::tuning: return "tuning";
+    case Need::reports: return "reports";
+    default: return "control";
+  }
 }
 
 }  // namespace
@@ -88,7 +97,7 @@ const char* to_text(SocketName socket) noexcept {
 config::SocketRights Rights::of(SocketName socket) const noexcept {
   if (socket == SocketName::page) return page;
   if (socket == SocketName::edge) return edge;
-  return {.alarms = true, .control = true, .tuning = true};
+  return {.alarms = true, .control = true, .tuning = true, .reports = true};
 }
 
 bool is_order(std::string_view request) noexcept {
@@ -101,7 +110,9 @@ void check_offered(std::string_view request, SocketName socket, const Rights& ri
                                          [&](const Offer& o) { return o.request == request; });
   if (offer == kOffers.end()) throw RequestError(fmt::format("unknown request '{}'", request));
   const bool limited = socket == SocketName::page || socket == SocketName::edge;
-  const bool of_page = offer->need == Need::tuning && socket == SocketName::edge;
+  // The edge has nobody who tunes, or who would read a report.
+  const bool of_page = (offer->need == Need::tuning || offer->need == Need::reports) &&
+                       socket == SocketName::edge;
   if ((socket == SocketName::status && !offer->on_status) || (limited && !offer->on_limited) ||
       of_page) {
     throw RequestError(fmt::format("{}.sock does not offer '{}'; it is {}", to_text(socket),

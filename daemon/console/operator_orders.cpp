@@ -116,6 +116,7 @@ LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& re
   if (what == protocol::VetoRequest::kName) return veto(request, sender);
   if (what == protocol::OutcomeRequest::kName) return outcome(request, sender);
   if (what == protocol::NoteRequest::kName) return note(request, sender);
+  if (what == protocol::ReportRequest::kName) return report(request, sender);
   // The files are read elsewhere: nobody waits for the disk here.
   const auto reload = request.get<protocol::ReloadRequest>();
   return done(protocol::ReloadNumber{parts_.reload(sender.peer, reload.dry_run.value_or(false),
@@ -434,6 +435,61 @@ LocalServer::Answer OperatorOrders::note(const protocol::NoteRequest& request,
   line.new_value = fmt::format("{:%FT%TZ}", fmt::gmtime(static_cast<std::time_t>(about_ms / 1000)));
   line.result = "done";
   return when_written(protocol::Noted{}, parts_.journal.post(std::move(line)), sender);
+}
+
+void OperatorOrders::check_span(const protocol::ReportRequest& request, reports::Kind kind,
+                                std::size_t loop) const {
+  constexpr double kLeast_s = 60.0;  // of the loop's time
+  // A gigabyte holds so many; a commissioning has several records of them at once.
+  const double most_samples = kind == reports::Kind::commission ? 2e5 : 1e6;
+  if (request.from_ms >= request.to_ms) throw RequestError("from_ms must be before to_ms");
+  if (request.to_ms > static_cast<std::uint64_t>(parts_.board.now_ms())) {
+    throw RequestError("to_ms: a time that has been");
+  }
+  const auto oldest_ms =
+      static_cast<std::uint64_t>(parts_.historian.status(loop).segments.oldest_utc_ms);
+  if (oldest_ms == 0) throw RequestError("nothing is recorded of " + request.loop);
+  if (request.from_ms < oldest_ms) {
+    throw RequestError(
+        fmt::format("from_ms: what is recorded of {} begins at {:%FT%TZ} ({})", request.loop,
+                    fmt::gmtime(static_cast<std::time_t>(oldest_ms / 1000)), oldest_ms));
+  }
+  const double sample_time_s = parts_.loops[loop].config.sample_time_s;
+  const double span_s = static_cast<double>(request.to_ms - request.from_ms) / 1000.0 *
+                        parts_.box_description().accelerate;
+  if (span_s < kLeast_s) throw RequestError(fmt::format("at least {:g} s are needed", kLeast_s));
+  if (span_s > most_samples * sample_time_s) {
+    throw RequestError(fmt::format("{} takes at most {:.3g} h of {} ({:.0f} samples)", request.kind,
+                                   most_samples * sample_time_s / 3600.0, request.loop,
+                                   most_samples));
+  }
+}
+
+LocalServer::Answer OperatorOrders::report(const protocol::ReportRequest& request,
+                                           const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
+  const std::optional<reports::Kind> kind = reports::kind_of(request.kind);
+  if (!kind) throw RequestError("kind is gap, commission, survey or diagnose");
+  check_span(request, *kind, index);
+  if (!parts_.reports.has_program()) {
+    throw RequestError("loopwarden, which makes reports, is not installed beside the daemon");
+  }
+  const std::optional<reports::Report> taken =
+      parts_.reports.post({.loop = request.loop,
+                           .kind = *kind,
+                           .from_ms = static_cast<std::int64_t>(request.from_ms),
+                           .to_ms = static_cast<std::int64_t>(request.to_ms),
+                           .by = sender.peer,
+                           .twin = parts_.loops[index].config.monitor.twin});
+  journal::JournalEntry line = line_of(index, sender.peer);
+  line.what = "report";
+  line.new_value = taken ? taken->name : request.kind;
+  line.result = taken ? "asked for" : "refused: as many as may wait do";
+  return when_written(
+      protocol::ReportTaken{.taken = taken.has_value(),
+                            .waiting = taken ? taken->place : parts_.reports.most_waiting(),
+                            .name = taken ? taken->name : std::string()},
+      parts_.journal.post(std::move(line)), sender);
 }
 
 protocol::ReloadState OperatorOrders::reload_state(const protocol::ReloadStateRequest& request) {

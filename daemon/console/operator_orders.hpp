@@ -26,7 +26,7 @@ class OperatorOrders {
   OperatorOrders(const OperatorOrders&) = delete;
   OperatorOrders& operator=(const OperatorOrders&) = delete;
 
-  // The answer to `set`, `tune`, `order`, `record`, `alarm`, `acknowledge_incident`, `acknowledge_all`, `veto`, `outcome`, `note`, `reload` or `reload_state`; of what
+  // The answer to `set`, `tune`, `order`, `record`, `alarm`, `acknowledge_incident`, `acknowledge_all`, `veto`, `outcome`, `note`, `report`, `reload` or `reload_state`; of what
   // operators do with alarms it comes when the journal has it on the disk, or says that it has not. Throws RequestError.
   base::LocalServer::Answer answer(std::string_view what, const nlohmann::json& request,
                                    const Sender& sender);
@@ -54,6 +54,10 @@ class OperatorOrders {
   base::LocalServer::Answer veto(const protocol::VetoRequest& request, const Sender& sender);
   base::LocalServer::Answer outcome(const protocol::OutcomeRequest& request, const Sender& sender);
   base::LocalServer::Answer note(const protocol::NoteRequest& request, const Sender& sender);
+  base::LocalServer::Answer report(const protocol::ReportRequest& request, const Sender& sender);
+  // Throws RequestError where not all of it is recorded, or too little or too much.
+  void check_span(const protocol::ReportRequest& request, reports::Kind kind,
+                  std::size_t loop) const;
   // `reply`, with "on_disk".
   template <class Reply>
   base::LocalServer::Answer when_written(Reply reply, std::uint64_t ticket,

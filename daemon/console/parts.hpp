@@ -14,6 +14,7 @@
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/recorder/historian.hpp"
+#include "daemon/reports/report_desk.hpp"
 #include "protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {
@@ -27,6 +28,7 @@ struct Parts {
   box::BoxBoard& box_alarms;
   journal::Journal& journal;
   const EvidenceStore& evidence;
+  reports::ReportDesk& reports;
   double severe_percent;  // % of the CO span
   std::function<protocol::DaemonStatus()> daemon_status;
   std::function<protocol::Description()> box_description;  // without the loops

@@ -87,6 +87,33 @@ protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder
           .output_limits = ranges.output_limits};
 }
 
+std::optional<std::int64_t> moment(std::int64_t utc_ms) {
+  return utc_ms == 0 ? std::nullopt : std::optional(utc_ms);
+}
+
+protocol::Report report_of(const reports::Report& r) {
+  using reports::State;
+  protocol::Report told{.name = r.name,
+                        .loop = r.order.loop,
+                        .kind = reports::to_text(r.order.kind),
+                        .from_ms = r.order.from_ms,
+                        .to_ms = r.order.to_ms,
+                        .by = r.order.by,
+                        .asked_ms = r.asked_ms,
+                        .state = reports::to_text(r.state),
+                        .place = {},
+                        .started_ms = moment(r.started_ms),
+                        .ended_ms = moment(r.ended_ms),
+                        .doing = r.doing,
+                        .percent = {},
+                        .sentence = r.sentence,
+                        .page = {}};
+  if (r.state == State::waiting) told.place = r.place;
+  if (!r.doing.empty()) told.percent = static_cast<std::uint64_t>(r.percent);
+  if (r.has_page) told.page = "reports/" + r.name + "/" + reports::page_of(r.order.kind);
+  return told;
+}
+
 std::optional<std::int64_t> signed_count(const protocol::Maybe<std::uint64_t>& count) {
   return count ? std::optional(static_cast<std::int64_t>(*count)) : std::nullopt;
 }
@@ -156,6 +183,7 @@ std::string Readings::answer(std::string_view what, const json& request) {
         parts_.twin(loop_index(parts_, request.get<protocol::TwinRequest>().loop));
     return done(protocol::TwinModel{text.empty() ? std::nullopt : std::optional(text)});
   }
+  if (what == protocol::ReportsRequest::kName) return done(reports(request));
   if (what == protocol::RegistersRequest::kName) return to_text(registers(parts_, request));
   if (what == protocol::ExplainRequest::kName) return done(explain(request));
   return done(journal(request));
@@ -255,6 +283,15 @@ protocol::Windows Readings::windows(const protocol::WindowsRequest& request) con
   for (const monitor::LoggedWindow& one : parts_.board.windows(loop_index(parts_, request.loop))) {
     all.windows.push_back(window_of(one));
   }
+  return all;
+}
+
+protocol::Reports Readings::reports(const protocol::ReportsRequest& request) const {
+  const std::string& loop = parts_.board.name(loop_index(parts_, request.loop));
+  const auto known = parts_.reports.of(loop);
+  if (!known) throw RequestError("the reports of before the start are being read");
+  protocol::Reports all;
+  for (const reports::Report& report : *known) all.reports.push_back(report_of(report));
   return all;
 }
 

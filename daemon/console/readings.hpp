@@ -39,6 +39,7 @@ class Readings {
   protocol::Description describe() const;
   protocol::LoopAnswer loop(const protocol::LoopRequest& request) const;
   protocol::Windows windows(const protocol::WindowsRequest& request) const;
+  protocol::Reports reports(const protocol::ReportsRequest& request) const;
   protocol::Explained explain(const protocol::ExplainRequest& request);
   protocol::Explained explain_box(const protocol::ExplainRequest& request);
   protocol::Journal journal(const protocol::JournalRequest& request);

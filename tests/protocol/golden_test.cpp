@@ -25,7 +25,7 @@ using console_bench::Bench;
 using console_bench::json;
 namespace model = loopwarden::monitor;
 
-const console::Rights kAll{.page = {.alarms = true, .control = true, .tuning = true},
+const console::Rights kAll{.page = {.alarms = true, .control = true, .tuning = true, .reports = true},
                            .edge = {.alarms = true, .control = true}};
 
 std::string line_of(Bench& bench, const json& request, SocketName socket) {
@@ -68,6 +68,33 @@ model::WindowJudgement stiction_seen() {
   judgement.severity_percent = 6.25;
   judgement.errors = {4.0, 0.5, 1.0, 2.0, 3.0, 5.0};
   return judgement;
+}
+
+// Of a loop of which something is recorded.
+void ask_for_reports(std::map<std::string, std::string>& told) {
+  Bench bench(kAll, control::OutputAction::go_to(40.0), true);
+  const auto asked = [](std::int64_t from_ms) {
+    return json{{"request", "report"},
+                {"loop", "FIC-101"},
+                {"kind", "gap"},
+                {"from_ms", from_ms},
+                {"to_ms", from_ms + 60'000}};
+  };
+  const auto recorded = [&] {
+    return bench.historian.status(0).segments.oldest_utc_ms == console_bench::kOldest_ms;
+  };
+  REQUIRE(test::eventually(recorded));
+  const json question{{"request", "reports"}, {"loop", "FIC-101"}};
+  told["reports_not_read"] = line_of(bench, question, SocketName::control);
+  told["report"] = line_of(bench, asked(console_bench::kOldest_ms), SocketName::control);
+  told["report_refused"] =
+      line_of(bench, asked(console_bench::kOldest_ms - 1), SocketName::control);
+  for (int k = 0; k < 3; ++k) {
+    line_of(bench, asked(console_bench::kOldest_ms + k), SocketName::control);
+  }
+  told["report_no_room"] = line_of(bench, asked(console_bench::kOldest_ms), SocketName::control);
+  bench.reports.run_next([](std::chrono::milliseconds) { return false; });
+  told["reports"] = line_of(bench, question, SocketName::control);
 }
 
 // Everything that can be asked, by the name of its golden file.
@@ -179,6 +206,7 @@ std::map<std::string, std::string> answers() {
   ask("note", {{"request", "note"}, {"text", "pump changed"}});
   ask("note_refused", {{"request", "note"}, {"text", ""}});
   ask("outcome_refused", {{"request", "outcome"}, {"found", "rust"}});
+  ask_for_reports(told);
   return told;
 }
 
@@ -218,6 +246,9 @@ const std::map<std::string, Again> kAgain{
     {"veto", again<protocol::Vetoed>},
     {"outcome", again<protocol::OutcomeKept>},
     {"note", again<protocol::Noted>},
+    {"report", again<protocol::ReportTaken>},
+    {"report_no_room", again<protocol::ReportTaken>},
+    {"reports", again<protocol::Reports>},
     {"record_started", again<protocol::RecordFile>},
     {"record_stopped", again<protocol::RecordFile>},
     {"reload", again<protocol::ReloadNumber>},

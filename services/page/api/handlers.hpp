@@ -28,6 +28,10 @@ http::Response act_on_alarm(Context& context, const Call& call);
 http::Response note(Context& context, const Call& call);
 http::Response acknowledge_incident(Context& context, const Call& call);
 
+// loop_reports.cpp
+http::Response loop_reports(Context& context, const Call& call);
+http::Response ask_for_report(Context& context, const Call& call);
+
 // order.cpp
 http::Response order(Context& context, const Call& call);
 http::Response tune(Context& context, const Call& call);

@@ -51,6 +51,7 @@ constexpr std::array kRoutes{
     Route{Of::box, Method::get, "api/loops/*/alarms", Pool::daemon, Role::viewer, loop_alarms},
     Route{Of::box, Method::get, "api/loops/*/tuning", Pool::disk, Role::engineer, proposed_gains},
     Route{Of::box, Method::get, "api/loops/*/alarms/*", Pool::daemon, Role::viewer, loop_alarm},
+    Route{Of::box, Method::get, "api/loops/*/reports", Pool::disk, Role::viewer, loop_reports},
     Route{Of::box, Method::get, "api/journal", Pool::daemon, Role::viewer, journal},
     Route{Of::box, Method::get, "api/journal.csv", Pool::daemon, Role::viewer, journal_csv},
     Route{Of::box, Method::get, "api/evidence/*", Pool::disk, Role::viewer, evidence},
@@ -65,6 +66,8 @@ constexpr std::array kRoutes{
     Route{Of::box, Method::post, "api/loops/*/incidents/*", Pool::orders, Role::operator_,
           acknowledge_incident},
     Route{Of::box, Method::post, "api/loops/*/notes", Pool::orders, Role::operator_, note},
+    Route{Of::box, Method::post, "api/loops/*/reports", Pool::orders, Role::engineer,
+          ask_for_report},
     Route{Of::box, Method::post, "api/loops/*/order", Pool::orders, Role::operator_, order},
     Route{Of::box, Method::post, "api/loops/*/tuning", Pool::orders, Role::engineer, tune},
 };

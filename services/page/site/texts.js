@@ -205,9 +205,20 @@ const en = {
     caption: 'Lines of the journal, the newest first', time: 'Time', what: 'What', change: 'From → to', who: 'Who', result: 'Result', reason: 'Reason',
     kinds: {alarm: 'Alarm', operator: 'Operator', register: 'Register', system: 'System'}, daemon: 'daemon',
   },
+  asked: {
+    title: 'Reports of this loop', caption: 'Reports that were asked for, the newest first', kind: 'Kind', from: 'From', to: 'To', over: 'Over', state: 'State', asked: 'Asked for', asShown: 'As the trend shows', ask: 'Ask for the report',
+    none: 'No report of this loop has been asked for.', taken: '{kind}: asked for, place {place} of those that wait.', refused: 'Not asked for: {why}', needsEngineer: 'To ask for a report, log in as an engineer.', off: 'Asking for reports is off on this page (loopwardend.yaml: page: reports).',
+    kinds: {gap: 'Gap', commission: 'Commissioning', survey: 'Survey', diagnose: 'Diagnosis'},
+    means: {
+      gap: 'Where the loop’s model and its record disagree, and which effect the model lacks. Without a twin a model is identified from the record itself.',
+      commission: 'From 20 to 60 minutes of the healthy loop with a few moves of the set point: its twin, its specialists, and what they can see. The loop goes on as it is: its file has to name them.',
+      survey: 'Windows of eight hours with verdict, variability and travel, and what to do next.', diagnose: 'A valve effect or another cause, from routine data without a model.',
+    },
+    states: {waiting: 'waits, place {place}', running: 'at work for {long}', doing: 'at work for {long}: {what}, {percent} %', done: 'done', failed: 'failed'},
+  },
   reports: {
     title: 'Reports', caption: 'Reports in the state directory, the newest first', kind: 'Kind', name: 'Title', loop: 'Loop', made: 'Made', size: 'Size', nothing: 'There are no reports in the state directory yet. “loopwarden commission”, “gap”, “survey” and “train” write them with --out.', filter: 'Kind', all: 'All',
-    kinds: {gap: 'Gap', training: 'Training', commissioning: 'Commissioning', survey: 'Survey', explanation: 'Explanation', other: 'Other'}, opens: 'opens in a new tab',
+    kinds: {gap: 'Gap', training: 'Training', commissioning: 'Commissioning', survey: 'Survey', diagnosis: 'Diagnosis', explanation: 'Explanation', other: 'Other'}, opens: 'opens in a new tab',
   },
   system: {
     title: 'System', health: 'Is the box well?', well: 'The box is well: nothing warns. It runs since {time}.', oneWarning: 'One thing is not as it should be.', someWarnings: '{n} things are not as they should be.', oneSince: 'One thing is not as it should be, since {time}.', someSince: '{n} things are not as they should be, the oldest since {time}.', untold: 'Not known yet: the box has not told its alarms.',

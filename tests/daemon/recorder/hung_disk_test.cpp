@@ -23,6 +23,7 @@
 #include "daemon/console/control_server.hpp"
 #include "base/errand/disk_errand.hpp"
 #include "daemon/app/log_queue.hpp"
+#include "base/clock.hpp"
 #include "base/local_socket.hpp"
 #include "record/record_csv.hpp"
 #include "tests/daemon/console/parts_of.hpp"
@@ -106,6 +107,7 @@ struct Bench {
       {.folder = folder / "evidence"},
       {},
       [](const evidence::Evidence&, const std::filesystem::path&, const std::string&) {}};
+  reports::ReportDesk reports = tests::desk_in(folder.path(), base::utc_ms);
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
   daemon::box::BoxBoard box_alarms{{}, journal, [] { return std::int64_t{1}; }};
   std::unique_ptr<ControlServer> server;

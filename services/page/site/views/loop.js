@@ -12,6 +12,7 @@ import {extent, merged, trimmed} from '../lib/history.js';
 import {field} from '../lib/dialog.js';
 import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
+import {LoopReports} from './loop_reports.js';
 import {wall} from '../lib/shell.js';
 import {alarmTable, calmPart, conditionTable, explanationPart, healthTable, judgesOf, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
 import {act, operator, order} from './acting.js';
@@ -246,12 +247,13 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const head = header(loop), faceplate = new Faceplate(loop);
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
+  const reports = new LoopReports(loop, trend, scope);
   const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin', 'alarms'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
   places.calm = el('div', {class: 'told'});
   const tuning = loop.control === 'elsewhere' ? null : tuningPart(loop, scope, uPlot);
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
     el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
-      tuning ? el('div', {class: 'across'}, panel(texts.tuning.title, tuning.node)) : null, el('div', {class: 'across'}, panel(t.processAlarms, places.alarms)), el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
+      tuning ? el('div', {class: 'across'}, panel(texts.tuning.title, tuning.node)) : null, el('div', {class: 'across'}, panel(t.processAlarms, places.alarms)), el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows)), el('div', {class: 'across'}, reports.node)));
   const i = live.places.get(tag);
   const update = () => {
     if (!live.overview) return;
@@ -263,6 +265,7 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   scope.on(live, 'stale', update);
   update();
   await trend.load();
+  reports.start();
   followDetails(loop, places, faceplate, scope, tuning);
 }
 

@@ -30,7 +30,7 @@ TEST_CASE("without users everybody on this host looks and nobody writes") {
   CHECK(session["user"].is_null());
   CHECK(session["login"] == false);
   CHECK(session["must_login"] == false);
-  CHECK(session["can"] == json{{"alarms", false}, {"control", false}, {"tuning", false}});
+  CHECK(session["can"] == json{{"alarms", false}, {"control", false}, {"tuning", false}, {"reports", false}});
   CHECK(rig.answer(rig.post_as("", kAlarm, kAcknowledge)).status == 403);
   CHECK(rig.orders.asked.empty());
   request.peer_is_loopback = false;
@@ -79,6 +79,7 @@ TEST_CASE("with users nothing is told to who has not logged in, but the session"
                                                     {"api", "loops", "FIC-101"},
                                                     {"api", "loops", "FIC-101", "alarms"},
                                                     {"api", "alarm-figures"},
+                                                    {"api", "loops", "FIC-101", "reports"},
                                                     {"api", "loops", "FIC-101", "history"},
                                                     {"api", "loops", "FIC-101", "history.csv"},
                                                     {"api", "evidence", "x"}};
@@ -103,6 +104,70 @@ TEST_CASE("a viewer can't write, an operator can, and the journal will know who"
   CHECK(rig.orders.asked[0]["user"] == "otto");
   CHECK(rig.orders.asked[0]["address"] == "127.0.0.1");
   CHECK(rig.orders.asked[0]["alarm"] == "stiction");
+}
+
+TEST_CASE("a report is asked for by an engineer alone") {
+  ApiRig rig(true);
+  const std::vector<std::string> path{"api", "loops", "FIC-101", "reports"};
+  const json wish{{"kind", "gap"}, {"from_ms", 1'750'000'000'000}, {"to_ms", 1'750'000'060'000}};
+  rig.orders.says = [](const json&) {
+    return json{{"taken", true}, {"waiting", 2}, {"name", "x"}, {"on_disk", true}};
+  };
+  for (const char* user : {"vera", "otto"}) {
+    CHECK(rig.answer(rig.post_as(user, path, wish)).status == 403);
+    CHECK(json::parse(rig.answer(rig.get_as(user, {"api", "session"})).body)["can"]["reports"] ==
+          false);
+  }
+  CHECK(rig.orders.asked.empty());
+  CHECK(json::parse(rig.answer(rig.get_as("ella", {"api", "session"})).body)["can"]["reports"] ==
+        true);
+  const http::Response taken = rig.answer(rig.post_as("ella", path, wish));
+  CHECK(taken.status == 200);
+  CHECK(json::parse(taken.body)["waiting"] == 2);
+  REQUIRE(rig.orders.asked.size() == 1);
+  json request = wish;
+  request.update(
+      {{"request", "report"}, {"loop", "FIC-101"}, {"user", "ella"}, {"address", "127.0.0.1"}});
+  CHECK(rig.orders.asked[0] == request);
+
+  const auto refused = [&](const json& changed) {
+    json other = wish;
+    other.update(changed);
+    return rig.answer(rig.post_as("ella", path, other)).status;
+  };
+  CHECK(refused({{"kind", 3}}) == 400);
+  CHECK(refused({{"from_ms", "now"}}) == 400);
+  CHECK(refused({{"out", "/etc"}}) == 400);
+  CHECK(rig.orders.asked.size() == 1);
+
+  rig.orders.says = [](const json&) { return json{{"taken", false}, {"waiting", 4}}; };
+  const http::Response full = rig.answer(rig.post_as("ella", path, wish));
+  CHECK(full.status == 429);
+  CHECK(json::parse(full.body)["error"] == "4 reports wait already; one is made at a time");
+
+  json without = describe_of_two();
+  without["page"]["reports"] = false;
+  rig.now.state = page::box_state_of(without);
+  CHECK(rig.answer(rig.post_as("ella", path, wish)).status == 403);
+}
+
+TEST_CASE("reports that were asked for are told to everybody, with the page's link to each") {
+  ApiRig rig(true);
+  write_file(rig.settings.state_directory / "reports/one/report.html", "<title>Gap: x</title>");
+  rig.daemon.says = [](const json&) {
+    return json{{"reports",
+                 {{{"name", "two"}, {"state", "done"}, {"page", "reports/two/report.html"}},
+                  {{"name", "one"}, {"state", "done"}, {"page", "reports/one/report.html"}},
+                  {{"name", "none"}, {"state", "failed"}, {"page", ""}}}}};
+  };
+  const http::Response answer =
+      rig.answer(rig.get_as("vera", {"api", "loops", "FIC-101", "reports"}));
+  REQUIRE(answer.status == 200);
+  CHECK(rig.daemon.asked.at(0) == json{{"request", "reports"}, {"loop", "FIC-101"}});
+  const json all = json::parse(answer.body)["reports"];
+  CHECK_FALSE(all[0].contains("id"));  // not there yet
+  CHECK(rig.answer(rig.get_as("vera", {"reports", all[1]["id"], "report.html"})).status == 200);
+  CHECK_FALSE(all[2].contains("id"));
 }
 
 TEST_CASE("a loop of a daemon that was never heard of is not known, rather than not there") {

@@ -18,6 +18,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import asked_reports  # noqa: E402
 import trends_and_bell  # noqa: E402
 import tuning  # noqa: E402
 import view_states  # noqa: E402
@@ -534,6 +535,9 @@ def tuned(box, browser, source, folder):
 
 def everything(box, browser, source, folder, spike_ms):
     reports_and_system(box, browser)
+    asked_reports.asked(box, browser, TAG)
+    browser.log_out()
+    browser.log_in(box, "otto")
     day_old(box, browser, spike_ms)
     trends_and_bell.several_loops(box, browser)
     trends_and_bell.notes(box, browser)

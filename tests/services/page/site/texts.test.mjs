@@ -40,7 +40,7 @@ test('every file that is asked for is in the program', () => {
 
 // Groups whose members are looked up by names of the daemon's, of which this page has a list or takes what comes.
 const BY_NAME = new Set(['roles', 'stale', 'modes', 'modesLong', 'faults', 'quality', 'ne107', 'acts', 'alarms', 'causes', 'alarmStates', 'priority', 'priorities', 'filters', 'sorts', 'kinds', 'spans',
-  'conditions', 'verdicts', 'judged', 'valueNames', 'changes', 'states', 'judges', 'rules']);
+  'conditions', 'verdicts', 'judged', 'valueNames', 'changes', 'states', 'judges', 'rules', 'means']);
 
 // Paths of texts that a source names: itself as "texts.a.b", or by what it calls a group; a group that it looks into with brackets ends in "[".
 function namedIn(source) {
