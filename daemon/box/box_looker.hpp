@@ -16,7 +16,7 @@
 #include "base/thread.hpp"
 #include "daemon/box/box_board.hpp"
 #include "daemon/box/box_judge.hpp"
-#include "daemon/recorder/disk_errand.hpp"
+#include "base/errand/disk_errand.hpp"
 #include "protocol/answers.hpp"
 
 namespace loopwarden::daemon::box {
@@ -54,7 +54,7 @@ class BoxLooker {
   std::mutex mutex_;
   std::condition_variable wake_;
   bool quit_ = false;
-  DiskErrand disk_{"lw-box-disk"};
+  base::DiskErrand disk_{"lw-box-disk"};
   base::Thread thread_;
 };
 
