@@ -66,9 +66,7 @@ EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config, const Specialists
                  const std::string& why) { report_evidence(e, folder, why); },
           [this](const std::string& why) { report_removal(why); }),
       explainer_(
-          {.program = ends_.explain,
-           .save = wall_clock(60.0, accelerate_),
-           .spare = ends_.spare},
+          {.program = ends_.explain, .save = wall_clock(60.0, accelerate_), .spare = ends_.spare},
           [this](std::size_t loop) { return ends_.history(loop)->minutes(); },
           [this](const ExplainJob& job, const Explanation* explanation, const std::string& why) {
             report_explanation(job, explanation, why);

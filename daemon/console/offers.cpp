@@ -111,8 +111,8 @@ void check_offered(std::string_view request, SocketName socket, const Rights& ri
   if (offer == kOffers.end()) throw RequestError(fmt::format("unknown request '{}'", request));
   const bool limited = socket == SocketName::page || socket == SocketName::edge;
   // The edge has nobody who tunes, or who would read a report.
-  const bool of_page = (offer->need == Need::tuning || offer->need == Need::reports) &&
-                       socket == SocketName::edge;
+  const bool of_page =
+      (offer->need == Need::tuning || offer->need == Need::reports) && socket == SocketName::edge;
   if ((socket == SocketName::status && !offer->on_status) || (limited && !offer->on_limited) ||
       of_page) {
     throw RequestError(fmt::format("{}.sock does not offer '{}'; it is {}", to_text(socket),

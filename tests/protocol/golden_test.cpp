@@ -25,8 +25,9 @@ using console_bench::Bench;
 using console_bench::json;
 namespace model = loopwarden::monitor;
 
-const console::Rights kAll{.page = {.alarms = true, .control = true, .tuning = true, .reports = true},
-                           .edge = {.alarms = true, .control = true}};
+const console::Rights kAll{
+    .page = {.alarms = true, .control = true, .tuning = true, .reports = true},
+    .edge = {.alarms = true, .control = true}};
 
 std::string line_of(Bench& bench, const json& request, SocketName socket) {
   const base::LocalServer::Answer answer = bench.server->answer(request.dump(), socket, 1000);

@@ -30,7 +30,8 @@ TEST_CASE("without users everybody on this host looks and nobody writes") {
   CHECK(session["user"].is_null());
   CHECK(session["login"] == false);
   CHECK(session["must_login"] == false);
-  CHECK(session["can"] == json{{"alarms", false}, {"control", false}, {"tuning", false}, {"reports", false}});
+  CHECK(session["can"] ==
+        json{{"alarms", false}, {"control", false}, {"tuning", false}, {"reports", false}});
   CHECK(rig.answer(rig.post_as("", kAlarm, kAcknowledge)).status == 403);
   CHECK(rig.orders.asked.empty());
   request.peer_is_loopback = false;
