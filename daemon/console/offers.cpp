@@ -37,6 +37,7 @@ constexpr std::array kOffers{
     Offer{"registers", true, false, Need::nothing},
     Offer{"order", false, true, Need::some},
     Offer{"set", false, true, Need::control},
+    Offer{"commissioning", false, false, Need::nothing},
     Offer{"alarm", false, true, Need::alarms},
     Offer{"veto", false, true, Need::alarms},
     Offer{"note", false, true, Need::alarms},
