@@ -31,7 +31,8 @@ T whole(std::uint64_t number, std::uint64_t least, std::uint64_t most, const cha
 }
 
 LinkSettings link_of(const protocol::Probe& asked) {
-  LinkSettings link{.name = "probe"};
+  LinkSettings link;
+  link.name = "probe";
   if (asked.transport == "tcp") {
     link.host = asked.host;
     link.port = whole<std::uint16_t>(asked.port, 1, 65535, "port");

@@ -137,7 +137,7 @@ constexpr std::array kQuestions{
     Question{"sample_time", "loop",
              "Seconds between two cycles: a fifth of the loop's time constant or shorter", "0.2",
              above_zero_number},
-    Question{"source", "devices",
+    Question{"source", "loop",
              "Where its values come from: modbus (the PLC's registers) or opcua (an OPC UA server, "
              "by loopwarden-opcua)",
              "modbus", source_word},

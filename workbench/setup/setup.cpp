@@ -29,7 +29,8 @@ std::string text_of_file(const std::filesystem::path& file) {
 
 Outcome name_loop(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
-  dialogue.ask("control");
+  // What a server's tags tell is not asked.
+  if (setup.elsewhere() && dialogue.ask("source") == "opcua") return Outcome::done;
   for (const char* id : {"description", "pv.unit", "pv.range", "co.unit", "co.range", "sample_time"})
     dialogue.ask(id);
   return Outcome::done;

@@ -62,6 +62,7 @@ void TerminalPerson::watch_keys(bool on) {
 }
 
 std::optional<char> TerminalPerson::key(std::chrono::milliseconds patience) {
+  if (!keys_) return std::nullopt;
   pollfd waiting{STDIN_FILENO, POLLIN, 0};
   if (::poll(&waiting, 1, static_cast<int>(patience.count())) <= 0) return std::nullopt;
   char pressed = 0;

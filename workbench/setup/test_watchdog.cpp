@@ -35,7 +35,7 @@ class Silence {
     const std::uint64_t from = status_of(daemon_, loop_.name).cycle.value_or(protocol::Cycle{}).period + 1;
     next_ = from;
     session_.withhold(seconds);
-    Seen seen{.stem = stem_before};
+    Seen seen{.moved_after_s = std::nullopt, .stem = stem_before};
     const Clock::time_point begin = Clock::now();
     while (std::chrono::duration<double>(Clock::now() - begin).count() < seconds) {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));

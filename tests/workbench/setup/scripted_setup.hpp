@@ -45,13 +45,13 @@ class ScriptedPerson final : public setup::Person {
 // Registers by unit, table and address; others are answered with an error, other units not at all.
 class FakeDevices final : public setup::Prober {
  public:
-  protocol::Probed read(const protocol::Probe& asked) override {
-    this->asked.push_back(asked);
+  protocol::Probed read(const protocol::Probe& probe) override {
+    asked.push_back(probe);
     if (!refusal.empty()) return {.state = "refused", .why = refusal};
-    if (std::find(units.begin(), units.end(), asked.unit) == units.end()) {
+    if (std::find(units.begin(), units.end(), probe.unit) == units.end()) {
       return {.state = "silent", .why = "no reply within 300 ms"};
     }
-    const auto found = values.find({asked.table, asked.address});
+    const auto found = values.find({probe.table, probe.address});
     if (found == values.end()) return {.state = "error", .why = "illegal data address"};
     // A display that moves: each read takes the next value, the last one stays.
     std::deque<double>& series = found->second;
