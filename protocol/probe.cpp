@@ -5,8 +5,8 @@
 
 namespace loopwarden::protocol {
 
-PROTOCOL_JSON(Probe, transport, host, port, device, baud, parity, stop_bits, unit, table, address, type,
-              order)
+PROTOCOL_JSON(Probe, transport, host, port, device, baud, parity, stop_bits, unit, table, address,
+              type, order)
 PROTOCOL_JSON(Probed, state, why, registers, raw)
 
 }  // namespace loopwarden::protocol

@@ -26,7 +26,8 @@ struct Probe {
 };
 
 struct Probed {
-  std::string state{};  // read; silent: no answer; error: the device's exception; refused: nothing was sent
+  std::string
+      state{};  // read; silent: no answer; error: the device's exception; refused: nothing was sent
   std::string why{};
   std::vector<std::uint16_t> registers{};
   double raw = kNone;  // what they hold by type and order; null: no number

@@ -95,19 +95,18 @@ int run_command_line(int argc, char** argv) {
   auto* check_flag = cli.add_flag("--check", check, "validate the configuration and exit");
   cli.add_flag("--safe", safe, "send every output to its stop action once and exit")
       ->excludes(check_flag);
-  cli.add_flag("--probe", probe,
-               "read registers for `loopwarden setup`, by lines of the standard input; writes to no "
-               "device")
+  cli.add_flag(
+         "--probe", probe,
+         "read registers for `loopwarden setup`, by lines of the standard input; writes to no "
+         "device")
       ->excludes(check_flag)
       ->excludes("--safe");
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
-  return loopwarden::config::run_service(cli, {argv + 1, argv + argc},
-                                         [&] {
-                                           if (!probe) return run(directory, check, safe);
-                                           return loopwarden::daemon::probe::serve(
-                                               directory, STDIN_FILENO, std::chrono::seconds(60));
-                                         });
+  return loopwarden::config::run_service(cli, {argv + 1, argv + argc}, [&] {
+    if (!probe) return run(directory, check, safe);
+    return loopwarden::daemon::probe::serve(directory, STDIN_FILENO, std::chrono::seconds(60));
+  });
 }
 
 }  // namespace

@@ -284,8 +284,9 @@ protocol::Commissioning OperatorOrders::commissioning(const protocol::Commission
   const bool ends = request.end.value_or(false);
   if (ends && !request.session) throw RequestError("end needs the session");
   if (request.withhold_s && !ends) {
-    const bool manual = rt::unpacked(loop.channels->standing.load(std::memory_order_acquire)).mode ==
-                        control::Mode::manual;
+    const bool manual =
+        rt::unpacked(loop.channels->standing.load(std::memory_order_acquire)).mode ==
+        control::Mode::manual;
     if (const char* why = commissioned_.no_withholding(loop.config, *request.withhold_s, manual)) {
       throw RequestError(fmt::format("{}: {}", request.loop, why));
     }

@@ -85,9 +85,10 @@ std::string owner_of(const LinkSettings& link, const fs::path& folder) {
   if (!running) return {};
   const auto files = config::read_configuration(folder);
   if (!files) {
-    return fmt::format("a daemon runs, and its files in {} have errors by now: nothing tells which "
-                       "links it has",
-                       folder.string());
+    return fmt::format(
+        "a daemon runs, and its files in {} have errors by now: nothing tells which "
+        "links it has",
+        folder.string());
   }
   for (const protocol::LoopStatus& loop : running->loops) {
     const auto file =

@@ -65,9 +65,10 @@ E word(const std::string& text, const std::array<std::pair<const char*, E>, N>& 
 RegisterSpec spec_of(const protocol::Probe& asked) {
   using Type = std::pair<const char*, RegisterType>;
   using Order = std::pair<const char*, ByteOrder>;
-  static constexpr std::array kTypes{Type{"u16", RegisterType::u16}, Type{"i16", RegisterType::i16},
-                                     Type{"u32", RegisterType::u32}, Type{"i32", RegisterType::i32},
-                                     Type{"f32", RegisterType::f32}, Type{"f64", RegisterType::f64}};
+  static constexpr std::array kTypes{
+      Type{"u16", RegisterType::u16}, Type{"i16", RegisterType::i16},
+      Type{"u32", RegisterType::u32}, Type{"i32", RegisterType::i32},
+      Type{"f32", RegisterType::f32}, Type{"f64", RegisterType::f64}};
   static constexpr std::array kOrders{
       Order{"abcd", ByteOrder::abcd}, Order{"cdab", ByteOrder::cdab},
       Order{"badc", ByteOrder::badc}, Order{"dcba", ByteOrder::dcba}};
@@ -81,8 +82,8 @@ Request request_of(const protocol::Probe& asked, std::uint16_t count) {
   if (asked.table != "input" && asked.table != "holding") {
     throw std::invalid_argument("table is input or holding");
   }
-  const auto function = asked.table == "input" ? ReadFunction::input_registers
-                                               : ReadFunction::holding_registers;
+  const auto function =
+      asked.table == "input" ? ReadFunction::input_registers : ReadFunction::holding_registers;
   constexpr std::uint64_t kMostAddresses = 65536;
   const auto address = whole<std::uint16_t>(asked.address, 0, kMostAddresses - count, "address");
   return read_request(whole<std::uint8_t>(asked.unit, 0, 255, "unit"), function, address, count);
@@ -108,11 +109,13 @@ protocol::Probed Prober::read(const protocol::Probe& asked) {
       return {.state = "silent", .why = transport_->error()};
     }
     Reply reply;
-    const Outcome outcome =
-        transport_->exchange(request, reply, ModbusTransport::Settle::full);
+    const Outcome outcome = transport_->exchange(request, reply, ModbusTransport::Settle::full);
     if (outcome == Outcome::valid) {
       const auto words = reply.view();
-      return {.state = "read", .why = {}, .registers = {words.begin(), words.end()}, .raw = decode(spec, words)};
+      return {.state = "read",
+              .why = {},
+              .registers = {words.begin(), words.end()},
+              .raw = decode(spec, words)};
     }
     return {.state = outcome == Outcome::exception ? "error" : "silent",
             .why = transport_->error()};

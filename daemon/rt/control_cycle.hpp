@@ -108,7 +108,8 @@ struct LoopChannels {
   std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends
   // Until then (CLOCK_MONOTONIC) no command goes out, so that the device's watchdog acts; commissioning -> cycle
   std::atomic<std::int64_t> withheld_until_ns{0};
-  std::atomic<bool> commissioned{false};  // out of service for everybody else; commissioning -> Modbus server
+  std::atomic<bool> commissioned{
+      false};  // out of service for everybody else; commissioning -> Modbus server
 };
 
 // How the loop begins.

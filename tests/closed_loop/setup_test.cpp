@@ -105,8 +105,7 @@ TEST_CASE("a stroke finds an action that is the wrong way round", "[setup]") {
   Plant plant(loop_text("direct", kWatchdog));
   plant.start();
   plant.s.person.lines = {"FIC-101", "2 8", "0 10", "1"};
-  CHECK_THROWS_WITH(setup::stroke_valve(plant.s.all),
-                    Catch::Contains("action must be reverse"));
+  CHECK_THROWS_WITH(setup::stroke_valve(plant.s.all), Catch::Contains("action must be reverse"));
 }
 
 TEST_CASE("nothing moves without the tag, a terminal, or with a key pressed", "[setup]") {
@@ -162,7 +161,8 @@ TEST_CASE("a watchdog that does not act is found", "[setup]") {
   CHECK(plant.served());
 }
 
-TEST_CASE("a record has the moves of the set point, and the loop is in manual after it", "[setup]") {
+TEST_CASE("a record has the moves of the set point, and the loop is in manual after it",
+          "[setup]") {
   Plant plant;
   plant.start();
   plant.s.all.record_minutes = 0.4;
@@ -179,9 +179,9 @@ TEST_CASE("a record has the moves of the set point, and the loop is in manual af
 
 TEST_CASE("registers are read where no loop runs, and left alone where one does", "[setup]") {
   Plant plant;
-  const std::string probe =
-      R"({"transport":"tcp","host":"127.0.0.1","port":)" + plant.device.ready("port") +
-      R"(,"unit":1,"table":"input","address":100,"type":"f32"})";
+  const std::string probe = R"({"transport":"tcp","host":"127.0.0.1","port":)" +
+                            plant.device.ready("port") +
+                            R"(,"unit":1,"table":"input","address":100,"type":"f32"})";
   const auto ask = [&](const std::string& line) {
     return bash("echo '" + line + "' | " LOOPWARDEN_BIN_DIR "/loopwardend --probe --config " +
                 plant.daemon.config().string());

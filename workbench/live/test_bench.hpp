@@ -63,8 +63,8 @@ class SimulatedBench : public TestBench {
 };
 
 struct LiveLimits {
-  double co_low, co_high;  // CO units
-  double pv_low, pv_high;  // PV units: beyond them the test ends
+  double co_low, co_high;                  // CO units
+  double pv_low, pv_high;                  // PV units: beyond them the test ends
   std::optional<std::uint64_t> session{};  // of who commissions the loop
   // Asked again and again while the test lasts: what it says ends the test; empty: go on.
   std::function<std::string()> watch{};

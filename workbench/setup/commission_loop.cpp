@@ -27,8 +27,7 @@ fs::path state_directory(const Setup& setup) {
 // `file` with more lines at its end, where the reader of the configuration takes it so.
 void add_lines(Setup& setup, const fs::path& file, const std::string& lines) {
   const std::string before = text_of_file(file);
-  const std::string after =
-      before + (before.empty() || before.ends_with('\n') ? "" : "\n") + lines;
+  const std::string after = before + (before.empty() || before.ends_with('\n') ? "" : "\n") + lines;
   write_output(file, after);
   const auto read = config::read_configuration(setup.folder);
   if (read) return;
@@ -60,9 +59,10 @@ Outcome commission(Setup& setup) {
       nlohmann::json::parse(text_of_file(out / "commission.json"), nullptr, false);
   const std::string verdict = result.is_object() ? result.value("verdict", "") : "";
   if (verdict != "commissioned") {
-    throw TestAborted(fmt::format("the verdict is {}; `loopwarden setup {} --again record` records "
-                                  "once more",
-                                  verdict, setup.tag));
+    throw TestAborted(
+        fmt::format("the verdict is {}; `loopwarden setup {} --again record` records "
+                    "once more",
+                    verdict, setup.tag));
   }
   std::string lines = "monitor:\n";
   if (result.value("specialists", nlohmann::json()).is_string()) {
@@ -90,8 +90,8 @@ Outcome connect_masters(Setup& setup) {
     dialogue.say("  The server begins with the daemon's next start.");
   }
   const fs::path map = setup.folder / "setup" / "register-map.csv";
-  const int code = setup.run(
-      {"register-map", "--format", "csv", "--config", setup.folder.string()}, map);
+  const int code =
+      setup.run({"register-map", "--format", "csv", "--config", setup.folder.string()}, map);
   if (code != 0) throw TestAborted(fmt::format("register-map ended with exit code {}", code));
   dialogue.say(fmt::format("  {} has every address; `loopwarden register-map` knows other forms",
                            map.string()));

@@ -143,9 +143,9 @@ void find_point(Setup& setup, const protocol::Probe& link, const Point& point) {
     setup.state().answer(name + ".scale", scale);
   }
   const protocol::Probed now = setup.prober.read(probe);
-  dialogue.say(now.state == "read" ? fmt::format("  {} = {:.5g} {}", in_words(now),
-                                                 scaled(now.raw, scale), unit)
-                                   : "  " + in_words(now));
+  dialogue.say(now.state == "read"
+                   ? fmt::format("  {} = {:.5g} {}", in_words(now), scaled(now.raw, scale), unit)
+                   : "  " + in_words(now));
 }
 
 protocol::Probe ask_link(Setup& setup) {

@@ -167,7 +167,9 @@ std::string link_text(const Answered& of) {
 std::optional<std::string> with_link(const std::string& text, const std::string& name,
                                      const std::string& link) {
   const std::string entry = fmt::format("{}: {}\n", name, link);
-  const auto end_of_line = [&](std::size_t at) { return std::min(text.find('\n', at), text.size()); };
+  const auto end_of_line = [&](std::size_t at) {
+    return std::min(text.find('\n', at), text.size());
+  };
   for (std::size_t at = 0; at < text.size(); at = end_of_line(at) + 1) {
     if (!std::string_view(text).substr(at).starts_with("links:")) continue;
     const std::size_t end = end_of_line(at);

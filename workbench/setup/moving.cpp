@@ -25,11 +25,11 @@ bool agreed(Setup& setup, const std::string& what_moves) {
     throw TestAborted("this step moves the valve: it needs a terminal, and a person at its keys");
   }
   dialogue.say("  " + what_moves);
-  const std::string typed = dialogue.ask_now(
-      fmt::format("  Type {} to go on, or Enter to leave this step", setup.tag),
-      [&](const std::string& answer) -> std::string {
-        return answer.empty() || answer == setup.tag ? "" : "the tag, or nothing";
-      });
+  const std::string typed =
+      dialogue.ask_now(fmt::format("  Type {} to go on, or Enter to leave this step", setup.tag),
+                       [&](const std::string& answer) -> std::string {
+                         return answer.empty() || answer == setup.tag ? "" : "the tag, or nothing";
+                       });
   return !typed.empty();
 }
 
@@ -37,11 +37,10 @@ LiveLimits limits_now(Setup& setup, const protocol::LoopStatus& loop) {
   Dialogue& dialogue = setup.dialogue;
   const protocol::Cycle cycle = loop.cycle.value_or(protocol::Cycle{});
   for (;;) {
-    const auto co = dialogue.range_now(fmt::format("  Lowest and highest output, {} (now {:.4g})",
-                                                   loop.co_unit, cycle.co));
-    const auto pv =
-        dialogue.range_now(fmt::format("  It ends where PV leaves: lowest and highest, {} (now {:.4g})",
-                                       loop.pv_unit, cycle.pv));
+    const auto co = dialogue.range_now(
+        fmt::format("  Lowest and highest output, {} (now {:.4g})", loop.co_unit, cycle.co));
+    const auto pv = dialogue.range_now(fmt::format(
+        "  It ends where PV leaves: lowest and highest, {} (now {:.4g})", loop.pv_unit, cycle.pv));
     const bool inside = cycle.co >= co.first && cycle.co <= co.second && cycle.pv >= pv.first &&
                         cycle.pv <= pv.second;
     if (inside) return {co.first, co.second, pv.first, pv.second};

@@ -171,11 +171,12 @@ constexpr std::array kQuestions{
     Question{"mode.register", "devices", "The same, or none", "none", register_or_none},
     Question{"mode.automatic", "devices", "Its values in which the loop is closed, such as 1 3",
              nullptr, numbers_list},
-    Question{"comm_loss", "devices",
-             "What moves the valve when no command comes any more (cable, power, this box dead)? "
-             "Only the device can: register (its watchdog is a register, written here), device (set "
-             "on the device itself), none (nothing does, and you accept it)",
-             nullptr, loss_word},
+    Question{
+        "comm_loss", "devices",
+        "What moves the valve when no command comes any more (cable, power, this box dead)? "
+        "Only the device can: register (its watchdog is a register, written here), device (set "
+        "on the device itself), none (nothing does, and you accept it)",
+        nullptr, loss_word},
     Question{"comm_loss.timeout", "devices", "Seconds without a command, after which it acts",
              nullptr, above_zero_number},
     Question{"comm_loss.register", "devices", "Its register, UNIT holding ADDRESS TYPE", nullptr,
@@ -205,10 +206,11 @@ constexpr std::array kQuestions{
              "The transmitter fails. hold: the valve stays, whatever the flow does. A number: the "
              "output goes there",
              nullptr, hold_or_value},
-    Question{"stop.output_lost", "file",
-             "Commands no longer reach the valve, so its own watchdog may have moved it. hold: the "
-             "loop goes on from where the valve is found. A number: it goes there as soon as it can",
-             nullptr, hold_or_value},
+    Question{
+        "stop.output_lost", "file",
+        "Commands no longer reach the valve, so its own watchdog may have moved it. hold: the "
+        "loop goes on from where the valve is found. A number: it goes there as soon as it can",
+        nullptr, hold_or_value},
     Question{"write", "file", "Write these files: yes or no", "yes", yes_or_no},
     Question{"masters", "masters",
              "Does a PLC or SCADA read from this box by Modbus? yes: on port 1502, this host alone "

@@ -110,15 +110,17 @@ Outcome record_moves(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   const config::LoopConfig loop = setup.loop();
   const bool ours = !setup.elsewhere();
-  if (ours && !agreed(setup, fmt::format("The loop goes to automatic with its gains as they are, and "
-                                         "its set point moves for {:g} minutes. Then it is in manual. "
-                                         "Any key ends it.",
-                                         setup.record_minutes))) {
+  if (ours &&
+      !agreed(setup, fmt::format("The loop goes to automatic with its gains as they are, and "
+                                 "its set point moves for {:g} minutes. Then it is in manual. "
+                                 "Any key ends it.",
+                                 setup.record_minutes))) {
     return Outcome::left;
   }
-  if (!ours && !dialogue.yes_now(fmt::format("  Can you move the set point at its own controller, in "
-                                             "automatic, for {:g} minutes",
-                                             setup.record_minutes))) {
+  if (!ours &&
+      !dialogue.yes_now(fmt::format("  Can you move the set point at its own controller, in "
+                                    "automatic, for {:g} minutes",
+                                    setup.record_minutes))) {
     return Outcome::left;
   }
   DaemonClient daemon(setup.socket);
@@ -127,9 +129,9 @@ Outcome record_moves(Setup& setup) {
   const double span = loop.pv.high - loop.pv.low;
   const double middle = dialogue.number_now(
       fmt::format("  Set point to move around, {} (PV is {:.4g})", loop.pv_unit, cycle.pv));
-  const double size = dialogue.number_now(fmt::format(
-      "  Size of a move, {} (3 to 5 % of the span: {:.3g} to {:.3g})", loop.pv_unit, 0.03 * span,
-      0.05 * span));
+  const double size = dialogue.number_now(
+      fmt::format("  Size of a move, {} (3 to 5 % of the span: {:.3g} to {:.3g})", loop.pv_unit,
+                  0.03 * span, 0.05 * span));
   const auto [low, high] = dialogue.range_now(
       fmt::format("  It ends where PV leaves: lowest and highest, {}", loop.pv_unit));
   if (!(size > 0.0 && middle - size > low && middle + size < high)) {
@@ -151,7 +153,8 @@ Outcome record_moves(Setup& setup) {
         [&](double offset) {
           const double wanted = middle + offset * size;
           const double minutes =
-              std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() / 60.0;
+              std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() /
+              60.0;
           dialogue.say(fmt::format("  {:5.1f} min: {} {:.5g} {}", minutes,
                                    ours ? "set point" : "now move the set point to", wanted,
                                    loop.pv_unit));

@@ -31,7 +31,8 @@ Outcome name_loop(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   // What a server's tags tell is not asked.
   if (setup.elsewhere() && dialogue.ask("source") == "opcua") return Outcome::done;
-  for (const char* id : {"description", "pv.unit", "pv.range", "co.unit", "co.range", "sample_time"})
+  for (const char* id :
+       {"description", "pv.unit", "pv.range", "co.unit", "co.range", "sample_time"})
     dialogue.ask(id);
   return Outcome::done;
 }
@@ -49,7 +50,8 @@ int run_steps(Setup& setup) {
   for (std::size_t i = 0; i < kSteps.size(); ++i) {
     const Step& step = kSteps[i];
     if (setup.state().step(step.name) == "done") continue;
-    dialogue.say(fmt::format("\nStep {} of {}, {}: {}", i + 1, kSteps.size(), step.name, step.title));
+    dialogue.say(
+        fmt::format("\nStep {} of {}, {}: {}", i + 1, kSteps.size(), step.name, step.title));
     try {
       const Outcome outcome = step.run(setup);
       if (outcome == Outcome::left) exit_code = kExitTryAgain;

@@ -59,9 +59,10 @@ Outcome start_loop(Setup& setup) {
     throw TestAborted(fmt::format("PV is {}: {}", cycle.pv_quality, cycle.pv_reason));
   }
   if (!dialogue.yes_now("  Do these agree with what the devices and the plant show")) {
-    throw TestAborted(fmt::format("register, type or scaling are wrong: mend {} and restart the "
-                                  "daemon",
-                                  setup.loop_file().string()));
+    throw TestAborted(
+        fmt::format("register, type or scaling are wrong: mend {} and restart the "
+                    "daemon",
+                    setup.loop_file().string()));
   }
   return Outcome::done;
 }

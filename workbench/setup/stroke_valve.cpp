@@ -44,10 +44,11 @@ Outcome stroke_valve(Setup& setup) {
   if (setup.elsewhere()) return Outcome::not_needed;
   Dialogue& dialogue = setup.dialogue;
   const config::LoopConfig loop = setup.loop();
-  if (!agreed(setup, fmt::format("The loop goes to manual, and the valve in {} steps through limits "
-                                 "that you give, up and down, then back to where it stands. Any key "
-                                 "ends it.",
-                                 2 * kLevels))) {
+  if (!agreed(setup,
+              fmt::format("The loop goes to manual, and the valve in {} steps through limits "
+                          "that you give, up and down, then back to where it stands. Any key "
+                          "ends it.",
+                          2 * kLevels))) {
     return Outcome::left;
   }
   // All is asked before the loop is taken: who thinks shows no sign of life.
@@ -63,8 +64,8 @@ Outcome stroke_valve(Setup& setup) {
     now.cycle->co = *stands;
   }
   LiveLimits limits = limits_now(setup, now);
-  const double seconds = dialogue.number_now(
-      "  Seconds at each step (five times what PV needs to follow the valve)");
+  const double seconds =
+      dialogue.number_now("  Seconds at each step (five times what PV needs to follow the valve)");
   if (!(seconds > 0.0 && seconds <= 600.0)) throw TestAborted("a step lasts up to 600 s");
   Session session(setup.socket, setup.tag);
   if (stands) session.set({.output = *stands});
@@ -91,9 +92,10 @@ Outcome stroke_valve(Setup& setup) {
   const double rise = up.back().pv - up.front().pv;
   const double pv_span = loop.pv.high - loop.pv.low;
   if (std::abs(rise) < 0.01 * pv_span) {
-    throw TestAborted(fmt::format("PV moved by {:.2g} {} alone: does the pump run, is a hand valve "
-                                  "shut, are the limits too narrow?",
-                                  rise, loop.pv_unit));
+    throw TestAborted(
+        fmt::format("PV moved by {:.2g} {} alone: does the pump run, is a hand valve "
+                    "shut, are the limits too narrow?",
+                    rise, loop.pv_unit));
   }
   const bool reverse = loop.controller.pid.action == control::Action::reverse;
   if ((rise > 0.0) != reverse) {
@@ -101,9 +103,9 @@ Outcome stroke_valve(Setup& setup) {
                                   rise > 0.0 ? "rises" : "falls", rise > 0.0 ? "reverse" : "direct",
                                   loop.file));
   }
-  std::string found = fmt::format("PV {} by {:.4g} {} over CO {:.4g} to {:.4g} {}",
-                                  rise > 0.0 ? "rises" : "falls", std::abs(rise), loop.pv_unit,
-                                  limits.co_low, limits.co_high, loop.co_unit);
+  std::string found =
+      fmt::format("PV {} by {:.4g} {} over CO {:.4g} to {:.4g} {}", rise > 0.0 ? "rises" : "falls",
+                  std::abs(rise), loop.pv_unit, limits.co_low, limits.co_high, loop.co_unit);
   if (std::isfinite(up.front().stem)) {
     std::vector<double> off, between;
     for (std::size_t i = 0; i < up.size(); ++i) {
@@ -113,12 +115,14 @@ Outcome stroke_valve(Setup& setup) {
     }
     const double span = loop.controller.output.high - loop.controller.output.low;
     const double percent = 100.0 * rms(off) / span;
-    found += fmt::format("; the valve is off CO by {:.2g} % of the limits' span, up and down differ "
-                         "by {:.2g} %",
-                         percent, 100.0 * rms(between) / span);
+    found += fmt::format(
+        "; the valve is off CO by {:.2g} % of the limits' span, up and down differ "
+        "by {:.2g} %",
+        percent, 100.0 * rms(between) / span);
     constexpr double kMost_percent = 10.0;
     if (percent > kMost_percent) {
-      throw TestAborted(found + ": scaling of command or read-back is wrong, or the valve is not fit");
+      throw TestAborted(found +
+                        ": scaling of command or read-back is wrong, or the valve is not fit");
     }
   }
   dialogue.say("  " + found);

@@ -32,7 +32,8 @@ class Silence {
 
   // Throws TestAborted, with the commands going out again.
   Seen last(double seconds, double stem_before, double pv_before) {
-    const std::uint64_t from = status_of(daemon_, loop_.name).cycle.value_or(protocol::Cycle{}).period + 1;
+    const std::uint64_t from =
+        status_of(daemon_, loop_.name).cycle.value_or(protocol::Cycle{}).period + 1;
     next_ = from;
     session_.withhold(seconds);
     Seen seen{.moved_after_s = std::nullopt, .stem = stem_before};
@@ -48,8 +49,7 @@ class Silence {
         if (pv < limits_.pv_low || pv > limits_.pv_high) {
           resume(fmt::format("PV {:.4g} left its limits", pv));
         }
-        const double after_s =
-            static_cast<double>(fresh.period[i] - from) * fresh.sample_time_s;
+        const double after_s = static_cast<double>(fresh.period[i] - from) * fresh.sample_time_s;
         if (std::isfinite(fresh.stem[i])) seen.stem = fresh.stem[i];
         if (!seen.moved_after_s && moved(fresh.stem[i], stem_before, pv, pv_before)) {
           seen.moved_after_s = after_s;
@@ -109,10 +109,10 @@ Outcome test_watchdog(Setup& setup) {
   // A command is repeated until it is too old; then the watchdog's time begins.
   const double repeated_s = static_cast<double>(hal::modbus::max_command_age_ns(*io)) * 1e-9;
   const double silent_s = timeout_s + repeated_s + 5.0;
-  if (!agreed(setup,
-              fmt::format("The loop goes to manual, and no command is sent for {:.0f} s. The device "
-                          "must then move the valve by itself, after {:g} s. Any key ends it.",
-                          silent_s, timeout_s))) {
+  if (!agreed(setup, fmt::format(
+                         "The loop goes to manual, and no command is sent for {:.0f} s. The device "
+                         "must then move the valve by itself, after {:g} s. Any key ends it.",
+                         silent_s, timeout_s))) {
     return Outcome::left;
   }
   const double home = dialogue.number_now(
@@ -158,13 +158,14 @@ Outcome test_watchdog(Setup& setup) {
     wait_for_output(setup, session, silent_s + loop.safety.recovery_delay_s + 10.0);
   }
   if (!seen.moved_after_s) {
-    throw TestAborted(fmt::format("the valve did not move in {:.0f} s: the device's watchdog is off, "
-                                  "or its time is not {:g} s. Set it, or state comm_loss: "
-                                  "none_accepted in {}",
-                                  silent_s, timeout_s, loop.file));
+    throw TestAborted(
+        fmt::format("the valve did not move in {:.0f} s: the device's watchdog is off, "
+                    "or its time is not {:g} s. Set it, or state comm_loss: "
+                    "none_accepted in {}",
+                    silent_s, timeout_s, loop.file));
   }
-  std::string found = fmt::format("the device moved the valve {:.1f} s after the last order",
-                                  *seen.moved_after_s);
+  std::string found =
+      fmt::format("the device moved the valve {:.1f} s after the last order", *seen.moved_after_s);
   if (fitted) {
     found += fmt::format(", to {:.4g} {}", seen.stem, loop.co_unit);
     if (std::abs(seen.stem - home) > 0.05 * span) {

@@ -61,9 +61,10 @@ void check_as_a_whole(const Setup& setup, const std::string& daemon, const std::
   if (!told.empty()) setup.dialogue.say(std::string(base::trimmed(told)));
   fs::remove_all(copy);
   if (!read) {
-    throw TestAborted(fmt::format("the files would not be read; nothing was written. `loopwarden "
-                                  "setup {} --again STEP` (loop, devices, file) asks anew",
-                                  setup.tag));
+    throw TestAborted(
+        fmt::format("the files would not be read; nothing was written. `loopwarden "
+                    "setup {} --again STEP` (loop, devices, file) asks anew",
+                    setup.tag));
   }
 }
 

@@ -14,9 +14,9 @@ TEST_CASE("what is said of a register is a place, or none", "[setup]") {
   CHECK(place->type == "f32");
   CHECK(place->order == "cdab");
   CHECK(register_in("1 input 0 u16")->order == "abcd");
-  for (const char* text : {"", "1 input 0", "1 coil 0 u16", "1 input 65536 u16", "256 input 0 u16",
-                           "1 input -1 u16", "1 input 0 u8", "1 input 0 u16 dcab",
-                           "1 input 0 u16 abcd more", "1 input 0x10 u16"}) {
+  for (const char* text :
+       {"", "1 input 0", "1 coil 0 u16", "1 input 65536 u16", "256 input 0 u16", "1 input -1 u16",
+        "1 input 0 u8", "1 input 0 u16 dcab", "1 input 0 u16 abcd more", "1 input 0x10 u16"}) {
     INFO(text);
     CHECK_FALSE(register_in(text));
   }

@@ -30,7 +30,9 @@ class ScriptedPerson final : public setup::Person {
   }
   bool has_keys() const override { return keys; }
   void watch_keys(bool on) override { watches = on; }
-  std::optional<char> key(std::chrono::milliseconds) override { return std::exchange(next_key, {}); }
+  std::optional<char> key(std::chrono::milliseconds) override {
+    return std::exchange(next_key, {});
+  }
 
   bool told(const std::string& text) const { return said.find(text) != std::string::npos; }
 
@@ -67,7 +69,8 @@ class FakeDevices final : public setup::Prober {
 };
 
 struct ScriptedSetup {
-  explicit ScriptedSetup(setup::Answers answers = {}) : dialogue(person, std::move(answers), state) {
+  explicit ScriptedSetup(setup::Answers answers = {})
+      : dialogue(person, std::move(answers), state) {
     state.answer("tag", "FIC-101");
   }
 

@@ -14,39 +14,38 @@ namespace {
 
 using tests::ScriptedSetup;
 
-const std::map<std::string, std::string> kControlled{
-    {"control", "here"},
-    {"description", "Water: \"cold\" #1"},
-    {"pv.unit", "m3/h"},
-    {"pv.range", "0 25"},
-    {"co.unit", "%"},
-    {"co.range", "0 100"},
-    {"sample_time", "0.2"},
-    {"link.transport", "tcp"},
-    {"link.hosts", "127.0.0.1"},
-    {"link.host", "127.0.0.1"},
-    {"link.port", "1502"},
-    {"scan.units", "none"},
-    {"pv.register", "1 input 12 u16"},
-    {"pv.scale", "0 10000 0 25"},
-    {"co.register", "2 holding 2 u16"},
-    {"co.scale", "10000 0 100 0"},
-    {"stem.register", "2 input 20 f32 cdab"},
-    {"stem.scale", "none"},
-    {"comm_loss", "register"},
-    {"comm_loss.timeout", "2"},
-    {"comm_loss.register", "2 holding 10 u16"},
-    {"comm_loss.scale", "0 10 0 1"},
-    {"pv.follows", "falls"},
-    {"kc", "0.3"},
-    {"ti", "8"},
-    {"sp.limits", "2 22"},
-    {"co.limits", "5 95"},
-    {"co.rate", "10"},
-    {"stop.end", "hold"},
-    {"stop.bad_pv", "5"},
-    {"stop.output_lost", "hold"},
-    {"write", "yes"}};
+const std::map<std::string, std::string> kControlled{{"control", "here"},
+                                                     {"description", "Water: \"cold\" #1"},
+                                                     {"pv.unit", "m3/h"},
+                                                     {"pv.range", "0 25"},
+                                                     {"co.unit", "%"},
+                                                     {"co.range", "0 100"},
+                                                     {"sample_time", "0.2"},
+                                                     {"link.transport", "tcp"},
+                                                     {"link.hosts", "127.0.0.1"},
+                                                     {"link.host", "127.0.0.1"},
+                                                     {"link.port", "1502"},
+                                                     {"scan.units", "none"},
+                                                     {"pv.register", "1 input 12 u16"},
+                                                     {"pv.scale", "0 10000 0 25"},
+                                                     {"co.register", "2 holding 2 u16"},
+                                                     {"co.scale", "10000 0 100 0"},
+                                                     {"stem.register", "2 input 20 f32 cdab"},
+                                                     {"stem.scale", "none"},
+                                                     {"comm_loss", "register"},
+                                                     {"comm_loss.timeout", "2"},
+                                                     {"comm_loss.register", "2 holding 10 u16"},
+                                                     {"comm_loss.scale", "0 10 0 1"},
+                                                     {"pv.follows", "falls"},
+                                                     {"kc", "0.3"},
+                                                     {"ti", "8"},
+                                                     {"sp.limits", "2 22"},
+                                                     {"co.limits", "5 95"},
+                                                     {"co.rate", "10"},
+                                                     {"stop.end", "hold"},
+                                                     {"stop.bad_pv", "5"},
+                                                     {"stop.output_lost", "hold"},
+                                                     {"write", "yes"}};
 
 void answer_all(ScriptedSetup& s, const std::map<std::string, std::string>& answers) {
   for (const auto& [id, answer] : answers) s.state.answer(id, answer);
@@ -138,7 +137,8 @@ TEST_CASE("a scan asks what was typed, by reading alone", "[setup]") {
   s.devices.values[{"input", 0}] = {7.0};
   INFO(s.person.said);
   REQUIRE(find_devices(s.all) == Outcome::done);
-  CHECK(s.person.told("10.0.0.1 unit 1: input register 0: raw 0007 = 7, holding register 0: illegal"));
+  CHECK(s.person.told(
+      "10.0.0.1 unit 1: input register 0: raw 0007 = 7, holding register 0: illegal"));
   CHECK(s.person.told("10.0.0.2 unit 4: no reply"));
   std::vector<std::string> hosts;
   for (const protocol::Probe& asked : s.devices.asked) {
