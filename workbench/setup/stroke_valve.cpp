@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "protocol/ask.hpp"
@@ -61,14 +63,22 @@ Outcome stroke_valve(Setup& setup) {
         "  Nothing tells where the output stands, and what you say is written. The valve stands "
         "at, {}",
         now.co_unit));
-    now.cycle->co = *stands;
   }
-  LiveLimits limits = limits_now(setup, now);
+  protocol::LoopStatus believed = now;
+  if (stands) believed.cycle->co = *stands;
+  LiveLimits limits = limits_now(setup, believed);
   const double seconds =
       dialogue.number_now("  Seconds at each step (five times what PV needs to follow the valve)");
   if (!(seconds > 0.0 && seconds <= 600.0)) throw TestAborted("a step lasts up to 600 s");
   Session session(setup.socket, setup.tag);
-  if (stands) session.set({.output = *stands});
+  if (stands) {
+    session.set({.output = *stands});
+    // The status shows it a little later.
+    for (int i = 0; i < 100 && !(now.cycle && std::isfinite(now.cycle->co)); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      now = status_of(daemon, setup.tag);
+    }
+  }
   AbortKey key(dialogue.person());
   limits.session = session.id();
   limits.watch = [&] {

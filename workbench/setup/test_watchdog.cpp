@@ -40,6 +40,7 @@ class Silence {
     const Clock::time_point begin = Clock::now();
     while (std::chrono::duration<double>(Clock::now() - begin).count() < seconds) {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      session_.alive();
       if (const std::string why = key_.pressed(); !why.empty()) resume(why);
       const protocol::Trend fresh =
           protocol::ask(daemon_, protocol::TrendRequest{.loop = loop_.name, .from = next_});
@@ -109,6 +110,11 @@ Outcome test_watchdog(Setup& setup) {
   // A command is repeated until it is too old; then the watchdog's time begins.
   const double repeated_s = static_cast<double>(hal::modbus::max_command_age_ns(*io)) * 1e-9;
   const double silent_s = timeout_s + repeated_s + 5.0;
+  constexpr double kLongest_s = 300.0;  // that the daemon withholds commands
+  if (silent_s > kLongest_s) {
+    dialogue.say(fmt::format("  {:g} s are too long for this test: pull the cable, and look.", timeout_s));
+    return Outcome::left;
+  }
   if (!agreed(setup, fmt::format(
                          "The loop goes to manual, and no command is sent for {:.0f} s. The device "
                          "must then move the valve by itself, after {:g} s. Any key ends it.",
