@@ -74,9 +74,6 @@ std::string range(const std::string& answer) {
   const auto ends = numbers_in(answer, 2);
   return ends && (*ends)[0] < (*ends)[1] ? "" : "two numbers, the lower one first, such as 0 25";
 }
-std::string range_or_none(const std::string& answer) {
-  return answer == "none" ? "" : range(answer);
-}
 std::string above_zero_number(const std::string& answer) {
   const auto value = numbers_in(answer, 1);
   return value && value->front() > 0.0 ? "" : "a number above 0";
