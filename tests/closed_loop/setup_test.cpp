@@ -183,8 +183,10 @@ TEST_CASE("registers are read where no loop runs, and left alone where one does"
                             plant.device.ready("port") +
                             R"(,"unit":1,"table":"input","address":100,"type":"f32"})";
   const auto ask = [&](const std::string& line) {
-    return bash("echo '" + line + "' | " LOOPWARDEN_BIN_DIR "/loopwardend --probe --config " +
-                plant.daemon.config().string());
+    const auto file = plant.daemon.folder() / "asked";
+    write_file(file, line + "\n");
+    return bash(LOOPWARDEN_BIN_DIR "/loopwardend --probe --config " +
+                plant.daemon.config().string() + " < " + file.string());
   };
   const ShellOutcome read = ask(probe);
   CHECK(read.exit_code == 0);

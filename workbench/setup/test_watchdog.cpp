@@ -112,7 +112,8 @@ Outcome test_watchdog(Setup& setup) {
   const double silent_s = timeout_s + repeated_s + 5.0;
   constexpr double kLongest_s = 300.0;  // that the daemon withholds commands
   if (silent_s > kLongest_s) {
-    dialogue.say(fmt::format("  {:g} s are too long for this test: pull the cable, and look.", timeout_s));
+    dialogue.say(
+        fmt::format("  {:g} s are too long for this test: pull the cable, and look.", timeout_s));
     return Outcome::left;
   }
   if (!agreed(setup, fmt::format(

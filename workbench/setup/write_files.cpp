@@ -51,7 +51,7 @@ void check_as_a_whole(const Setup& setup, const std::string& daemon, const std::
       put(fs::path("loops.d") / entry.path().filename(), text_of_file(entry.path()));
     }
   }
-  put("loopwardend.yaml", daemon);
+  if (!daemon.empty()) put("loopwardend.yaml", daemon);
   put(fs::path("loops.d") / setup.loop_file().filename(), loop);
   const auto read = config::read_configuration(copy);
   std::string told = config::to_text(read.diagnostics);
@@ -90,7 +90,10 @@ Outcome write_files(Setup& setup) {
   };
   const fs::path daemon_file = setup.folder / "loopwardend.yaml";
   std::string daemon_text = text_of_file(daemon_file);
-  const auto daemon = config::read_daemon_text(daemon_file.string(), daemon_text);
+  // It need not be there, but where it is it has to say something.
+  const auto daemon = fs::exists(daemon_file)
+                          ? config::read_daemon_text(daemon_file.string(), daemon_text)
+                          : config::Loaded<config::DaemonConfig>{config::DaemonConfig{}, {}};
   if (!daemon) {
     throw CommandError(kExitConfiguration,
                        std::string(base::trimmed(config::to_text(daemon.diagnostics))));
