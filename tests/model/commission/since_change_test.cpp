@@ -80,6 +80,26 @@ TEST_CASE("two changes at once are both named", "[commission][since]") {
   CHECK(has("stiction"));
 }
 
+TEST_CASE("a stick is found however long the valve cycles on a set point that stands",
+          "[commission][since]") {
+  plant::LoopModel twin = test::believed_model();
+  twin.transmitter.noise = 0.015;
+  for (const auto& [s, j] : {std::pair{0.6, 0.24}, {0.8, 0.56}}) {
+    plant::LoopModel truth = twin;
+    truth.scenario.set_point = {{0.0, 4.0}, {20.0, 5.0}, {kAt_s + 60.0, 6.0}};
+    truth.scenario.faults.push_back(
+        {{"stiction", {{"s", s}, {"j", j}}}, Block::valve, {.from_s = kAt_s}});
+    const gap::Record record = test::run_of(truth, 1500.0);
+    const auto change = static_cast<std::size_t>(kAt_s / record.period_s);
+    const auto found = commission::since_change(record, {change, change}, twin, test::serial);
+    CAPTURE(s, j);
+    REQUIRE(found.effects.size() == 1);
+    REQUIRE(found.effects[0].spec.name == "stiction");
+    CHECK(found.effects[0].spec.parameters.at("s") == Approx(s).epsilon(0.03));
+    CHECK(found.effects[0].spec.parameters.at("j") == Approx(j).epsilon(0.05));
+  }
+}
+
 TEST_CASE("what closes next to nothing beside a change is not named", "[commission][since]") {
   const auto sticks = named({{{"stiction", {{"s", 0.9}, {"j", 0.4}}}, Block::valve},
                              {{"hysteresis", {{"width", 0.08}}}, Block::valve}});
