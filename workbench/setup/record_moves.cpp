@@ -8,8 +8,10 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <functional>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "protocol/ask.hpp"
 #include "workbench/setup/moving.hpp"
@@ -80,27 +82,63 @@ class InAutomatic {
   Session& session_;
 };
 
-// Calls `move` for each part of the plan, in the loop's own time. Throws TestAborted.
-template <class Move, class Watch>
-void go_through(Setup& setup, DaemonClient& daemon, const Limits& limits, bool ours, Move move,
-                Watch watch) {
-  const double part_s = setup.record_minutes * 60.0 / static_cast<double>(kPlan.size());
-  double next_s = status_of(daemon, setup.tag).cycle.value_or(protocol::Cycle{}).time_s;
-  for (const double offset : kPlan) {
-    move(offset);
-    next_s += part_s;
-    for (protocol::Cycle now{}; now.time_s < next_s;) {
+// Watches the loop in its own time. Throws TestAborted where it must end.
+class Watched {
+ public:
+  Watched(Setup& setup, DaemonClient& daemon, const Limits& limits, bool ours,
+          std::function<std::string()> must_end)
+      : setup_(setup),
+        daemon_(daemon),
+        limits_(limits),
+        ours_(ours),
+        must_end_(std::move(must_end)),
+        time_s_(status_of(daemon, setup.tag).cycle.value_or(protocol::Cycle{}).time_s) {}
+
+  // Until `until_s` of the loop's time, or `seen` says that it is enough.
+  template <class Seen>
+  void wait(double until_s, Seen seen) {
+    while (time_s_ < until_s) {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
-      if (const std::string why = watch(); !why.empty()) throw TestAborted(why);
-      now = status_of(daemon, setup.tag).cycle.value_or(protocol::Cycle{});
-      if (!(now.pv >= limits.low && now.pv <= limits.high)) {
+      if (const std::string why = must_end_(); !why.empty()) throw TestAborted(why);
+      const protocol::Cycle now = status_of(daemon_, setup_.tag).cycle.value_or(protocol::Cycle{});
+      if (!(now.pv >= limits_.low && now.pv <= limits_.high)) {
         throw TestAborted(fmt::format("PV {:.4g} left its limits", now.pv));
       }
-      if (ours && (now.fault != "none" || now.requested_mode != "AUTO")) {
+      if (ours_ && (now.fault != "none" || now.requested_mode != "AUTO")) {
         throw TestAborted(fmt::format("the loop is no longer in automatic (mode {}, fault {})",
                                       now.mode, now.fault));
       }
+      time_s_ = now.time_s;
+      if (seen(now)) return;
     }
+  }
+  double time_s() const noexcept { return time_s_; }
+
+ private:
+  Setup& setup_;
+  DaemonClient& daemon_;
+  const Limits& limits_;
+  bool ours_;
+  std::function<std::string()> must_end_;
+  double time_s_;
+};
+
+// The way there is no part of the record: PV has been near the set point for a while.
+void settle(Watched& loop, double set_point, double near) {
+  constexpr double kLongest_s = 900.0;
+  constexpr double kStays_s = 20.0;
+  double since_s = loop.time_s();
+  bool there = false;
+  loop.wait(loop.time_s() + kLongest_s, [&](const protocol::Cycle& now) {
+    if (std::abs(now.pv - set_point) > near) since_s = now.time_s;
+    there = now.time_s - since_s > kStays_s;
+    return there;
+  });
+  if (!there) {
+    throw TestAborted(
+        fmt::format("PV does not stay within {:.3g} of {:.4g}: the gains, or the "
+                    "valve, are not fit for a record",
+                    near, set_point));
   }
 }
 
@@ -145,25 +183,26 @@ Outcome record_moves(Setup& setup) {
   {
     std::optional<InAutomatic> automatic;
     if (session) automatic.emplace(*session, middle);
+    Watched watched(setup, daemon, limits, ours, [&] {
+      if (session) session->alive();
+      return key.pressed();
+    });
+    dialogue.say(fmt::format("  {} to {:.5g} {}; the record begins when PV is there",
+                             ours ? "Set point goes" : "Move the set point", middle, loop.pv_unit));
+    settle(watched, middle, size);
     const CsvRecord record(daemon, setup.tag);
     file = record.file();
-    const auto began = std::chrono::steady_clock::now();
-    go_through(
-        setup, daemon, limits, ours,
-        [&](double offset) {
-          const double wanted = middle + offset * size;
-          const double minutes =
-              std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() /
-              60.0;
-          dialogue.say(fmt::format("  {:5.1f} min: {} {:.5g} {}", minutes,
-                                   ours ? "set point" : "now move the set point to", wanted,
-                                   loop.pv_unit));
-          if (automatic) automatic->move(wanted);
-        },
-        [&] {
-          if (session) session->alive();
-          return key.pressed();
-        });
+    const double part_s = setup.record_minutes * 60.0 / static_cast<double>(kPlan.size());
+    const double begin_s = watched.time_s();
+    for (std::size_t i = 0; i < kPlan.size(); ++i) {
+      const double wanted = middle + kPlan[i] * size;
+      dialogue.say(fmt::format("  {:5.1f} min: {} {:.5g} {}", (watched.time_s() - begin_s) / 60.0,
+                               ours ? "set point" : "now move the set point to", wanted,
+                               loop.pv_unit));
+      if (automatic) automatic->move(wanted);
+      watched.wait(begin_s + part_s * static_cast<double>(i + 1),
+                   [](const protocol::Cycle&) { return false; });
+    }
   }
   dialogue.say("  " + file);
   setup.state().set_found("record", file);
