@@ -118,6 +118,7 @@ PROTOCOL_JSON(DaemonStatus, version, config_hash, model_hash, configuration, rec
 PROTOCOL_JSON(Status, loops, daemon)
 
 PROTOCOL_JSON(OrderTaken, order, sample_time_s)
+PROTOCOL_JSON(Commissioning, session, ends_after_s)
 PROTOCOL_JSON(InForce, set_point, output, mode, gains)
 PROTOCOL_JSON(OrderOutcome, on_disk, why, now)
 PROTOCOL_LISTED(OrderState, state)

@@ -452,6 +452,12 @@ struct OrderTaken {
   double sample_time_s = 0.1;
 };
 
+// Of a loop that is out of service for everybody but who has this session.
+struct Commissioning {
+  std::uint64_t session = 0;
+  double ends_after_s = 60.0;  // without a sign of life
+};
+
 // The one value in force that was not the expected one.
 struct InForce {
   Maybe<double> set_point{}, output{};

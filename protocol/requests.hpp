@@ -118,6 +118,17 @@ struct SetRequest {
   Maybe<std::string> jacket{};  // off, shadow, on
   Maybe<Expected> expect{};
   Maybe<std::string> user{}, address{};
+  Maybe<std::uint64_t> session{};  // of who commissions the loop
+};
+
+// Takes a loop for who commissions it, or with its session: a sign of life.
+struct CommissioningRequest {
+  static constexpr const char* kName = "commissioning";
+  using Answer = Commissioning;
+  std::string loop{};
+  Maybe<std::uint64_t> session{};
+  Maybe<double> withhold_s{};  // for so long no command goes out
+  Maybe<bool> end{};
 };
 
 // The controller's gains, until a reload or a restart takes those of the file.

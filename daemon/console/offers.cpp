@@ -40,6 +40,7 @@ constexpr std::array kOffers{
     Offer{"order", false, true, Need::some},
     Offer{"set", false, true, Need::control},
     Offer{"tune", false, true, Need::tuning},
+    Offer{"commissioning", false, false, Need::nothing},
     Offer{"alarm", false, true, Need::alarms},
     Offer{"veto", false, true, Need::alarms},
     Offer{"note", false, true, Need::alarms},

@@ -14,6 +14,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "config/loop_model_writer.hpp"
 #include "daemon/console/readings.hpp"
 #include "daemon/console/request.hpp"
@@ -105,6 +106,9 @@ LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& re
                                            const Sender& sender) {
   if (what == protocol::SetRequest::kName) return done(set(request, sender));
   if (what == protocol::TuneRequest::kName) return done(tune(request, sender));
+  if (what == protocol::CommissioningRequest::kName) {
+    return done(commissioning(request, sender));
+  }
   if (what == protocol::OrderRequest::kName) return done(order(request));
   if (what == protocol::RecordRequest::kName) return done(record(request, sender));
   if (what == protocol::AlarmRequest::kName) return alarm(request, sender);
@@ -145,8 +149,35 @@ orders::OrderDesk& OperatorOrders::desk(std::size_t loop) {
   return desks_[loop];
 }
 
-void OperatorOrders::collect() {
+void OperatorOrders::collect(CommissionedLoops::Clock::time_point now) {
   for (orders::OrderDesk& desk : desks_) desk.collect();
+  for (const std::size_t loop : commissioned_.take_silent(now)) {
+    parts_.loops[loop].channels->commissioned = false;
+    parts_.loops[loop].channels->withheld_until_ns = 0;
+    to_stop_action(loop);
+  }
+}
+
+// As at the daemon's end, but for the rate limit alone: the loop stays in manual there.
+void OperatorOrders::to_stop_action(std::size_t loop) {
+  constexpr const char* kPeer = "commissioning without a sign of life";
+  const rt::LoopSettings settings = parts_.loops[loop].settings->get();
+  rt::Order order{.mode = control::Mode::manual};
+  if (settings.safety.on_stop.kind == control::OutputAction::Kind::value) {
+    const control::OutputLimits& limits = settings.controller.output;
+    order.output = std::clamp(settings.safety.on_stop.value, limits.low, limits.high);
+  }
+  try {
+    send(loop, order, lines_of(order, loop, kPeer), kPeer, "stop action");
+  } catch (const RequestError&) {
+    if (!order.output) return;
+    // A fault's action has the output; the mode is taken all the same.
+    order.output.reset();
+    try {
+      send(loop, order, lines_of(order, loop, kPeer), kPeer, "manual");
+    } catch (const RequestError&) {  // both are in log and journal
+    }
+  }
 }
 
 void OperatorOrders::close() {
@@ -205,10 +236,11 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
                                          const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
   refuse_watched(index);
+  commissioned_.check_order(index, request.session, CommissionedLoops::Clock::now());
   const rt::Order order = wanted_order(request);
   std::vector<journal::JournalEntry> lines = lines_of(order, index, sender.peer);
   if (lines.empty()) throw RequestError("set needs set_point, output, mode or jacket");
-  const protocol::OrderTaken taken = send(index, order, std::move(lines), sender, request);
+  const protocol::OrderTaken taken = send(index, order, std::move(lines), sender.peer, json(request).dump());
   // What the operator does with the jacket is not undone behind his back.
   if (order.jacket && parts_.board.watch(index).corrective != model::CorrectiveState::off) {
     parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand");
@@ -220,6 +252,7 @@ protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
                                           const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
   refuse_watched(index);
+  commissioned_.check_order(index, std::nullopt, CommissionedLoops::Clock::now());
   // As the loop's file is read; that each is a number of at least 0 the order's own rule says.
   if (request.kp == 0.0 && request.ki == 0.0) {
     throw RequestError("kp and ki are both 0: the output would never move");
@@ -240,12 +273,12 @@ protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
   if (request.kp != file.kp || request.ki != file.ki || request.kd != file.kd) {
     line.reason = "not in file: a restart takes " + orders::gains_text(file);
   }
-  return send(index, order, {std::move(line)}, sender, request);
+  return send(index, order, {std::move(line)}, sender.peer, json(request).dump());
 }
 
 protocol::OrderTaken OperatorOrders::send(std::size_t loop, const rt::Order& order,
                                           std::vector<journal::JournalEntry> lines,
-                                          const Sender& sender, const json& request) {
+                                          const std::string& peer, const std::string& text) {
   const rt::LoopSettings settings = parts_.loops[loop].settings->get();
   orders::OrderDesk& desk = this->desk(loop);
   const rt::Refusal refusal =
@@ -256,8 +289,8 @@ protocol::OrderTaken OperatorOrders::send(std::size_t loop, const rt::Order& ord
   } else if (!desk.has_room()) {
     why = "too many commands at once; nothing of this order was taken";
   }
-  spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(loop), sender.peer,
-               request.dump(), why.empty() ? "" : " refused: ", why);
+  spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(loop), peer, text,
+               why.empty() ? "" : " refused: ", why);
   if (!why.empty()) {
     for (journal::JournalEntry& line : lines) {
       line.result = "refused: " + why;
@@ -267,6 +300,51 @@ protocol::OrderTaken OperatorOrders::send(std::size_t loop, const rt::Order& ord
   }
   return {.order = desk.send(order, std::move(lines)),
           .sample_time_s = parts_.loops[loop].config.sample_time_s};
+}
+
+protocol::Commissioning OperatorOrders::commissioning(const protocol::CommissioningRequest& request,
+                                                      const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
+  LoopRuntime& loop = parts_.loops[index];
+  if (loop.watched()) {
+    throw RequestError(request.loop + " is controlled elsewhere: it is never out of service here");
+  }
+  const auto write_down = [&](const char* what, std::string value) {
+    journal::JournalEntry line = line_of(index, sender.peer);
+    line.what = what;
+    line.new_value = std::move(value);
+    line.result = "done";
+    parts_.journal.post(std::move(line));
+  };
+  const bool ends = request.end.value_or(false);
+  if (ends && !request.session) throw RequestError("end needs the session");
+  if (request.withhold_s && !ends) {
+    const bool manual =
+        rt::unpacked(loop.channels->standing.load(std::memory_order_acquire)).mode ==
+        control::Mode::manual;
+    if (const char* why = commissioned_.no_withholding(loop.config, *request.withhold_s, manual)) {
+      throw RequestError(fmt::format("{}: {}", request.loop, why));
+    }
+  }
+  const std::uint64_t session =
+      commissioned_.take(index, request.session, sender.peer, CommissionedLoops::Clock::now());
+  if (ends) {
+    commissioned_.give_back(index);
+    loop.channels->withheld_until_ns = 0;
+    loop.channels->commissioned = false;
+    write_down("commissioning", "ended");
+    return {.session = session, .ends_after_s = 0.0};
+  }
+  if (!request.session) {
+    loop.channels->commissioned = true;
+    write_down("commissioning", "begun");
+  }
+  if (request.withhold_s) {
+    const auto for_ns = static_cast<std::int64_t>(*request.withhold_s * 1e9);
+    loop.channels->withheld_until_ns = base::MonotonicClock().now_ns() + for_ns;
+    write_down("commands withheld", fmt::format("{:g} s", *request.withhold_s));
+  }
+  return {.session = session, .ends_after_s = CommissionedLoops::kSilence.count()};
 }
 
 namespace {

@@ -37,8 +37,10 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
 
   // Finite and in range, or not written.
   const hal::Command command = checked(out, decision, output_before);
-  const double applied = io_.write(time, command);
-  if (command.write) controller_.applied(applied);
+  if (stop || now_ns_ >= channels_.withheld_until_ns.load(std::memory_order_relaxed)) {
+    const double applied = io_.write(time, command);
+    if (command.write) controller_.applied(applied);
+  }
   modelled_valve_ = valve_model_.step(controller_.output_applied(), 0.0);
   ever_written_ = ever_written_ || command.write;
   const bool goes_nowhere = decision.action.kind == control::OutputAction::Kind::hold;

@@ -106,6 +106,10 @@ struct LoopChannels {
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; below 0: none
   MovesBoard moves;                           // cycle -> monitor, status
   std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends
+  // Until then (CLOCK_MONOTONIC) no command goes out, so that the device's watchdog acts; commissioning -> cycle
+  std::atomic<std::int64_t> withheld_until_ns{0};
+  std::atomic<bool> commissioned{
+      false};  // out of service for everybody else; commissioning -> Modbus server
 };
 
 // How the loop begins.

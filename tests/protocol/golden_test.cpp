@@ -206,6 +206,7 @@ std::map<std::string, std::string> answers() {
   ask("outcome", {{"request", "outcome"}, {"found", "stiction"}, {"note", "packing tight"}});
   ask("note", {{"request", "note"}, {"text", "pump changed"}});
   ask("note_refused", {{"request", "note"}, {"text", ""}});
+  ask("commissioning_refused", {{"request", "commissioning"}, {"session", 1}});
   ask("outcome_refused", {{"request", "outcome"}, {"found", "rust"}});
   ask_for_reports(told);
   return told;
