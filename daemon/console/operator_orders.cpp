@@ -240,7 +240,8 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
   const rt::Order order = wanted_order(request);
   std::vector<journal::JournalEntry> lines = lines_of(order, index, sender.peer);
   if (lines.empty()) throw RequestError("set needs set_point, output, mode or jacket");
-  const protocol::OrderTaken taken = send(index, order, std::move(lines), sender.peer, json(request).dump());
+  const protocol::OrderTaken taken =
+      send(index, order, std::move(lines), sender.peer, json(request).dump());
   // What the operator does with the jacket is not undone behind his back.
   if (order.jacket && parts_.board.watch(index).corrective != model::CorrectiveState::off) {
     parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand");
