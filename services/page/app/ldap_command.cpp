@@ -61,9 +61,11 @@ int test_log_in(const TestOptions& options) {
   }
   const std::optional<std::string> name = ldap::account_name(options.name, settings->ldap->domains);
   if (!name) {
-    return refuse(kExitData, fmt::format("'{}' is no name that is asked for: 1 to 64 of a-z 0-9 . _ -, with one "
-                                       "of `domains` or none",
-                                       config::quotable(options.name)));
+    return refuse(
+        kExitData,
+        fmt::format("'{}' is no name that is asked for: 1 to 64 of a-z 0-9 . _ -, with one "
+                    "of `domains` or none",
+                    config::quotable(options.name)));
   }
   warn_of_local(*settings, *name);
   const ldap::Outcome outcome =

@@ -154,8 +154,8 @@ void Connection::begin_tls(const LdapSettings& settings) {
   ldap_get_option(handle_, LDAP_OPT_SOCKBUF, &buffer);
   below_tls_ = std::make_unique<Limit>(buffer);
   restart_limit();
-  const int error = settings.start_tls ? ldap_start_tls_s(handle_, nullptr, nullptr)
-                                       : ldap_install_tls(handle_);
+  const int error =
+      settings.start_tls ? ldap_start_tls_s(handle_, nullptr, nullptr) : ldap_install_tls(handle_);
   if (error == LDAP_SUCCESS && ldap_tls_inplace(handle_) != 0) return;
   if (error == LDAP_TIMEOUT || below_tls_->has_passed()) fail("TLS: no answer", LDAP_TIMEOUT);
   fail(fmt::format("TLS: it has none here, or its certificate is not by {} or not for this name",
@@ -193,8 +193,8 @@ std::string Connection::bind(const std::string& dn, const std::string& password)
   restart_limit();
   std::string bytes = password;
   berval secret{bytes.size(), bytes.data()};
-  const int error = ldap_sasl_bind_s(handle_, dn.c_str(), LDAP_SASL_SIMPLE, &secret, nullptr,
-                                     nullptr, nullptr);
+  const int error =
+      ldap_sasl_bind_s(handle_, dn.c_str(), LDAP_SASL_SIMPLE, &secret, nullptr, nullptr, nullptr);
   switch (error) {
     case LDAP_SUCCESS: return {};
     case LDAP_INVALID_CREDENTIALS:

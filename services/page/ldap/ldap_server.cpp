@@ -33,8 +33,8 @@ void check_password_file(const std::filesystem::path& path) {
   }
   const auto page = page_account();
   if (::geteuid() == 0 && page && status.st_uid != page->user) {
-    throw std::runtime_error(path.string() +
-                             ": the page can't read it (chown loopwarden-page); it holds a password");
+    throw std::runtime_error(
+        path.string() + ": the page can't read it (chown loopwarden-page); it holds a password");
   }
 }
 
@@ -105,8 +105,7 @@ std::string Server::dn_of(Connection& connection, const std::string& name, std::
   const std::string base = known ? filled(settings_.user_dn, "{user}", name) : settings_.base;
   const std::string filter =
       known ? kAny : filled(settings_.user_filter, "{user}", filter_value(name));
-  const auto found =
-      connection.find(base, known ? Depth::entry_itself : Depth::all_below, filter);
+  const auto found = connection.find(base, known ? Depth::entry_itself : Depth::all_below, filter);
   if (found && found->size() == 1) return found->front();
   if (!found && !known) throw LdapTrouble("base: there is no " + base);
   why = !found || found->empty() ? "no such user" : "several entries match user_filter";

@@ -31,8 +31,7 @@ class Server {
   // Each step is told as it is done, for a person at a terminal.
   using Tell = std::function<void(const std::string&)>;
 
-  explicit Server(LdapSettings settings,
-                  std::chrono::milliseconds limit = std::chrono::seconds(3));
+  explicit Server(LdapSettings settings, std::chrono::milliseconds limit = std::chrono::seconds(3));
 
   // `name`: of account_name(). A connection of its own each, whose steps may take `limit`. Throw nothing but
   // std::bad_alloc.

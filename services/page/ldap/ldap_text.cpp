@@ -50,9 +50,9 @@ std::optional<std::string> account_name(std::string_view typed,
     typed = typed.substr(0, at);
   }
   std::string name = base::lower_case(std::string(typed));
-  const bool sound = !name.empty() && name.size() <= kLongestName &&
-                     name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789._-") ==
-                         std::string::npos;
+  const bool sound =
+      !name.empty() && name.size() <= kLongestName &&
+      name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789._-") == std::string::npos;
   return sound ? std::optional(std::move(name)) : std::nullopt;
 }
 

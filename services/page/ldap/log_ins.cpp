@@ -44,7 +44,8 @@ std::shared_future<Outcome> Worker::begin(const std::string& name, const std::st
     const std::lock_guard lock(mutex_);
     const auto same = std::count_if(jobs_.begin(), jobs_.end(),
                                     [&](const Job& job) { return job.whose == whose; });
-    if (quit_ || jobs_.size() >= kMostJobs || static_cast<std::size_t>(same) >= kMostJobs / 2) return answer;
+    if (quit_ || jobs_.size() >= kMostJobs || static_cast<std::size_t>(same) >= kMostJobs / 2)
+      return answer;
     jobs_.push_back({name, password, whose, {}});
     answer = jobs_.back().answer.get_future().share();
   }

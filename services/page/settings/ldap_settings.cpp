@@ -9,6 +9,7 @@
 
 #include "config/diagnostic.hpp"
 #include "config/file_keys.hpp"
+#include "config/source_file.hpp"
 
 namespace loopwarden::page {
 namespace {
@@ -75,9 +76,8 @@ void read_servers(MapReader& in, LdapSettings& settings) {
       in.need_text("url",
                    "ldaps://HOST[:PORT], or ldap:// with start_tls; several with blanks between: "
                    "the first that answers is asked");
-  settings.start_tls =
-      in.flag("start_tls", "TLS begins on the port of ldap://; nothing is said before",
-              settings.start_tls);
+  settings.start_tls = in.flag(
+      "start_tls", "TLS begins on the port of ldap://; nothing is said before", settings.start_tls);
   if (!urls.given || !urls.valid) return;
   std::istringstream words(urls.value);
   for (std::string url; words >> url;) {
@@ -120,7 +120,8 @@ void read_groups(MapReader& in, LdapSettings& settings) {
       settings.group_filter);
   const bool names_nobody = settings.group_filter.find("{dn}") == std::string::npos &&
                             settings.group_filter.find("{user}") == std::string::npos;
-  if (in.given("group_filter") && names_nobody) in.error("group_filter", "must have {dn} or {user}");
+  if (in.given("group_filter") && names_nobody)
+    in.error("group_filter", "must have {dn} or {user}");
 }
 
 }  // namespace

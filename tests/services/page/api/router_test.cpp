@@ -373,7 +373,7 @@ TEST_CASE("log-in by a directory") {
   const auto log_in = [&](const std::string& user, const std::string& password) {
     return rig.answer(attempt(user, password));
   };
-  const auto with_cookie = [](const Response& response, std::vector<std::string> path) {
+  const auto with_cookie = [](const http::Response& response, std::vector<std::string> path) {
     Request request = ApiRig::get(std::move(path));
     const std::string& cookie = response.headers.at(0).second;
     request.cookies[page::api::kCookie] = cookie.substr(cookie.find('=') + 1, 43);
@@ -453,7 +453,7 @@ TEST_CASE("log-in by a directory") {
   }
   SECTION("while it thinks no thread waits") {
     rig.directory.silent = true;
-    Response response = rig.router().answer(attempt("nora", "her own"));
+    http::Response response = rig.router().answer(attempt("nora", "her own"));
     REQUIRE(response.next);
     response = response.next();
     REQUIRE(response.next);

@@ -24,14 +24,12 @@ struct Page {
     const ldap::Outcome outcome = worker.begin(name, Slapd::kPassword, "here").get();
     REQUIRE(outcome.end == ldap::Outcome::End::admitted);
     const Moment now = std::chrono::steady_clock::now();
-    const std::string cookie =
-        sessions.begin(name, {outcome.role, outcome.dn, false, true}, now);
+    const std::string cookie = sessions.begin(name, {outcome.role, outcome.dn, false, true}, now);
     users.admit(name, outcome.role, outcome.dn);
     return cookie;
   }
   Role role(const std::string& cookie) {
-    const auto who =
-        sessions.find(cookie, *users.users(), std::chrono::steady_clock::now(), false);
+    const auto who = sessions.find(cookie, *users.users(), std::chrono::steady_clock::now(), false);
     return who ? who->role : Role::none;
   }
 
@@ -61,7 +59,8 @@ TEST_CASE("who has logged in is looked at again and again", "[slapd]") {
     CHECK(page.role(cookie) == Role::none);
     CHECK(page.role(ella) == Role::engineer);
     CHECK(eventually([&] { return page.ended == 1; }));
-    CHECK(eventually([&] { return page.users.of_directory() == std::vector<std::string>{"ella"}; }));
+    CHECK(
+        eventually([&] { return page.users.of_directory() == std::vector<std::string>{"ella"}; }));
   }
   SECTION("while the server is away a session stays") {
     slapd.stop();

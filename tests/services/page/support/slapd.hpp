@@ -40,8 +40,7 @@ class Slapd {
       : port_(free_port()),
         tls_port_(free_port()),
         program_({kProgram, "-f", (folder_ / "slapd.conf").string(), "-h",
-                  listeners("127.0.0.1") + " " + listeners("127.0.0.2"),
-                  "-d", "0"},
+                  listeners("127.0.0.1") + " " + listeners("127.0.0.2"), "-d", "0"},
                  folder_ / "log") {
     std::filesystem::create_directory(folder_ / "data");
     write_file(folder_ / "slapd.conf", configuration());
