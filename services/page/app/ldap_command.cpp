@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <iostream>
@@ -70,8 +71,10 @@ int test_log_in(const TestOptions& options) {
   warn_of_local(*settings, *name);
   const ldap::Outcome outcome =
       ldap::Server(*settings->ldap)
-          .log_in(*name, password_of(options),
-                  [](const std::string& step) { fmt::print("{}\n", step); });
+          .log_in(*name, password_of(options), [](const std::string& step) {
+            fmt::print("{}\n", step);
+            std::fflush(stdout);  // before what stderr says of the next one
+          });
   if (outcome.end == ldap::Outcome::End::admitted) {
     fmt::print("{} may log in as {}\n", *name, to_text(outcome.role));
     return kExitOk;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 #include <lber.h>
+#include <openssl/pem.h>
+#include <openssl/x509.h>
 #include <poll.h>
 #include <sys/time.h>
 
@@ -28,11 +30,15 @@ void set(LDAP* handle, int option, const void* value, const char* what) {
   if (ldap_set_option(handle, option, value) != LDAP_OPT_SUCCESS) throw LdapTrouble(what);
 }
 
+std::string no_authority(const LdapSettings& settings) {
+  return settings.ca_file.string() + ": no authority's certificate in PEM";
+}
+
 void set_tls(LDAP* handle, const LdapSettings& settings) {
   const int demand = LDAP_OPT_X_TLS_DEMAND;
   const int oldest = LDAP_OPT_X_TLS_PROTOCOL_TLS1_2;
   const int client = 0;
-  const std::string unusable = settings.ca_file.string() + ": no authority's certificate in PEM";
+  const std::string unusable = no_authority(settings);
   set(handle, LDAP_OPT_X_TLS_CACERTDIR, nullptr, "libldap keeps its authorities");
   set(handle, LDAP_OPT_X_TLS_CACERTFILE, settings.ca_file.c_str(), unusable.c_str());
   set(handle, LDAP_OPT_X_TLS_REQUIRE_CERT, &demand, "libldap can't demand a certificate");
@@ -239,6 +245,12 @@ std::optional<std::vector<std::string>> Connection::find(const std::string& base
 }
 
 void check_ca_file(const LdapSettings& settings) {
+  // libldap takes a file without any certificate, and trusts nobody by it.
+  const std::unique_ptr<BIO, int (*)(BIO*)> file(BIO_new_file(settings.ca_file.c_str(), "r"),
+                                                 BIO_free);
+  const std::unique_ptr<X509, void (*)(X509*)> authority(
+      file ? PEM_read_bio_X509(file.get(), nullptr, nullptr, nullptr) : nullptr, X509_free);
+  if (!authority) throw LdapTrouble(no_authority(settings));
   LDAP* handle = new_handle("localhost");
   const std::unique_ptr<LDAP, void (*)(LDAP*)> owned(
       handle, [](LDAP* one) { ldap_unbind_ext_s(one, nullptr, nullptr); });
