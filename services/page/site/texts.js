@@ -25,7 +25,7 @@ const en = {
   nav: {label: 'Views', overview: 'Overview', trends: 'Trends', alarms: 'Alarms', journal: 'Journal', reports: 'Reports', system: 'System', fleet: 'Fleet', login: 'Log in'},
   head: {
     theme: 'Theme', themeSystem: 'System', themeDark: 'Dark', themeLight: 'Light',
-    login: 'Log in', logout: 'Log out', user: '{user}, {role}', readOnly: 'Read-only',
+    login: 'Log in', logout: 'Log out', user: '{user}, {role}', ofDirectory: '{user}, {role}, by directory', readOnly: 'Read-only',
     alarmsNone: 'No alarm waits', alarmsWait: '{n} to acknowledge', alarmsActive: '{n} active', zone: 'All times {zone}, {offset}',
     live: 'Live', old: 'Old values', alarmsOld: 'Alarms not known', alarmsLast: 'Old: {alarms}',
   },

@@ -116,7 +116,7 @@ export class Shell {
     this.#tick();
     this.user.replaceChildren();
     if (s.user) {
-      this.user.append(el('span', {class: 'who'}, fill(texts.head.user, {user: s.user, role: texts.roles[s.role] ?? s.role})),
+      this.user.append(el('span', {class: 'who'}, fill(s.source === 'directory' ? texts.head.ofDirectory : texts.head.user, {user: s.user, role: texts.roles[s.role] ?? s.role})),
         el('button', {class: 'plain', click: () => live.logOut()}, texts.head.logout));
     } else if (s.login) {
       this.user.append(el('a', {class: 'button plain', href: '#/login'}, texts.head.login));

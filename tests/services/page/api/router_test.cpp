@@ -619,6 +619,108 @@ TEST_CASE("log-in, its delay, and its end") {
   }
 }
 
+TEST_CASE("log-in by a directory") {
+  using End = page::ldap::Outcome::End;
+  ApiRig rig(true);
+  rig.settings.ldap = page::LdapSettings();
+  rig.settings.ldap->domains = {"PLANT"};
+  const auto attempt = [&](const std::string& user, const std::string& password) {
+    return rig.post_as("", {"api", "login"}, {{"user", user}, {"password", password}});
+  };
+  const auto log_in = [&](const std::string& user, const std::string& password) {
+    return rig.answer(attempt(user, password));
+  };
+  const auto with_cookie = [](const http::Response& response, std::vector<std::string> path) {
+    Request request = ApiRig::get(std::move(path));
+    const std::string& cookie = response.headers.at(0).second;
+    request.cookies[page::api::kCookie] = cookie.substr(cookie.find('=') + 1, 43);
+    return request;
+  };
+  rig.directory.says = {End::admitted, page::Role::operator_, "uid=nora", ""};
+  SECTION("it gives the role, and the session says where from") {
+    const auto response = log_in("PLANT\\Nora", "her own");
+    REQUIRE(response.status == 200);
+    CHECK(rig.directory.asked == std::vector<std::string>{"nora|her own|loopback"});
+    const json session = json::parse(response.body);
+    CHECK(session["user"] == "nora");
+    CHECK(session["role"] == "operator");
+    CHECK(session["source"] == "directory");
+    CHECK(rig.answer(with_cookie(response, {"api", "alarms"})).status == 200);
+    CHECK(json::parse(log_in("otto", "correct horse").body)["source"] == "file");
+    SECTION("and the session ends with it") {
+      rig.users().dismiss("nora");
+      CHECK(rig.answer(with_cookie(response, {"api", "alarms"})).status == 401);
+    }
+    SECTION("or when the name is another entry's") {
+      rig.users().admit("nora", page::Role::operator_, "uid=another");
+      CHECK(rig.answer(with_cookie(response, {"api", "alarms"})).status == 401);
+    }
+    SECTION("a second session leaves the first") {
+      CHECK(log_in("nora", "her own").status == 200);
+      CHECK(rig.answer(with_cookie(response, {"api", "alarms"})).status == 200);
+    }
+  }
+  SECTION("a name of the file is the file's, whatever the directory says") {
+    CHECK(log_in("otto", "of the directory").status == 401);
+    CHECK(log_in("OTTO", "of the directory").status == 401);
+    CHECK(log_in("PLANT\\otto", "of the directory").status == 401);
+    CHECK(rig.directory.asked.empty());
+  }
+  SECTION("it is asked for no empty password, and for no name that it can't have") {
+    CHECK(log_in("nora", "").status == 401);
+    CHECK(log_in("OTHER\\nora", "her own").status == 401);
+    CHECK(log_in("*", "her own").status == 401);
+    CHECK(rig.directory.asked.empty());
+  }
+  SECTION("a refusal says as much, and comes as late, as one of the file's") {
+    rig.directory.says = {End::wrong, page::Role::none, "", "no such user"};
+    const auto of_directory = log_in("nora", "wrong");
+    const auto of_file = log_in("otto", "wrong");
+    CHECK(of_directory.status == 401);
+    CHECK(of_directory.body == of_file.body);
+    for (const auto* response : {&of_directory, &of_file}) {
+      CHECK(response->delay >= std::chrono::seconds(1));
+      CHECK(response->delay <= std::chrono::seconds(2));
+    }
+  }
+  SECTION("nobody gets further than by the file") {
+    rig.directory.says = {End::wrong, page::Role::none, "", "no such user"};
+    int refused = 0;
+    for (const char* user :
+         {"nora", "Nora", "NORA", "PLANT\\nora", "nora", "noRa", "norA", "nora"}) {
+      refused += log_in(user, "wrong").status == 429;
+    }
+    CHECK(refused == 3);
+    CHECK(rig.directory.asked.size() == 5);
+  }
+  SECTION("no group") {
+    rig.directory.says = {End::no_group, page::Role::none, "", "no group"};
+    const auto response = log_in("nora", "her own");
+    CHECK(response.status == 403);
+    CHECK(response.headers.empty());
+  }
+  SECTION("it is away: nobody new by it, the file's users as ever") {
+    rig.directory.says = {End::unavailable, page::Role::none, "", "away"};
+    CHECK(log_in("nora", "her own").status == 503);
+    CHECK(log_in("otto", "correct horse").status == 200);
+  }
+  SECTION("too many wait") {
+    rig.directory.full = true;
+    CHECK(log_in("nora", "her own").status == 503);
+  }
+  SECTION("while it thinks no thread waits") {
+    rig.directory.silent = true;
+    http::Response response = rig.router().answer(attempt("nora", "her own"));
+    REQUIRE(response.next);
+    response = response.next();
+    REQUIRE(response.next);
+    rig.directory.answer.set_value(rig.directory.says);
+    response = response.next();
+    CHECK(response.status == 200);
+    CHECK(json::parse(response.body)["user"] == "nora");
+  }
+}
+
 TEST_CASE("one network has its tries, however many addresses it has") {
   ApiRig rig(true);
   const auto refused = [&](const std::string& before) {
