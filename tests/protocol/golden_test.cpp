@@ -201,7 +201,7 @@ std::map<std::string, std::string> answers() {
   ask("reload", {{"request", "reload"}, {"dry_run", true}});
   ask("reload_state", {{"request", "reload_state"}, {"reload", 1}});
   ask("explain", {{"request", "explain"}, {"alarm", "stiction"}});
-  bench.lines(22);
+  bench.lines(23);
   ask("journal", {{"request", "journal"}, {"most", 20}});
   ask("outcome", {{"request", "outcome"}, {"found", "stiction"}, {"note", "packing tight"}});
   ask("note", {{"request", "note"}, {"text", "pump changed"}});
