@@ -9,8 +9,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <string_view>
 #include <system_error>
 
 namespace loopwarden::base {
@@ -31,6 +33,27 @@ struct SpawnSettings {
   posix_spawnattr_t attributes{};
   posix_spawn_file_actions_t files{};
 };
+
+std::vector<char*> pointers_to(std::vector<std::string>& words) {
+  std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+// The caller's, but for what `wanted` has another value of.
+std::vector<std::string> environment_with(const std::vector<std::string>& wanted) {
+  std::vector<std::string> all = wanted;
+  for (char** at = environ; *at != nullptr; ++at) {
+    const std::string_view one = *at;
+    const std::string_view name = one.substr(0, one.find('=') + 1);
+    const bool replaced = std::any_of(wanted.begin(), wanted.end(),
+                                      [&](const std::string& w) { return w.starts_with(name); });
+    if (!replaced) all.emplace_back(one);
+  }
+  return all;
+}
 
 }  // namespace
 
@@ -62,12 +85,9 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
 
   std::vector<std::string> words{program};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> pointers;
-  pointers.reserve(words.size() + 1);
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
+  std::vector<std::string> environment = environment_with(wanted.environment);
   const int error = posix_spawnp(&pid_, program.c_str(), &settings.files, &settings.attributes,
-                                 pointers.data(), environ);
+                                 pointers_to(words).data(), pointers_to(environment).data());
   if (error != 0) throw std::system_error(error, std::generic_category(), program);
 }
 

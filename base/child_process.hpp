@@ -17,6 +17,7 @@ struct ChildSettings {
   int output = 2;    // descriptor for its output; 2: the caller's standard error
   int errors = -1;   // descriptor for its errors; -1: as its output
   bool idle = true;  // runs only while nothing else wants the processor (SCHED_IDLE)
+  std::vector<std::string> environment{};  // NAME=VALUE, in place of the caller's of that name
 };
 
 // The child inherits no other files than its input and output, and no blocked signal.

@@ -34,14 +34,18 @@ class Reader {
 
   LoopAlarmConfig read(std::optional<MapReader> in) {
     monitor::NormalMode& normal = alarms_.process.normal_mode;
-    normal = usual_mode(context_.start_mode);
+    if (context_.watched) normal = monitor::NormalMode::any;
+    process(AlarmKind::enable_open).fitted = context_.has_enable;
+    process(AlarmKind::source_lost).fitted = context_.watched;
     process(AlarmKind::deviation).on_delay_s = monitor::kDeviationDelay_s;
     process(AlarmKind::pv_high_high).on_delay_s = kFarDelay_s;
     process(AlarmKind::pv_low_low).on_delay_s = kFarDelay_s;
     if (!in) return alarms_;
-    in->set_one_of(
-        "normal_mode", kNormalModes, "in another one for 10 s: alarm not_normal_mode; any: never",
-        normal, {.fallback = context_.watched ? "any" : "automatic where start.mode is, else any"});
+    in->set_one_of("normal_mode", kNormalModes,
+                   "in another one for 10 s: alarm not_normal_mode, so in fallback and in manual "
+                   "after it; in manual as the loop starts not until it has been in automatic. "
+                   "any: never",
+                   normal);
     if (in->describing())
       describe(*in);
     else
@@ -60,6 +64,11 @@ class Reader {
       in.maybe_section(to_text(kind), "", [&](MapReader& alarm) {
         read_common(alarm, kind);
         if (has_limit(kind)) read_limit(alarm, kind);
+        if (monitor::is_process_alarm(kind) && !process(kind).fitted) {
+          in.warning(to_text(kind), kind == AlarmKind::enable_open
+                                        ? "the loop has no such alarm: io has no enable contact"
+                                        : "the loop has no such alarm: it is controlled here");
+        }
       });
     }
   }

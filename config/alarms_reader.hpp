@@ -13,8 +13,8 @@ namespace loopwarden::config {
 struct AlarmsContext {
   Value<std::pair<double, double>> pv_range;
   bool watched = false;
-  control::Mode start_mode = control::Mode::manual;
   bool knows_set_point = true;
+  bool has_enable = false;
 };
 
 // `in` is not there where the file has no `alarms`.

@@ -191,8 +191,13 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   for (const std::string& name : certificates.value) {
     config.certificates.push_back(resolve(file, name));
   }
-  in.maybe_section("page", "what loopwarden-page may order; nothing: it only reads",
-                   [&](MapReader& page) { config.page = read_rights(page); });
+  in.maybe_section(
+      "page", "what loopwarden-page may order; nothing: it only reads", [&](MapReader& page) {
+        config.page = read_rights(page);
+        config.page.tuning = page.flag("tuning", "gains of loops that are controlled here", false);
+        config.page.reports =
+            page.flag("reports", "have reports made of what is recorded of a loop", false);
+      });
   in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads",
                    [&](MapReader& edge) { config.edge = read_rights(edge); });
   for (auto& [name, section] : in.maybe_named_sections(

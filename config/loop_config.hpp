@@ -95,12 +95,6 @@ inline bool has_enable(const Io& io) noexcept {
                      [](const auto& f) { return f.kind == hal::sim::IoFault::Kind::enable_open; });
 }
 
-// What is normal where `alarms.normal_mode` is not given.
-constexpr monitor::NormalMode usual_mode(control::Mode start) noexcept {
-  return start == control::Mode::automatic ? monitor::NormalMode::automatic
-                                           : monitor::NormalMode::any;
-}
-
 // What is said of an alarm where the loop's file says something; empty: as monitor::guide_of.
 struct AlarmTexts {
   std::string cause, consequence, action, time_to_act;
@@ -200,8 +194,10 @@ struct FeederUser {
 struct SocketRights {
   bool alarms = false;   // acknowledge, reset, shelve; veto
   bool control = false;  // set point, mode, output, jacket
+  bool tuning = false;   // gains; of page.sock alone
+  bool reports = false;  // of the page alone: of what is recorded
 
-  bool any() const noexcept { return alarms || control; }
+  bool any() const noexcept { return alarms || control || tuning || reports; }
   friend bool operator==(const SocketRights&, const SocketRights&) = default;
 };
 

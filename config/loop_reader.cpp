@@ -457,16 +457,13 @@ class LoopReader {
     if (corrective_) read_corrective_action(*corrective_, config().controller, monitor);
   }
 
-  // After start and io: what is normal follows from how the loop comes up, what there is from how it is wired.
+  // After io: what there is follows from how the loop is wired.
   void read_alarms(std::optional<MapReader> in) {
     config().alarms =
         read_loop_alarms(std::move(in), {.pv_range = pv_range_,
                                          .watched = watched_,
-                                         .start_mode = config().start.mode,
-                                         .knows_set_point = knows_set_point(config().io)});
-    monitor::ProcessSettings& process = config().alarms.process;
-    process.at(monitor::AlarmKind::enable_open).fitted = has_enable(config().io);
-    process.at(monitor::AlarmKind::source_lost).fitted = watched_;
+                                         .knows_set_point = knows_set_point(config().io),
+                                         .has_enable = has_enable(config().io)});
   }
 
   // Without a read-back only a stated value or the operator can tell where the output stands.

@@ -271,7 +271,8 @@ constexpr std::array kRegisters{
         "orders that were let in, by whomever, and could not act any more when the loop took them; "
         "65535: at least"),
     holding(Field::calm, Area::third, 9, u16, "calm_stiction", "",
-            "write 1: planned moves that are offered begin, in shadow first; reads 0"),
+            "write 1: planned moves that are offered begin, in shadow first; once for a 1 that is "
+            "repeated; reads 0"),
     holding(Field::alarm_state, Area::third, 10, u16, "alarm_model_gap", "", kState, 1.0, 5),
     holding(Field::shelve_minutes, Area::third, 13, u16, "shelve_model_gap", "min", kShelve, 1.0,
             5),

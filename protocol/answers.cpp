@@ -48,9 +48,11 @@ PROTOCOL_JSON(Cycle, period, time_s, sp, pv, co, stem, set_point_wanted, mode, r
               fault, pv_quality, pv_reason, pv_limit, pv_age_ms, at_low, at_high, rate_limited,
               output_lost, jacket, compensator, ne107)
 
+PROTOCOL_JSON(Gains, kp, ki, kd)
+PROTOCOL_JSON(LoopGains, in_force, file, derivative_filter_s, not_in_file, by, since_ms)
 PROTOCOL_LISTED(LoopStatus, name, description, control, pv_unit, co_unit, pv_range, co_range,
                 sample_time_s, io, recording, monitor, alarms, incident, orders_refused,
-                position_age_ms)
+                position_age_ms, gains)
 template <>
 struct Members<LoopStatus> : WithPart<LoopStatus, Cycle, &LoopStatus::cycle> {};
 PROTOCOL_DEFINE(LoopStatus)
@@ -73,6 +75,7 @@ PROTOCOL_DEFINE(LoopAnswer)
 PROTOCOL_JSON(Explained, evidence, alarm, cause, consequence, action, time_to_act, explanation,
               monitor, disk_answers, history)
 PROTOCOL_JSON(Trend, period, sample_time_s, sp, pv, co, stem, jacket, compensator, mode)
+PROTOCOL_JSON(TwinModel, model)
 PROTOCOL_JSON(SpecialistView, mse, class_, probability)
 PROTOCOL_JSON(JudgedWindow, time_ms, verdict, suppressed, severity_percent, specialists)
 PROTOCOL_JSON(Windows, windows)
@@ -80,7 +83,12 @@ PROTOCOL_JSON(Windows, windows)
 PROTOCOL_JSON(LoopDescription, tag, description, area, control, pv_unit, co_unit, sample_time_s,
               stem, monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
               sp_limits, output_limits)
-PROTOCOL_JSON(SocketRights, alarms, control)
+PROTOCOL_JSON(Report, name, loop, kind, from_ms, to_ms, by, asked_ms, state, place, started_ms,
+              ended_ms, doing, percent, sentence, page)
+PROTOCOL_JSON(Reports, reports)
+PROTOCOL_JSON(ReportTaken, taken, waiting, name, on_disk)
+
+PROTOCOL_JSON(SocketRights, alarms, control, tuning, reports)
 PROTOCOL_JSON(AlarmRules, severe_percent, latching, shelve_limit_min)
 PROTOCOL_JSON(Description, loops, version, config_hash, model_hash, accelerate, started_ms,
               state_directory, page, edge, alarms)
@@ -110,7 +118,8 @@ PROTOCOL_JSON(DaemonStatus, version, config_hash, model_hash, configuration, rec
 PROTOCOL_JSON(Status, loops, daemon)
 
 PROTOCOL_JSON(OrderTaken, order, sample_time_s)
-PROTOCOL_JSON(InForce, set_point, output, mode)
+PROTOCOL_JSON(Commissioning, session, ends_after_s)
+PROTOCOL_JSON(InForce, set_point, output, mode, gains)
 PROTOCOL_JSON(OrderOutcome, on_disk, why, now)
 PROTOCOL_LISTED(OrderState, state)
 template <>
@@ -130,7 +139,8 @@ PROTOCOL_JSON(DaemonPlan, file, applied, waiting_for_restart)
 PROTOCOL_JSON(LoopPlan, loop, file, decision, applied, waiting_for_output, waiting_for_restart)
 PROTOCOL_JSON(ReloadPlan, daemon, loops)
 PROTOCOL_JSON(Diagnostic, file, level, key, message, line, column)
-PROTOCOL_JSON(ReloadOutcome, outcome, dry_run, on_disk, lines, diagnostics, config_hash, why, plan)
+PROTOCOL_JSON(ReloadOutcome, outcome, dry_run, on_disk, take_file_needed, lines, diagnostics,
+              config_hash, why, plan)
 PROTOCOL_LISTED(ReloadState, state)
 template <>
 struct Members<ReloadState> : WithPart<ReloadState, ReloadOutcome, &ReloadState::outcome> {};

@@ -199,6 +199,19 @@ struct Cycle {
   std::string ne107 = "-";
 };
 
+// Of the parallel form: CO units/PV unit, with s.
+struct Gains {
+  double kp = kNone, ki = kNone, kd = kNone;
+};
+
+struct LoopGains {
+  Gains in_force{}, file{};  // `file`: what a restart takes
+  double derivative_filter_s = kNone;
+  bool not_in_file = false;
+  std::string by{};  // who has set what is not in the file; empty: not known
+  std::int64_t since_ms = 0;
+};
+
 struct LoopStatus {
   std::string name{}, description{}, pv_unit{}, co_unit{};
   std::string control{"here"};  // or elsewhere: another controller has the loop
@@ -211,6 +224,7 @@ struct LoopStatus {
   std::optional<Incident> incident{};     // the newest
   std::uint64_t orders_refused = 0;
   double position_age_ms = kNone;
+  std::optional<LoopGains> gains{};  // nothing: another controller has them
   std::optional<Cycle> cycle{};  // its members stand among the loop's; nothing: none has run yet
 };
 
@@ -240,6 +254,11 @@ struct Trend {
   double sample_time_s = 0.0;
   std::vector<double> sp{}, pv{}, co{}, stem{}, jacket{}, compensator{};
   std::vector<std::string> mode{};
+};
+
+// The loop's twin, as a file of a loop model.
+struct TwinModel {
+  std::optional<std::string> model{};  // nothing: it has none
 };
 
 struct SpecialistView {
@@ -272,7 +291,7 @@ struct LoopDescription {
 };
 
 struct SocketRights {
-  bool alarms = false, control = false;
+  bool alarms = false, control = false, tuning = false, reports = false;
 };
 
 struct AlarmRules {
@@ -290,6 +309,34 @@ struct Description {
   std::string state_directory{};
   SocketRights page{}, edge{};
   AlarmRules alarms{};
+};
+
+// --- reports of a loop's record ---
+
+struct Report {
+  std::string name{}, loop{}, kind{};  // gap, commission, survey, diagnose
+  std::int64_t from_ms = 0, to_ms = 0;
+  std::string by{};
+  std::int64_t asked_ms = 0;
+  std::string state{};                   // waiting, running, done, failed
+  std::optional<std::uint64_t> place{};  // while it waits, from 1
+  std::optional<std::int64_t> started_ms{}, ended_ms{};
+  std::string doing{};  // while it runs: what, and how much of that
+  std::optional<std::uint64_t> percent{};
+  std::string sentence{};  // once it has ended
+  std::string page{};      // below the state directory; empty: there is none
+};
+
+// Newest first.
+struct Reports {
+  std::vector<Report> reports{};
+};
+
+struct ReportTaken {
+  bool taken = false;  // false: `waiting` do already
+  std::uint64_t waiting = 0;
+  std::string name{};
+  bool on_disk = false;  // the journal's line
 };
 
 // --- the register map ---
@@ -405,10 +452,17 @@ struct OrderTaken {
   double sample_time_s = 0.1;
 };
 
+// Of a loop that is out of service for everybody but who has this session.
+struct Commissioning {
+  std::uint64_t session = 0;
+  double ends_after_s = 60.0;  // without a sign of life
+};
+
 // The one value in force that was not the expected one.
 struct InForce {
   Maybe<double> set_point{}, output{};
   Maybe<std::string> mode{};
+  Maybe<Gains> gains{};
 };
 
 struct OrderOutcome {
@@ -490,6 +544,7 @@ struct Diagnostic {
 struct ReloadOutcome {
   std::string outcome{};  // in_force, waits, refused
   bool dry_run = false, on_disk = false;
+  bool take_file_needed = false;  // refused for a person's gains that no file has
   std::vector<std::string> lines{};
   std::optional<std::vector<Diagnostic>> diagnostics{};
   std::uint32_t config_hash = 0;

@@ -29,7 +29,8 @@ constexpr std::array<const char*, kColumns> kNames{"period",
                                                    "alarm",
                                                    "alarm_kind",
                                                    "alarms_unacknowledged",
-                                                   "condition"};
+                                                   "condition",
+                                                   "not_in_file"};
 
 void put(std::string& text, double value, int digits) {
   if (!std::isfinite(value)) {

@@ -29,9 +29,10 @@ enum class Column : std::uint8_t {
   alarm,
   alarm_kind,
   alarms_unacknowledged,
-  condition
+  condition,
+  not_in_file  // gains
 };
-inline constexpr std::size_t kColumns = 16;
+inline constexpr std::size_t kColumns = 17;
 
 struct Overview {
   std::int64_t now_ms = 0;

@@ -33,6 +33,7 @@ void want_value(const json& value, const char* key, bool& flag) {
   flag = value.get<bool>();
 }
 void want_value(const json& value, const char*, Expected& expected) { value.get_to(expected); }
+void want_value(const json& value, const char* key, Gains& gains);
 
 template <class T>
 void want(const json& from, const char* key, T& value) {
@@ -42,6 +43,14 @@ void want(const json& from, const char* key, T& value) {
 template <class T>
 void want(const json& from, const char* key, Maybe<T>& value) {
   if (const auto it = from.find(key); it != from.end()) want_value(*it, key, value.emplace());
+}
+void want_value(const json& value, const char* key, Gains& gains) {
+  if (!value.is_object() || value.size() != 3) {
+    throw RequestError(std::string(key) + " is an object of kp, ki and kd");
+  }
+  want(value, "kp", gains.kp);
+  want(value, "ki", gains.ki);
+  want(value, "kd", gains.kd);
 }
 
 }  // namespace
@@ -114,15 +123,18 @@ PROTOCOL_QUESTION(StatusRequest)
 PROTOCOL_QUESTION(DescribeRequest)
 PROTOCOL_QUESTION(OverviewRequest)
 PROTOCOL_QUESTION(AlarmsRequest)
-PROTOCOL_QUESTION(AlarmDesignRequest)
+PROTOCOL_REQUEST(AlarmDesignRequest, loop)
 PROTOCOL_REQUEST(AlarmFiguresRequest, hours)
 PROTOCOL_REQUEST(LoopRequest, loop)
 PROTOCOL_REQUEST(WindowsRequest, loop)
+PROTOCOL_REQUEST(TwinRequest, loop)
 PROTOCOL_REQUEST(TrendRequest, loop, from, most)
 PROTOCOL_REQUEST(RegistersRequest, values_only)
 PROTOCOL_REQUEST(ExplainRequest, loop, alarm)
 PROTOCOL_REQUEST(JournalRequest, most, before_id, kind, text, from_ms, to_ms, loop)
-PROTOCOL_REQUEST(SetRequest, loop, set_point, output, mode, jacket, expect, user, address)
+PROTOCOL_REQUEST(SetRequest, loop, set_point, output, mode, jacket, expect, user, address, session)
+PROTOCOL_REQUEST(TuneRequest, loop, kp, ki, kd, expect, user, address)
+PROTOCOL_REQUEST(CommissioningRequest, loop, session, withhold_s, end)
 PROTOCOL_REQUEST(OrderRequest, loop, order)
 PROTOCOL_REQUEST(AlarmRequest, loop, alarm, action, reason, minutes, user, address)
 PROTOCOL_REQUEST(AcknowledgeIncidentRequest, loop, incident, reason, user, address)
@@ -130,8 +142,10 @@ PROTOCOL_REQUEST(AcknowledgeAllRequest, reason, user, address)
 PROTOCOL_REQUEST(VetoRequest, loop, veto, reason, user, address)
 PROTOCOL_REQUEST(OutcomeRequest, loop, found, note)
 PROTOCOL_REQUEST(NoteRequest, loop, text, about_ms, user, address)
+PROTOCOL_REQUEST(ReportsRequest, loop)
+PROTOCOL_REQUEST(ReportRequest, loop, kind, from_ms, to_ms, user, address)
 PROTOCOL_REQUEST(RecordRequest, loop, start, stop)
-PROTOCOL_REQUEST(ReloadRequest, dry_run)
+PROTOCOL_REQUEST(ReloadRequest, dry_run, take_file)
 PROTOCOL_REQUEST(ReloadStateRequest, reload)
 
 std::string name_of(const json& request) {

@@ -39,10 +39,11 @@ struct AlarmsRequest {
   using Answer = Alarms;
 };
 
-// All alarms of all loops as their files have them.
+// All alarms of a loop, or of all loops, as their files have them.
 struct AlarmDesignRequest {
   static constexpr const char* kName = "alarm_design";
   using Answer = AlarmDesigns;
+  Maybe<std::string> loop{};
 };
 
 struct AlarmFiguresRequest {
@@ -60,6 +61,12 @@ struct LoopRequest {
 struct WindowsRequest {
   static constexpr const char* kName = "windows";
   using Answer = Windows;
+  std::string loop{};
+};
+
+struct TwinRequest {
+  static constexpr const char* kName = "twin";
+  using Answer = TwinModel;
   std::string loop{};
 };
 
@@ -110,6 +117,27 @@ struct SetRequest {
   Maybe<std::string> mode{};    // auto, man
   Maybe<std::string> jacket{};  // off, shadow, on
   Maybe<Expected> expect{};
+  Maybe<std::string> user{}, address{};
+  Maybe<std::uint64_t> session{};  // of who commissions the loop
+};
+
+// Takes a loop for who commissions it, or with its session: a sign of life.
+struct CommissioningRequest {
+  static constexpr const char* kName = "commissioning";
+  using Answer = Commissioning;
+  std::string loop{};
+  Maybe<std::uint64_t> session{};
+  Maybe<double> withhold_s{};  // for so long no command goes out
+  Maybe<bool> end{};
+};
+
+// The controller's gains, until a reload or a restart takes those of the file.
+struct TuneRequest {
+  static constexpr const char* kName = "tune";
+  using Answer = OrderTaken;
+  std::string loop{};
+  double kp = kNone, ki = kNone, kd = kNone;
+  Maybe<Gains> expect{};  // what the sender has seen
   Maybe<std::string> user{}, address{};
 };
 
@@ -170,6 +198,21 @@ struct NoteRequest {
   Maybe<std::string> user{}, address{};
 };
 
+// Those of a loop that wait, run, or have ended and are kept.
+struct ReportsRequest {
+  static constexpr const char* kName = "reports";
+  using Answer = Reports;
+  std::string loop{};
+};
+
+struct ReportRequest {
+  static constexpr const char* kName = "report";
+  using Answer = ReportTaken;
+  std::string loop{}, kind{};
+  std::uint64_t from_ms = 0, to_ms = 0;  // UTC, of what is recorded
+  Maybe<std::string> user{}, address{};
+};
+
 struct RecordRequest {
   static constexpr const char* kName = "record";
   using Answer = RecordFile;
@@ -182,6 +225,7 @@ struct ReloadRequest {
   static constexpr const char* kName = "reload";
   using Answer = ReloadNumber;
   Maybe<bool> dry_run{};
+  Maybe<bool> take_file{};  // also where a person's gains are not in the files
 };
 
 struct ReloadStateRequest {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <ctime>
@@ -39,6 +40,22 @@ std::int64_t utc_of(const RecordRow& row) noexcept {
   return clock_ns(CLOCK_REALTIME) - (waited >= 0 && waited < kLongestWait ? waited : 0);
 }
 
+// 0: its header can't be read.
+std::int64_t start_utc_ms(const std::filesystem::path& path) noexcept {
+  const base::File file(path, O_RDONLY);
+  std::array<char, kSegmentHeaderBytes> bytes{};
+  if (!file.is_open() ||
+      ::pread(file.fd(), bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
+    return 0;
+  }
+  try {
+    const DecodedHeader decoded = decode_header(bytes);
+    return decoded.problem == nullptr ? decoded.header.start_utc_ns / 1'000'000 : 0;
+  } catch (const std::bad_alloc&) {
+    return 0;
+  }
+}
+
 bool disk_is_full(int error) noexcept { return error == ENOSPC || error == EDQUOT; }
 
 }  // namespace
@@ -58,6 +75,7 @@ SegmentWriter::SegmentWriter(SegmentSettings settings)
     next_sequence_ = std::max(next_sequence_, segment.sequence + 1);
     ended_.push_back(std::move(segment));
   }
+  look_for_oldest();
 }
 
 void SegmentWriter::append(std::span<const RecordRow> rows) noexcept {
@@ -156,6 +174,7 @@ bool SegmentWriter::create_segment(const RecordRow& first) {
   rows_in_segment_ = 0;
   unsynced_ = true;
   if (run_ == 0) run_ = sequence_;
+  if (status_.oldest_utc_ms == 0) status_.oldest_utc_ms = utc_of(first) / 1'000'000;
   return true;
 }
 
@@ -193,6 +212,7 @@ bool SegmentWriter::drop_oldest() noexcept {
     if (::unlink(segment->path.c_str()) == 0 || errno == ENOENT) {
       ended_.erase(segment);
       ++status_.segments_dropped;
+      look_for_oldest();
       return true;
     }
     failed_step_ = "deleting the oldest segment";
@@ -200,6 +220,14 @@ bool SegmentWriter::drop_oldest() noexcept {
   }
   if (!ended_.empty()) failed(failed_step_, failed_errno_);
   return false;
+}
+
+void SegmentWriter::look_for_oldest() noexcept {
+  status_.oldest_utc_ms = 0;
+  for (const SegmentFile& segment : ended_) {
+    if ((status_.oldest_utc_ms = start_utc_ms(segment.path)) != 0) return;
+  }
+  if (file_.is_open()) status_.oldest_utc_ms = start_utc_ms(path_);
 }
 
 std::size_t SegmentWriter::bytes_of_open() const noexcept {

@@ -37,8 +37,9 @@ struct SegmentStatus {
   std::uint64_t disk_errors = 0;
   std::uint64_t segments_dropped = 0;  // to keep the limit, or for room on a full disk
   std::uint64_t syncs = 0;
-  std::size_t bytes = 0;   // of all segments together
-  std::string last_error;  // empty: none so far
+  std::size_t bytes = 0;           // of all segments together
+  std::int64_t oldest_utc_ms = 0;  // of the first row that is kept; 0: none is
+  std::string last_error;          // empty: none so far
 };
 
 // Used by one thread. Only the constructor throws: a recorder in trouble must not harm the loop.
@@ -63,6 +64,7 @@ class SegmentWriter {
   bool sync() noexcept;
   bool make_room() noexcept;
   bool drop_oldest() noexcept;
+  void look_for_oldest() noexcept;
   std::size_t bytes_of_all() const noexcept;
   std::size_t bytes_of_open() const noexcept;
   void failed(const char* step, int error) noexcept;

@@ -15,7 +15,7 @@ int run(int argc, char** argv) {
         add_alarms,  add_register_map, add_export,     add_import,   add_survey,   add_outcome,
         add_batch,   add_discover,     add_diagnose,   add_train,    add_classify, add_replay,
         add_explain, add_gap,          add_commission, add_demo,     add_effects,  add_identify,
-        add_compare, add_limit_cycle,  add_valve_test, add_autotune, add_tune}) {
+        add_compare, add_limit_cycle,  add_valve_test, add_autotune, add_tune,     add_setup}) {
     add(program);
   }
   return program.run(argc, argv);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <stdexcept>
@@ -11,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/app/attempt.hpp"
 #include "daemon/app/status.hpp"
 #include "daemon/loops/loop_orders.hpp"
 #include "model/commission/explain.hpp"
@@ -36,12 +38,6 @@ std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration
     }
   }
   return loops;
-}
-
-std::uint64_t dropped_cycles(const Historian& historian, std::size_t loops) {
-  std::uint64_t dropped = 0;
-  for (std::size_t i = 0; i < loops; ++i) dropped += historian.status(i).dropped;
-  return dropped;
 }
 
 console::Rights rights_of(const config::DaemonConfig& config) {
@@ -109,17 +105,31 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       board(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
             base::utc_ms),
       box_alarms(configuration.daemon.alarms.settings, journal, base::utc_ms),
-      box_looker({.state_directory = configuration.daemon.state_directory,
-                  .certificates = configuration.daemon.certificates,
+      box_looker({.disk =
+                      [state = configuration.daemon.state_directory,
+                       certificates = configuration.daemon.certificates] {
+                        return box::look_at_disk(state, certificates);
+                      },
                   .status = [this] { return status_of(*this); },
-                  .dropped = [this] { return dropped_cycles(historian, loops.all().size()); }},
+                  .dropped = [this] { return historian.dropped(); }},
                  box_alarms),
+      reports({.program = workbench_program(),
+               .folder = std::filesystem::path(configuration.daemon.state_directory) / "reports",
+               .socket =
+                   std::filesystem::path(configuration.daemon.runtime_directory) / "control.sock"},
+              report_ends()),
       evidence(configuration.daemon, specialists,
                {.loops = loops.all(),
                 .board = board,
                 .journal = journal,
                 .config_hash = [this] { return reloader.config_hash(); },
-                .history = [this](std::size_t loop) { return watching.monitor->history(loop); }}),
+                .history = [this](std::size_t loop) { return watching.monitor->history(loop); },
+                .spare =
+                    [this](const StopWork& stop) {
+                      bool worked = false;
+                      attempt("report", [&] { worked = reports.run_next(stop); });
+                      return worked;
+                    }}),
       reloader(configuration, folder, loops.all(), historian, journal, reloader_ends(service)),
       control(socket_folder(configuration.daemon.runtime_directory), console_parts(),
               rights_of(configuration.daemon)),
@@ -175,6 +185,32 @@ void Assembly::make_monitor(const Specialists& specialists) {
       });
 }
 
+reports::DeskEnds Assembly::report_ends() {
+  return {.now_ms = base::utc_ms,
+          .wake = [this] { evidence.explainer().wake(); },
+          .ended =
+              [this](const reports::Report& report) {
+                journal::JournalEntry line;
+                line.kind = journal::JournalEntry::Kind::system;
+                line.utc_ms = report.ended_ms;
+                line.loop = report.order.loop;
+                line.what = "report";
+                line.new_value = report.name;
+                line.result = report.state == reports::State::done ? "done" : "failed";
+                line.reason = report.sentence;
+                journal.post(std::move(line));
+              },
+          .in_use =
+              [this](const std::filesystem::path& folder) {
+                const std::string prefix = folder.string() + "/";
+                return std::any_of(loops.all().begin(), loops.all().end(),
+                                   [&](const LoopRuntime& loop) {
+                                     return loop.config.monitor.twin.starts_with(prefix) ||
+                                            loop.config.monitor.specialists.starts_with(prefix);
+                                   });
+              }};
+}
+
 ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
   return {.take_over =
               [this](const config::DaemonConfig& wanted) {
@@ -194,13 +230,15 @@ console::Parts Assembly::console_parts() {
           .box_alarms = box_alarms,
           .journal = journal,
           .evidence = evidence.store(),
+          .reports = reports,
           .severe_percent = configuration.daemon.alarms.severe_percent,
           .daemon_status = [this] { return status_of(*this); },
           .box_description = [this] { return description_of(*this); },
           .config_hash = [this] { return reloader.config_hash(); },
-          .reload = [this](const std::string& peer,
-                           bool dry_run) { return reloader.post(peer, dry_run); },
+          .reload = [this](const std::string& peer, bool dry_run,
+                           bool take_file) { return reloader.post(peer, dry_run, take_file); },
           .reload_state = [this](std::uint64_t number) { return reloader.state(number); },
+          .twin = [this](std::size_t loop) { return evidence.twin(loop); },
           .box = [this] { return box_reading_of(*this); },
           .modbus_server =
               [this] { return modbus ? modbus->gateway.state() : gateway::ServerState{}; }};

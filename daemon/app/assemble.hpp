@@ -28,6 +28,7 @@
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/orders/order_desk.hpp"
 #include "daemon/recorder/historian.hpp"
+#include "daemon/reports/report_desk.hpp"
 
 namespace loopwarden::daemon {
 
@@ -72,6 +73,7 @@ struct Assembly {
   monitor::WatchBoard board;
   box::BoxBoard box_alarms;
   box::BoxLooker box_looker;
+  reports::ReportDesk reports;
   EvidenceFlow evidence;
   Watching watching;
   Reloader reloader;
@@ -80,6 +82,7 @@ struct Assembly {
   std::unique_ptr<ModbusServer> modbus;  // null: none is configured
 
  private:
+  reports::DeskEnds report_ends();
   console::Parts console_parts();
   ReloaderEnds reloader_ends(ServiceManager& service);
   void make_monitor(const Specialists& specialists);

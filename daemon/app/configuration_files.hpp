@@ -10,7 +10,7 @@
 
 #include "config/diagnostic.hpp"
 #include "config/loop_config.hpp"
-#include "daemon/recorder/disk_errand.hpp"
+#include "base/errand/disk_errand.hpp"
 
 namespace loopwarden::daemon {
 
@@ -43,7 +43,7 @@ class ConfigurationFiles {
   std::filesystem::path folder_;
   std::shared_ptr<Reading> now_;  // null: no files are being read
   bool slow_reported_ = false;
-  DiskErrand reader_{"lw-reload"};
+  base::DiskErrand reader_{"lw-reload"};
 };
 
 }  // namespace loopwarden::daemon

@@ -66,13 +66,18 @@ EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config, const Specialists
                  const std::string& why) { report_evidence(e, folder, why); },
           [this](const std::string& why) { report_removal(why); }),
       explainer_(
-          {.program = ends_.explain, .save = wall_clock(60.0, accelerate_)},
+          {.program = ends_.explain, .save = wall_clock(60.0, accelerate_), .spare = ends_.spare},
           [this](std::size_t loop) { return ends_.history(loop)->minutes(); },
           [this](const ExplainJob& job, const Explanation* explanation, const std::string& why) {
             report_explanation(job, explanation, why);
           }) {
   for (const auto& [name, folder] : specialists.folders) specialist_hashes_[name] = folder.hash;
   for (const auto& [name, twin] : specialists.twins) twins_[name] = config::write_model(twin, name);
+}
+
+std::string EvidenceFlow::twin(std::size_t loop) const {
+  const auto found = twins_.find(ends_.loops[loop].config.monitor.twin);
+  return found == twins_.end() ? std::string() : found->second;
 }
 
 void EvidenceFlow::start() {

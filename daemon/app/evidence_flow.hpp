@@ -36,6 +36,8 @@ class EvidenceFlow {
     // Of a loop with a twin; null: it has none.
     std::function<const monitor::History*(std::size_t loop)> history;
     std::filesystem::path explain = workbench_program();
+    // What the explainer does while nothing is to be explained.
+    std::function<bool(const StopWork& stop)> spare{};
   };
   // What is referred to outlives this.
   EvidenceFlow(const config::DaemonConfig& config, const Specialists& specialists, Ends ends);
@@ -50,6 +52,9 @@ class EvidenceFlow {
   void keep(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
             const loopwarden::monitor::LoopMonitor& loop_monitor,
             const loopwarden::monitor::MonitorStep& step, loopwarden::monitor::AlarmReason reason);
+
+  // The file of a loop's twin as text; empty: it has none.
+  std::string twin(std::size_t loop) const;
 
   EvidenceStore& store() noexcept { return store_; }
   const EvidenceStore& store() const noexcept { return store_; }

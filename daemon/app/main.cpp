@@ -16,6 +16,7 @@
 #include "daemon/app/log_queue.hpp"
 #include "daemon/app/specialist_files.hpp"
 #include "daemon/app/stop_actions.hpp"
+#include "daemon/probe/probe.hpp"
 #include "base/exit_code.hpp"
 #include "base/signals.hpp"
 #include "base/standard_streams.hpp"
@@ -88,15 +89,24 @@ int run_command_line(int argc, char** argv) {
   std::string directory;
   bool check = false;
   bool safe = false;
+  bool probe = false;
   cli.add_option("--config", directory, "folder with loopwardend.yaml and loops.d/*.yaml")
       ->required();
   auto* check_flag = cli.add_flag("--check", check, "validate the configuration and exit");
   cli.add_flag("--safe", safe, "send every output to its stop action once and exit")
       ->excludes(check_flag);
+  cli.add_flag(
+         "--probe", probe,
+         "read registers for `loopwarden setup`, by lines of the standard input; writes to no "
+         "device")
+      ->excludes(check_flag)
+      ->excludes("--safe");
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   cli.footer(kFooter);
-  return loopwarden::config::run_service(cli, {argv + 1, argv + argc},
-                                         [&] { return run(directory, check, safe); });
+  return loopwarden::config::run_service(cli, {argv + 1, argv + argc}, [&] {
+    if (!probe) return run(directory, check, safe);
+    return loopwarden::daemon::probe::serve(directory, STDIN_FILENO, std::chrono::seconds(60));
+  });
 }
 
 }  // namespace

@@ -40,22 +40,8 @@ const char* name_of(control::Recovery recovery) {
 }
 
 const char* name_of(loopwarden::monitor::NormalMode mode) {
-  switch (mode) {
-    case loopwarden::monitor::NormalMode::automatic: return "automatic";
-    case loopwarden::monitor::NormalMode::manual: return "manual";
-    case loopwarden::monitor::NormalMode::any: break;
-  }
-  return "any";
+  return loopwarden::monitor::to_text(mode);
 }
-// Where it follows from `start.mode` in both states it is that key alone which has another value.
-struct NormalModeOf {
-  loopwarden::monitor::NormalMode mode;
-  control::Mode start;
-  bool follows() const { return mode == config::usual_mode(start); }
-  friend bool operator==(const NormalModeOf& a, const NormalModeOf& b) {
-    return a.mode == b.mode || (a.follows() && b.follows());
-  }
-};
 
 // Its mode has a row of its own.
 config::LoopAlarmConfig alarms_without_mode(const LoopConfig& loop) {
@@ -80,11 +66,11 @@ std::string shown(const T& value) {
   } else if constexpr (std::is_same_v<T, control::OutputAction>) {
     return value.kind == control::OutputAction::Kind::hold ? "hold" : shown(value.value);
   } else if constexpr (std::is_same_v<T, config::SocketRights>) {
-    return fmt::format("{{alarms: {}, control: {}}}", value.alarms, value.control);
+    return fmt::format("{{alarms: {}, control: {}{}{}}}", value.alarms, value.control,
+                       value.tuning ? ", tuning: true" : "",
+                       value.reports ? ", reports: true" : "");
   } else if constexpr (std::is_same_v<T, control::CompensatorSettings>) {
     return control::to_text(value.kind);
-  } else if constexpr (std::is_same_v<T, NormalModeOf>) {
-    return name_of(value.mode);
   } else if constexpr (std::is_enum_v<T>) {
     return name_of(value);
   } else {
@@ -172,7 +158,7 @@ constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("safe_actions.recovery_delay", kApplied, [](const LoopConfig& l) { return l.safety.recovery_delay_s; }),
     loop_row("recording.enabled", kWaits, [](const LoopConfig& l) { return l.recording.enabled; }),
     loop_row("recording.limit_mb", kWaits, [](const LoopConfig& l) { return l.recording.limit_bytes / 1'000'000; }),
-    loop_row("alarms.normal_mode", kWaits, [](const LoopConfig& l) { return NormalModeOf{l.alarms.process.normal_mode, l.start.mode}; }),
+    loop_row("alarms.normal_mode", kWaits, [](const LoopConfig& l) { return l.alarms.process.normal_mode; }),
     loop_row("alarms", kWaits, [](const LoopConfig& l) { return alarms_without_mode(l); }),
     loop_row("monitor.overlap", kWaits, [](const LoopConfig& l) { return l.monitor.overlap; }),
     loop_row("monitor.decimation", kWaits, [](const LoopConfig& l) { return l.monitor.decimation; }),

@@ -27,7 +27,7 @@ std::uint64_t ReloadQueue::add(ReloadJob job) {
   return newest_;
 }
 
-std::uint64_t ReloadQueue::post(const std::string& peer, bool dry_run) {
+std::uint64_t ReloadQueue::post(const std::string& peer, bool dry_run, bool take_file) {
   const std::lock_guard lock(mutex_);
   const auto open = std::count_if(jobs_.begin(), jobs_.end(), [](const auto& job) {
     return job->state != ReloadJob::State::done;
@@ -38,6 +38,7 @@ std::uint64_t ReloadQueue::post(const std::string& peer, bool dry_run) {
   ReloadJob job;
   job.peer = peer;
   job.dry_run = dry_run;
+  job.take_file = take_file;
   return add(std::move(job));
 }
 

@@ -20,6 +20,7 @@ struct ReloadJob {
   std::string peer;
   bool by_signal = false;
   bool dry_run = false;
+  bool take_file = false;  // also where a person's gains are not in the file
   State state = State::waiting;
   protocol::ReloadOutcome result;  // once it is done
   std::uint64_t journal_ticket = 0;
@@ -30,7 +31,7 @@ class ReloadQueue {
   explicit ReloadQueue(journal::Journal& journal) : journal_(journal) {}
 
   // The number to ask for with state(); throws std::runtime_error where too many wait.
-  std::uint64_t post(const std::string& peer, bool dry_run);
+  std::uint64_t post(const std::string& peer, bool dry_run, bool take_file);
   // SIGHUP. One that has not begun yet reads the files of after this one, too.
   void by_signal();
   // Nothing: there is no such reload any more.

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/app/reloader.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <ctime>
 #include <exception>
 #include <span>
 #include <utility>
@@ -29,6 +31,39 @@ std::string first_error(std::span<const config::Diagnostic> diagnostics) {
       [](const config::Diagnostic& d) { return d.level == config::Diagnostic::Level::error; });
   return first == diagnostics.end() ? std::string() : config::to_text(*first);
 }
+
+bool is_gain(const reload::Change& change) {
+  return change.key == "controller.kp" || change.key == "controller.ki" ||
+         change.key == "controller.kd";
+}
+
+// A line for each loop whose gains, which a person has set and no file has, the plan would change.
+std::vector<std::string> gains_lost(const reload::Plan& plan,
+                                    const std::vector<LoopRuntime>& loops) {
+  std::vector<std::string> lines;
+  for (const LoopPlan& planned : plan.loops) {
+    std::vector<std::string> changes;
+    for (const auto* list : {&planned.keys.applied, &planned.waiting_for_output}) {
+      for (const reload::Change& change : *list) {
+        if (!is_gain(change)) continue;
+        changes.push_back(fmt::format("{} {} -> {}", change.key, change.from, change.to));
+      }
+    }
+    const std::optional<std::size_t> loop = find_loop(loops, planned.loop);
+    if (changes.empty() || !loop) continue;
+    const auto ordered = loops[*loop].settings->gains_not_in_file();
+    if (!ordered || !ordered->author.person) continue;
+    lines.push_back(fmt::format(
+        "{}: gains in force are not in its file (set by {}, {:%FT%TZ}): {}", planned.loop,
+        ordered->author.by, fmt::gmtime(static_cast<std::time_t>(ordered->author.utc_ms / 1000)),
+        fmt::join(changes, ", ")));
+  }
+  return lines;
+}
+
+constexpr const char* kTakeFile =
+    "gains in force are not in the files; write them there, or take the files' with `loopwarden "
+    "reload --take-file`";
 
 std::string what_was_done(const reload::Plan& plan) {
   std::size_t waiting = plan.daemon.waiting_for_restart.size();
@@ -107,19 +142,33 @@ void Reloader::take(const ReadFiles& read) {
   std::vector<reload::Output> outputs;
   for (std::size_t i = 0; i < loops_.size(); ++i) outputs.push_back(output(i));
   reload::Plan plan = reload::plan(in_force(), wanted, outputs);
+  const std::vector<std::string> lost = gains_lost(plan, loops_);
+  const bool refused = !lost.empty() && !current_.job->take_file;
   if (current_.job->dry_run) {
-    finish({.outcome = plan.all_in_force() ? "in_force" : "waits",
-            .lines = reload::to_lines(plan),
-            .plan = reload::told(plan)});
+    std::vector<std::string> lines = reload::to_lines(plan);
+    lines.insert(lines.end(), lost.begin(), lost.end());
+    const char* const otherwise = plan.all_in_force() ? "in_force" : "waits";
+    finish(
+        {.outcome = refused ? "refused" : otherwise,
+         .take_file_needed = refused,
+         .lines = std::move(lines),
+         .why = refused ? protocol::Maybe<std::string>(kTakeFile) : protocol::Maybe<std::string>(),
+         .plan = reload::told(plan)});
+    return;
+  }
+  if (refused) {
+    refuse(kTakeFile, lost, true);
     return;
   }
   for (const config::Diagnostic& d : read.files.diagnostics) {
     spdlog::warn("{}", config::to_text(d));
   }
   current_.hash_before = config_hash();
+  current_.replaces_gains = !lost.empty();
   current_.taking_since = Clock::now();
   status_.taken(hash_of(wanted.text));
   offers_.make(plan, wanted);
+  note_gains_of_file(wanted);
   plan_ = std::move(plan);
   queue_.set(*current_.job, State::taking);
   reload::apply(wanted.daemon, running_.daemon);
@@ -156,31 +205,53 @@ void Reloader::finish_taking() {
   spdlog::info("reload: done, {}", in_force ? "everything in the files is in force"
                                             : "not everything in the files is in force");
   status_.publish(plan_);
-  const std::uint64_t ticket = write_down(what_was_done(plan_));
+  const std::uint64_t ticket = write_down(
+      what_was_done(plan_) + (current_.replaces_gains
+                                  ? "; the files' gains take the place of those that were not there"
+                                  : ""));
   finish({.outcome = in_force ? "in_force" : "waits",
           .lines = std::move(lines),
           .plan = reload::told(plan_)},
          ticket);
 }
 
+// Gains that the file has by now need no offer.
+void Reloader::note_gains_of_file(const config::Configuration& wanted) {
+  for (const config::LoopConfig& loop : wanted.loops) {
+    const std::optional<std::size_t> index = find_loop(loops_, loop.name);
+    if (!index) continue;
+    CurrentSettings& settings = *loops_[*index].settings;
+    if (settings.get().controller.pid.gains == loop.controller.pid.gains) {
+      settings.gains_of_file(loop.controller.pid.gains);
+    }
+  }
+}
+
 void Reloader::refuse(const ReadFiles& read) {
   const std::vector<config::Diagnostic>& diagnostics = read.files.diagnostics;
-  const std::string why = read.error.empty() ? first_error(diagnostics) : read.error;
   current_.diagnostics = reload::told(diagnostics);
   std::vector<std::string> lines;
   for (const config::Diagnostic& d : diagnostics) lines.push_back(config::to_text(d));
   if (!read.error.empty()) lines.push_back(read.error);
+  refuse(read.error.empty() ? first_error(diagnostics) : read.error, std::move(lines), false);
+}
+
+void Reloader::refuse(const std::string& why, std::vector<std::string> lines,
+                      bool take_file_needed) {
   std::uint64_t ticket = 0;
   if (!current_.job->dry_run) {
     for (const std::string& line : lines) spdlog::error("{}", line);
-    spdlog::error("reload refused: {}; the loops run on as before",
-                  read.error.empty() ? "the configuration has errors" : read.error);
+    spdlog::error("reload refused: {}; the loops run on as before", why);
     status_.refused(why);
     current_.hash_before = config_hash();
     status_.publish(plan_);
     ticket = write_down("refused: " + why);
   }
-  finish({.outcome = "refused", .lines = std::move(lines), .why = why}, ticket);
+  finish({.outcome = "refused",
+          .take_file_needed = take_file_needed,
+          .lines = std::move(lines),
+          .why = why},
+         ticket);
 }
 
 void Reloader::finish(protocol::ReloadOutcome result, std::uint64_t journal_ticket) {

@@ -54,7 +54,9 @@ class Reloader {
   void step();
 
   // Any thread. As in ReloadQueue.
-  std::uint64_t post(const std::string& peer, bool dry_run) { return queue_.post(peer, dry_run); }
+  std::uint64_t post(const std::string& peer, bool dry_run, bool take_file) {
+    return queue_.post(peer, dry_run, take_file);
+  }
   std::optional<protocol::ReloadState> state(std::uint64_t number) const {
     return queue_.state(number);
   }
@@ -67,6 +69,7 @@ class Reloader {
   struct Current {
     std::shared_ptr<ReloadJob> job;  // null: none is
     std::uint32_t hash_before = 0;
+    bool replaces_gains = false;  // those of a person
     std::optional<std::vector<protocol::Diagnostic>> diagnostics;
     std::chrono::steady_clock::time_point taking_since{};
   };
@@ -77,6 +80,8 @@ class Reloader {
   void follow_offers();
   void finish_taking();
   void refuse(const ReadFiles& read);
+  void refuse(const std::string& why, std::vector<std::string> lines, bool take_file_needed);
+  void note_gains_of_file(const config::Configuration& wanted);
   void finish(protocol::ReloadOutcome result, std::uint64_t journal_ticket = 0);
   std::uint64_t write_down(const std::string& result) const;
   config::Configuration in_force() const;

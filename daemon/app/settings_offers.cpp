@@ -58,6 +58,7 @@ bool SettingsOffers::follow(reload::Plan& plan,
     if (channels.settings_taken.load(std::memory_order_acquire) == offer.number) {
       const bool waited = planned.decision == Decision::wait_for_output;
       reload::confirm(planned);
+      loops_[offer.loop].settings->gains_of_file(offer.wanted.controller.pid.gains);
       if (waited) in_force(planned.loop);
       offer.taken = true;
       changed = true;

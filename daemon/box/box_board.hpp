@@ -8,9 +8,10 @@
 #include <mutex>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "daemon/journal/journal.hpp"
-#include "daemon/monitor/watch_board.hpp"
+#include "daemon/monitor/alarm_order.hpp"
 #include "model/monitor/box_alarms.hpp"
 
 namespace loopwarden::daemon::box {
@@ -21,12 +22,12 @@ struct BoxReport {
   std::array<std::string, loopwarden::monitor::kBoxAlarmCount> why{};
 };
 
-struct BoxOrder {
-  loopwarden::monitor::BoxAlarm kind = loopwarden::monitor::BoxAlarm::disk_full;
-  loopwarden::monitor::AlarmAction action = loopwarden::monitor::AlarmAction::acknowledge;
-  std::int64_t shelve_ms = 0;  // for shelve
-  std::string peer;            // who, for the journal
-  std::string reason;          // his words; may be empty
+using BoxOrder = monitor::OrderOf<loopwarden::monitor::BoxAlarm>;
+
+// Alarms that were acknowledged together.
+struct BoxAcknowledged {
+  std::vector<loopwarden::monitor::BoxAlarm> alarms;
+  std::uint64_t ticket = 0;  // of the journal's last line; 0: no alarm waited
 };
 
 class BoxBoard {
@@ -42,17 +43,18 @@ class BoxBoard {
   void look(const BoxReport& report, std::int64_t monotonic_ms);
 
   monitor::OrderResult act(const BoxOrder& order);
-  // Every one that waits; the ticket of the journal's last line.
-  std::uint64_t acknowledge_all(const std::string& peer, const std::string& reason);
+  // Every one that waits.
+  BoxAcknowledged acknowledge_all(const std::string& peer, const std::string& reason);
 
   loopwarden::monitor::BoxAlarms alarms() const;
   // Why the condition of this alarm is on, by the newest look; empty: it is not.
   std::string why(loopwarden::monitor::BoxAlarm kind) const;
+  // How often any of them has changed since the start.
+  std::uint64_t changes() const;
 
  private:
-  using States = std::array<loopwarden::monitor::AlarmState, loopwarden::monitor::kBoxAlarmCount>;
-  States states() const;
-  std::uint64_t write_changes(const States& before);
+  // Journals what is not as before; returns the last ticket.
+  std::uint64_t write_changes(const loopwarden::monitor::BoxAlarms& before);
   monitor::OrderResult act_locked(const BoxOrder& order);
 
   journal::Journal& journal_;
@@ -60,6 +62,7 @@ class BoxBoard {
   mutable std::mutex mutex_;
   loopwarden::monitor::BoxAlarms alarms_;
   BoxReport newest_;
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace loopwarden::daemon::box

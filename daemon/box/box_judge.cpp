@@ -21,15 +21,19 @@ void judge_disk(const BoxLook& look, std::optional<bool>& found, std::string& wh
   if (!look.journal_error.empty()) {
     found = true;
     why = "the journal can't write: " + look.journal_error;
-  } else if (look.room_bytes) {
-    found = *look.room_bytes < kLeastRoom_bytes;
-    if (*found) why = fmt::format("{} MB are left", *look.room_bytes / 1'000'000);
+  } else if (look.disk_wait_s >= kDiskHangs_s) {
+    found = true;
+    why = fmt::format("the disk has not answered for {:.0f} s", look.disk_wait_s);
+  } else if (look.disk && look.disk->room_bytes) {
+    found = *look.disk->room_bytes < kLeastRoom_bytes;
+    if (*found) why = fmt::format("{} MB are left", *look.disk->room_bytes / 1'000'000);
   }
 }
 
 void judge_certificates(const BoxLook& look, std::optional<bool>& found, std::string& why) {
+  if (!look.disk) return;
   std::vector<std::string> ending;
-  for (const Certificate& one : look.certificates) {
+  for (const Certificate& one : look.disk->certificates) {
     if (!one.ends_s) {
       ending.push_back(one.file + " can't be read");
       continue;

@@ -15,21 +15,28 @@ inline constexpr std::uint64_t kLeastRoom_bytes = 100'000'000;
 inline constexpr std::int64_t kClockStep_ms = 1000;
 inline constexpr std::int64_t kRemembered_ms = 600'000;  // a step, and cycles that were dropped
 inline constexpr double kCertificate_days = 14.0;
+inline constexpr double kDiskHangs_s = 10.0;  // a slow one answers sooner
 
 struct Certificate {
   std::string file;
   std::optional<std::int64_t> ends_s;  // s since 1970; nothing: it can't be read
 };
 
+// What the disk alone can say.
+struct DiskLook {
+  std::optional<std::uint64_t> room_bytes{};  // nothing: it does not say
+  std::vector<Certificate> certificates{};
+};
+
 struct BoxLook {
   std::int64_t monotonic_ms = 0;
   std::int64_t utc_ms = 0;
-  std::optional<std::uint64_t> room_bytes{};  // nothing: the disk does not say
+  std::optional<DiskLook> disk{};  // nothing: it does not answer
+  double disk_wait_s = 0.0;        // since when somebody waits for it
   std::string journal_error{};
   std::vector<std::string> lost_feeders{};
   std::optional<std::vector<std::string>> failed_services{};  // nothing: nobody can be asked
-  std::vector<Certificate> certificates{};
-  std::uint64_t dropped = 0;  // cycles, since the start
+  std::uint64_t dropped = 0;                                  // cycles, since the start
 };
 
 // Remembers the look before. No clock.

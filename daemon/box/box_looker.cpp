@@ -3,18 +3,18 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <exception>
 #include <system_error>
 
 #include "base/clock.hpp"
-#include "daemon/box/box_judge.hpp"
 #include "daemon/box/certificate_file.hpp"
 #include "daemon/box/failed_services.hpp"
 
 namespace loopwarden::daemon::box {
 namespace {
 
-constexpr std::chrono::seconds kPeriod{5};
+constexpr std::chrono::seconds kDiskPatience{1};
 
 std::int64_t monotonic_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -29,24 +29,32 @@ std::optional<std::uint64_t> room(const std::filesystem::path& folder) {
   return space.available;
 }
 
-BoxLook look_at(const BoxSources& sources) {
-  const protocol::DaemonStatus status = sources.status();
-  BoxLook look{.monotonic_ms = monotonic_ms(),
-               .utc_ms = base::utc_ms(),
-               .room_bytes = room(sources.state_directory),
-               .journal_error = status.journal.error,
-               .failed_services = failed_services(),
-               .dropped = sources.dropped()};
-  for (const protocol::FeederStatus& feeder : status.feeders) {
-    if (!feeder.connected) look.lost_feeders.push_back(feeder.name);
-  }
-  for (const std::string& file : sources.certificates) {
+}  // namespace
+
+DiskLook look_at_disk(const std::filesystem::path& state_directory,
+                      const std::vector<std::string>& certificates) {
+  DiskLook look{.room_bytes = room(state_directory)};
+  for (const std::string& file : certificates) {
     look.certificates.push_back({file, end_of_certificate(file)});
   }
   return look;
 }
 
-}  // namespace
+BoxLook BoxLooker::look() {
+  std::optional<DiskLook> disk = disk_.ask(sources_.disk, kDiskPatience);
+  const protocol::DaemonStatus status = sources_.status();
+  BoxLook look{.monotonic_ms = monotonic_ms(),
+               .utc_ms = base::utc_ms(),
+               .disk = std::move(disk),
+               .disk_wait_s = std::max(disk_.seconds(), status.recorder.disk_wait_s),
+               .journal_error = status.journal.error,
+               .failed_services = failed_services(),
+               .dropped = sources_.dropped()};
+  for (const protocol::FeederStatus& feeder : status.feeders) {
+    if (!feeder.connected) look.lost_feeders.push_back(feeder.name);
+  }
+  return look;
+}
 
 void BoxLooker::start() {
   thread_.start({.name = "lw-box"}, [this] { run(); });
@@ -63,11 +71,16 @@ void BoxLooker::ask_to_end() {
 void BoxLooker::stop() {
   ask_to_end();
   thread_.join();
+  disk_.stop();
 }
 
 bool BoxLooker::stop_for(std::chrono::milliseconds patience) {
+  const auto until = std::chrono::steady_clock::now() + patience;
   ask_to_end();
-  return thread_.join_for(patience);
+  const bool ended = thread_.join_for(patience);
+  const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+      until - std::chrono::steady_clock::now());
+  return disk_.stop_for(std::max(left, std::chrono::milliseconds(0))) && ended;
 }
 
 void BoxLooker::run() {
@@ -76,13 +89,13 @@ void BoxLooker::run() {
   while (!quit_) {
     lock.unlock();
     try {
-      const BoxLook look = look_at(sources_);
-      board_.look(judge.judge(look), look.monotonic_ms);
+      const BoxLook now = look();
+      board_.look(judge.judge(now), now.monotonic_ms);
     } catch (const std::exception& e) {
       spdlog::error("box: {}", e.what());
     }
     lock.lock();
-    wake_.wait_for(lock, kPeriod, [this] { return quit_; });
+    wake_.wait_for(lock, sources_.period, [this] { return quit_; });
   }
 }
 

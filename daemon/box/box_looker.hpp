@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks at the box every few seconds, on a thread of its own: a disk or a bus that hangs delays nothing but this.
+// Looks at the box every few seconds, on a thread of its own. The disk is asked on a second one: while it hangs the other
+// alarms go on.
 #pragma once
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -13,15 +15,21 @@
 
 #include "base/thread.hpp"
 #include "daemon/box/box_board.hpp"
+#include "daemon/box/box_judge.hpp"
+#include "base/errand/disk_errand.hpp"
 #include "protocol/answers.hpp"
 
 namespace loopwarden::daemon::box {
 
+// May hang.
+DiskLook look_at_disk(const std::filesystem::path& state_directory,
+                      const std::vector<std::string>& certificates);
+
 struct BoxSources {
-  std::filesystem::path state_directory;
-  std::vector<std::string> certificates;
+  std::function<DiskLook()> disk;  // owns all that it works on: it may outlast everything
   std::function<protocol::DaemonStatus()> status;
-  std::function<std::uint64_t()> dropped;  // cycles that the recorder was too slow for
+  std::function<std::uint64_t()> dropped;  // cycles that recorder or monitor was too slow for
+  std::chrono::milliseconds period{5000};  // from look to look
 };
 
 class BoxLooker {
@@ -39,12 +47,14 @@ class BoxLooker {
  private:
   void ask_to_end();
   void run();
+  BoxLook look();
 
   BoxSources sources_;
   BoxBoard& board_;
   std::mutex mutex_;
   std::condition_variable wake_;
   bool quit_ = false;
+  base::DiskErrand disk_{"lw-box-disk"};
   base::Thread thread_;
 };
 

@@ -5,7 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "model/monitor/alarm_figures.hpp"
 #include "model/monitor/box_alarms.hpp"
 
 namespace loopwarden::daemon::console {
@@ -41,11 +40,17 @@ protocol::AlarmDesign design_of(const config::LoopConfig& loop, AlarmKind kind) 
   return design;
 }
 
-// A line of the journal with which an alarm came, and not one that came back from the shelf.
-bool tells_of_coming(const journal::JournalEntry& line) {
-  return line.to == model::to_text(model::AlarmState::unacknowledged) && line.from != line.to &&
-         line.from != model::to_text(model::AlarmState::shelved) &&
-         line.from != model::to_text(model::AlarmState::acknowledged);
+protocol::AlarmDesign design_of(model::BoxAlarm kind) {
+  const model::AlarmGuide guide = model::guide_of(kind);
+  return {.loop = model::kBox,
+          .alarm = model::to_text(kind),
+          .priority = model::to_text(model::usual_priority(kind)),
+          .on_delay_s = static_cast<double>(model::on_delay_ms(kind)) / 1000.0,
+          .off_delay_s = static_cast<double>(model::kBoxOffDelay_ms) / 1000.0,
+          .cause = guide.cause,
+          .consequence = guide.consequence,
+          .action = guide.action,
+          .time_to_act = guide.time_to_act};
 }
 
 std::vector<protocol::AlarmFigures::Counted> counted(const std::vector<model::CountedAlarm>& all) {
@@ -57,49 +62,59 @@ std::vector<protocol::AlarmFigures::Counted> counted(const std::vector<model::Co
 }
 
 void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures& figures) {
+  const auto look = [&](const std::string& source, const char* name, const model::Alarm& alarm) {
+    const std::int64_t since_ms = alarm.memory().raised_ms;
+    const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
+                       alarm.state() == model::AlarmState::acknowledged;
+    if (shown && now_ms - since_ms > model::kStale_ms) {
+      figures.stale.push_back({source, name, since_ms});
+    }
+  };
   for (std::size_t i = 0; i < parts.board.loops(); ++i) {
     parts.board.look(i, [&](const monitor::LoopWatch& watch) {
       for (const AlarmKind kind : model::kAlarmKinds) {
-        const model::Alarm& alarm = watch.alarms.alarm(kind);
-        const std::int64_t since_ms = alarm.memory().raised_ms;
-        const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
-                           alarm.state() == model::AlarmState::acknowledged;
-        if (!shown || now_ms - since_ms <= model::kStale_ms) continue;
-        figures.stale.push_back({parts.board.name(i), model::to_text(kind), since_ms});
+        look(parts.board.name(i), model::to_text(kind), watch.alarms.alarm(kind));
       }
     });
+  }
+  const model::BoxAlarms of_box = parts.box_alarms.alarms();
+  for (const model::BoxAlarm kind : model::kBoxAlarms) {
+    look(model::kBox, model::to_text(kind), of_box.alarm(kind));
   }
 }
 
 }  // namespace
 
+protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop) {
+  protocol::AlarmDesigns its;
+  const model::LoopAlarms alarms = parts.board.watch(loop).alarms;
+  for (const AlarmKind kind : model::kAlarmKinds) {
+    if (alarms.fitted(kind)) its.alarms.push_back(design_of(parts.loops[loop].config, kind));
+  }
+  return its;
+}
+
 protocol::AlarmDesigns alarm_designs(const Parts& parts) {
   protocol::AlarmDesigns all;
   for (std::size_t i = 0; i < parts.loops.size(); ++i) {
-    const model::LoopAlarms alarms = parts.board.watch(i).alarms;
-    for (const AlarmKind kind : model::kAlarmKinds) {
-      if (alarms.fitted(kind)) all.alarms.push_back(design_of(parts.loops[i].config, kind));
+    for (protocol::AlarmDesign& one : alarm_designs(parts, i).alarms) {
+      all.alarms.push_back(std::move(one));
     }
   }
+  for (const model::BoxAlarm kind : model::kBoxAlarms) all.alarms.push_back(design_of(kind));
   return all;
 }
 
-protocol::AlarmFigures figures_of(const Parts& parts, const std::vector<journal::JournalRow>& rows,
+protocol::AlarmFigures figures_of(const Parts& parts, std::span<const model::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms) {
   std::map<std::pair<std::string, std::string>, std::string> priority;
   for (const protocol::AlarmDesign& one : alarm_designs(parts).alarms) {
     priority[{one.loop, one.alarm}] = one.priority;
   }
   protocol::AlarmFigures figures{.from_ms = from_ms, .to_ms = to_ms};
-  for (const model::BoxAlarm kind : model::kBoxAlarms) {
-    priority[{model::kBox, model::to_text(kind)}] = model::to_text(model::usual_priority(kind));
-  }
-  std::vector<model::AlarmCame> came;
-  for (const journal::JournalRow& row : rows) {
-    const journal::JournalEntry& line = row.entry;
-    if (!tells_of_coming(line) || line.utc_ms < from_ms || line.utc_ms >= to_ms) continue;
-    came.push_back({line.utc_ms, line.loop, line.alarm});
-    const auto known = priority.find({line.loop, line.alarm});
+  for (const model::AlarmCame& one : came) {
+    if (one.utc_ms < from_ms) continue;
+    const auto known = priority.find({one.source, one.alarm});
     if (known != priority.end()) ++figures.priorities[known->second];
   }
   const model::AlarmFigures found = model::figures_of(came, from_ms, to_ms);

@@ -16,7 +16,7 @@
 #include "daemon/console/operator_orders.hpp"
 #include "daemon/console/parts.hpp"
 #include "daemon/console/readings.hpp"
-#include "daemon/recorder/disk_errand.hpp"
+#include "base/errand/disk_errand.hpp"
 #include "base/local_server.hpp"
 #include "base/thread.hpp"
 
@@ -70,7 +70,7 @@ class ControlServer {
 
   std::filesystem::path metrics_file_;
   std::chrono::steady_clock::time_point metrics_due_{};
-  DiskErrand metrics_{"lw-metrics"};
+  base::DiskErrand metrics_{"lw-metrics"};
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
   base::Thread thread_;

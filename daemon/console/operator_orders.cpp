@@ -14,6 +14,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "config/loop_model_writer.hpp"
 #include "daemon/console/readings.hpp"
 #include "daemon/console/request.hpp"
@@ -104,6 +105,10 @@ std::int64_t wanted_shelf_ms(const protocol::AlarmRequest& request) {
 LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& request,
                                            const Sender& sender) {
   if (what == protocol::SetRequest::kName) return done(set(request, sender));
+  if (what == protocol::TuneRequest::kName) return done(tune(request, sender));
+  if (what == protocol::CommissioningRequest::kName) {
+    return done(commissioning(request, sender));
+  }
   if (what == protocol::OrderRequest::kName) return done(order(request));
   if (what == protocol::RecordRequest::kName) return done(record(request, sender));
   if (what == protocol::AlarmRequest::kName) return alarm(request, sender);
@@ -115,9 +120,11 @@ LocalServer::Answer OperatorOrders::answer(std::string_view what, const json& re
   if (what == protocol::VetoRequest::kName) return veto(request, sender);
   if (what == protocol::OutcomeRequest::kName) return outcome(request, sender);
   if (what == protocol::NoteRequest::kName) return note(request, sender);
+  if (what == protocol::ReportRequest::kName) return report(request, sender);
   // The files are read elsewhere: nobody waits for the disk here.
-  const bool dry_run = request.get<protocol::ReloadRequest>().dry_run.value_or(false);
-  return done(protocol::ReloadNumber{parts_.reload(sender.peer, dry_run)});
+  const auto reload = request.get<protocol::ReloadRequest>();
+  return done(protocol::ReloadNumber{parts_.reload(sender.peer, reload.dry_run.value_or(false),
+                                                   reload.take_file.value_or(false))});
 }
 
 template <class Reply>
@@ -142,8 +149,35 @@ orders::OrderDesk& OperatorOrders::desk(std::size_t loop) {
   return desks_[loop];
 }
 
-void OperatorOrders::collect() {
+void OperatorOrders::collect(CommissionedLoops::Clock::time_point now) {
   for (orders::OrderDesk& desk : desks_) desk.collect();
+  for (const std::size_t loop : commissioned_.take_silent(now)) {
+    parts_.loops[loop].channels->commissioned = false;
+    parts_.loops[loop].channels->withheld_until_ns = 0;
+    to_stop_action(loop);
+  }
+}
+
+// As at the daemon's end, but for the rate limit alone: the loop stays in manual there.
+void OperatorOrders::to_stop_action(std::size_t loop) {
+  constexpr const char* kPeer = "commissioning without a sign of life";
+  const rt::LoopSettings settings = parts_.loops[loop].settings->get();
+  rt::Order order{.mode = control::Mode::manual};
+  if (settings.safety.on_stop.kind == control::OutputAction::Kind::value) {
+    const control::OutputLimits& limits = settings.controller.output;
+    order.output = std::clamp(settings.safety.on_stop.value, limits.low, limits.high);
+  }
+  try {
+    send(loop, order, lines_of(order, loop, kPeer), kPeer, "stop action");
+  } catch (const RequestError&) {
+    if (!order.output) return;
+    // A fault's action has the output; the mode is taken all the same.
+    order.output.reset();
+    try {
+      send(loop, order, lines_of(order, loop, kPeer), kPeer, "manual");
+    } catch (const RequestError&) {  // both are in log and journal
+    }
+  }
 }
 
 void OperatorOrders::close() {
@@ -192,18 +226,62 @@ std::vector<journal::JournalEntry> OperatorOrders::lines_of(const rt::Order& ord
   return lines;
 }
 
+void OperatorOrders::refuse_watched(std::size_t loop) const {
+  if (!parts_.loops[loop].watched()) return;
+  throw RequestError(parts_.board.name(loop) +
+                     " is controlled elsewhere: nothing of it can be ordered from here");
+}
+
 protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
                                          const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
-  if (parts_.loops[index].watched()) {
-    throw RequestError(request.loop +
-                       " is controlled elsewhere: nothing of it can be ordered from here");
-  }
-  const rt::LoopSettings settings = parts_.loops[index].settings->get();
+  refuse_watched(index);
+  commissioned_.check_order(index, request.session, CommissionedLoops::Clock::now());
   const rt::Order order = wanted_order(request);
   std::vector<journal::JournalEntry> lines = lines_of(order, index, sender.peer);
   if (lines.empty()) throw RequestError("set needs set_point, output, mode or jacket");
-  orders::OrderDesk& desk = this->desk(index);
+  const protocol::OrderTaken taken =
+      send(index, order, std::move(lines), sender.peer, json(request).dump());
+  // What the operator does with the jacket is not undone behind his back.
+  if (order.jacket && parts_.board.watch(index).corrective != model::CorrectiveState::off) {
+    parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand");
+  }
+  return taken;
+}
+
+protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
+                                          const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
+  refuse_watched(index);
+  commissioned_.check_order(index, std::nullopt, CommissionedLoops::Clock::now());
+  // As the loop's file is read; that each is a number of at least 0 the order's own rule says.
+  if (request.kp == 0.0 && request.ki == 0.0) {
+    throw RequestError("kp and ki are both 0: the output would never move");
+  }
+  rt::Order order{.kp = request.kp, .ki = request.ki, .kd = request.kd};
+  if (request.expect) {
+    order.expected.kp = request.expect->kp;
+    order.expected.ki = request.expect->ki;
+    order.expected.kd = request.expect->kd;
+  }
+  const control::PidGains in_force = parts_.loops[index].settings->get().controller.pid.gains;
+  journal::JournalEntry line = line_of(index, sender.peer);
+  line.what = "gains";
+  line.old_value = orders::gains_text(in_force);
+  line.new_value = orders::gains_text({request.kp, request.ki, request.kd});
+  const auto not_in_file = parts_.loops[index].settings->gains_not_in_file();
+  const control::PidGains file = not_in_file ? not_in_file->file : in_force;
+  if (request.kp != file.kp || request.ki != file.ki || request.kd != file.kd) {
+    line.reason = "not in file: a restart takes " + orders::gains_text(file);
+  }
+  return send(index, order, {std::move(line)}, sender.peer, json(request).dump());
+}
+
+protocol::OrderTaken OperatorOrders::send(std::size_t loop, const rt::Order& order,
+                                          std::vector<journal::JournalEntry> lines,
+                                          const std::string& peer, const std::string& text) {
+  const rt::LoopSettings settings = parts_.loops[loop].settings->get();
+  orders::OrderDesk& desk = this->desk(loop);
   const rt::Refusal refusal =
       rt::judge(order, desk.standing(), settings, settings.controller.jacket.form);
   std::string why;
@@ -212,8 +290,8 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
   } else if (!desk.has_room()) {
     why = "too many commands at once; nothing of this order was taken";
   }
-  spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(index), sender.peer,
-               json(request).dump(), why.empty() ? "" : " refused: ", why);
+  spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(loop), peer, text,
+               why.empty() ? "" : " refused: ", why);
   if (!why.empty()) {
     for (journal::JournalEntry& line : lines) {
       line.result = "refused: " + why;
@@ -221,12 +299,53 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
     }
     throw RequestError(why);
   }
-  const std::uint64_t number = desk.send(order, std::move(lines));
-  // What the operator does with the jacket is not undone behind his back.
-  if (order.jacket && parts_.board.watch(index).corrective != model::CorrectiveState::off) {
-    parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand");
+  return {.order = desk.send(order, std::move(lines)),
+          .sample_time_s = parts_.loops[loop].config.sample_time_s};
+}
+
+protocol::Commissioning OperatorOrders::commissioning(const protocol::CommissioningRequest& request,
+                                                      const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
+  LoopRuntime& loop = parts_.loops[index];
+  if (loop.watched()) {
+    throw RequestError(request.loop + " is controlled elsewhere: it is never out of service here");
   }
-  return {.order = number, .sample_time_s = parts_.loops[index].config.sample_time_s};
+  const auto write_down = [&](const char* what, std::string value) {
+    journal::JournalEntry line = line_of(index, sender.peer);
+    line.what = what;
+    line.new_value = std::move(value);
+    line.result = "done";
+    parts_.journal.post(std::move(line));
+  };
+  const bool ends = request.end.value_or(false);
+  if (ends && !request.session) throw RequestError("end needs the session");
+  if (request.withhold_s && !ends) {
+    const bool manual =
+        rt::unpacked(loop.channels->standing.load(std::memory_order_acquire)).mode ==
+        control::Mode::manual;
+    if (const char* why = commissioned_.no_withholding(loop.config, *request.withhold_s, manual)) {
+      throw RequestError(fmt::format("{}: {}", request.loop, why));
+    }
+  }
+  const std::uint64_t session =
+      commissioned_.take(index, request.session, sender.peer, CommissionedLoops::Clock::now());
+  if (ends) {
+    commissioned_.give_back(index);
+    loop.channels->withheld_until_ns = 0;
+    loop.channels->commissioned = false;
+    write_down("commissioning", "ended");
+    return {.session = session, .ends_after_s = 0.0};
+  }
+  if (!request.session) {
+    loop.channels->commissioned = true;
+    write_down("commissioning", "begun");
+  }
+  if (request.withhold_s) {
+    const auto for_ns = static_cast<std::int64_t>(*request.withhold_s * 1e9);
+    loop.channels->withheld_until_ns = base::MonotonicClock().now_ns() + for_ns;
+    write_down("commands withheld", fmt::format("{:g} s", *request.withhold_s));
+  }
+  return {.session = session, .ends_after_s = CommissionedLoops::kSilence.count()};
 }
 
 namespace {
@@ -240,6 +359,9 @@ std::optional<protocol::InForce> changed_value(const orders::Outcome& outcome) {
     case rt::Refusal::set_point_changed:
       return protocol::InForce{.set_point = outcome.now.set_point};
     case rt::Refusal::output_changed: return protocol::InForce{.output = outcome.now.output};
+    case rt::Refusal::gains_changed:
+      return protocol::InForce{.gains =
+                                   protocol::Gains{outcome.now.kp, outcome.now.ki, outcome.now.kd}};
     default: return std::nullopt;
   }
 }
@@ -337,9 +459,12 @@ LocalServer::Answer OperatorOrders::acknowledge_all(const protocol::AcknowledgeA
   for (const auto& [loop, kind] : done.alarms) {
     all.acknowledged.push_back({parts_.board.name(loop), model::to_text(kind)});
   }
-  const std::uint64_t ticket =
+  const box::BoxAcknowledged of_box =
       parts_.box_alarms.acknowledge_all(sender.peer, short_text(request.reason, "reason"));
-  return when_written(std::move(all), std::max(done.ticket, ticket), sender);
+  for (const model::BoxAlarm kind : of_box.alarms) {
+    all.acknowledged.push_back({model::kBox, model::to_text(kind)});
+  }
+  return when_written(std::move(all), std::max(done.ticket, of_box.ticket), sender);
 }
 
 LocalServer::Answer OperatorOrders::veto(const protocol::VetoRequest& request,
@@ -389,6 +514,61 @@ LocalServer::Answer OperatorOrders::note(const protocol::NoteRequest& request,
   line.new_value = fmt::format("{:%FT%TZ}", fmt::gmtime(static_cast<std::time_t>(about_ms / 1000)));
   line.result = "done";
   return when_written(protocol::Noted{}, parts_.journal.post(std::move(line)), sender);
+}
+
+void OperatorOrders::check_span(const protocol::ReportRequest& request, reports::Kind kind,
+                                std::size_t loop) const {
+  constexpr double kLeast_s = 60.0;  // of the loop's time
+  // A gigabyte holds so many; a commissioning has several records of them at once.
+  const double most_samples = kind == reports::Kind::commission ? 2e5 : 1e6;
+  if (request.from_ms >= request.to_ms) throw RequestError("from_ms must be before to_ms");
+  if (request.to_ms > static_cast<std::uint64_t>(parts_.board.now_ms())) {
+    throw RequestError("to_ms: a time that has been");
+  }
+  const auto oldest_ms =
+      static_cast<std::uint64_t>(parts_.historian.status(loop).segments.oldest_utc_ms);
+  if (oldest_ms == 0) throw RequestError("nothing is recorded of " + request.loop);
+  if (request.from_ms < oldest_ms) {
+    throw RequestError(
+        fmt::format("from_ms: what is recorded of {} begins at {:%FT%TZ} ({})", request.loop,
+                    fmt::gmtime(static_cast<std::time_t>(oldest_ms / 1000)), oldest_ms));
+  }
+  const double sample_time_s = parts_.loops[loop].config.sample_time_s;
+  const double span_s = static_cast<double>(request.to_ms - request.from_ms) / 1000.0 *
+                        parts_.box_description().accelerate;
+  if (span_s < kLeast_s) throw RequestError(fmt::format("at least {:g} s are needed", kLeast_s));
+  if (span_s > most_samples * sample_time_s) {
+    throw RequestError(fmt::format("{} takes at most {:.3g} h of {} ({:.0f} samples)", request.kind,
+                                   most_samples * sample_time_s / 3600.0, request.loop,
+                                   most_samples));
+  }
+}
+
+LocalServer::Answer OperatorOrders::report(const protocol::ReportRequest& request,
+                                           const Sender& sender) {
+  const std::size_t index = loop_index(parts_, request.loop);
+  const std::optional<reports::Kind> kind = reports::kind_of(request.kind);
+  if (!kind) throw RequestError("kind is gap, commission, survey or diagnose");
+  check_span(request, *kind, index);
+  if (!parts_.reports.has_program()) {
+    throw RequestError("loopwarden, which makes reports, is not installed beside the daemon");
+  }
+  const std::optional<reports::Report> taken =
+      parts_.reports.post({.loop = request.loop,
+                           .kind = *kind,
+                           .from_ms = static_cast<std::int64_t>(request.from_ms),
+                           .to_ms = static_cast<std::int64_t>(request.to_ms),
+                           .by = sender.peer,
+                           .twin = parts_.loops[index].config.monitor.twin});
+  journal::JournalEntry line = line_of(index, sender.peer);
+  line.what = "report";
+  line.new_value = taken ? taken->name : request.kind;
+  line.result = taken ? "asked for" : "refused: as many as may wait do";
+  return when_written(
+      protocol::ReportTaken{.taken = taken.has_value(),
+                            .waiting = taken ? taken->place : parts_.reports.most_waiting(),
+                            .name = taken ? taken->name : std::string()},
+      parts_.journal.post(std::move(line)), sender);
 }
 
 protocol::ReloadState OperatorOrders::reload_state(const protocol::ReloadStateRequest& request) {

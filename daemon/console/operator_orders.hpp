@@ -12,6 +12,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "daemon/console/commissioning.hpp"
 #include "daemon/console/parts.hpp"
 #include "daemon/console/sender.hpp"
 #include "daemon/orders/order_desk.hpp"
@@ -26,18 +27,27 @@ class OperatorOrders {
   OperatorOrders(const OperatorOrders&) = delete;
   OperatorOrders& operator=(const OperatorOrders&) = delete;
 
-  // The answer to `set`, `order`, `record`, `alarm`, `acknowledge_incident`, `acknowledge_all`, `veto`, `outcome`, `note`, `reload` or `reload_state`; of what
+  // The answer to `set`, `tune`, `commissioning`, `order`, `record`, `alarm`, `acknowledge_incident`, `acknowledge_all`, `veto`, `outcome`, `note`, `report`, `reload` or `reload_state`; of what
   // operators do with alarms it comes when the journal has it on the disk, or says that it has not. Throws RequestError.
   base::LocalServer::Answer answer(std::string_view what, const nlohmann::json& request,
                                    const Sender& sender);
 
-  // Takes the loops' answers that are there.
-  void collect();
+  // Takes the loops' answers that are there, and ends what is commissioned without a sign of life.
+  void collect(CommissionedLoops::Clock::time_point now = CommissionedLoops::Clock::now());
   // The loops have ended: what is not answered is written down as not taken.
   void close();
 
  private:
+  void refuse_watched(std::size_t loop) const;
   protocol::OrderTaken set(const protocol::SetRequest& request, const Sender& sender);
+  protocol::OrderTaken tune(const protocol::TuneRequest& request, const Sender& sender);
+  // Judges an order and lets it in. Throws RequestError; the journal has why. `text` is for the log.
+  protocol::OrderTaken send(std::size_t loop, const rt::Order& order,
+                            std::vector<journal::JournalEntry> lines, const std::string& peer,
+                            const std::string& text);
+  protocol::Commissioning commissioning(const protocol::CommissioningRequest& request,
+                                        const Sender& sender);
+  void to_stop_action(std::size_t loop);
   protocol::OrderState order(const protocol::OrderRequest& request);
   protocol::RecordFile record(const protocol::RecordRequest& request, const Sender& sender);
   base::LocalServer::Answer alarm(const protocol::AlarmRequest& request, const Sender& sender);
@@ -48,6 +58,10 @@ class OperatorOrders {
   base::LocalServer::Answer veto(const protocol::VetoRequest& request, const Sender& sender);
   base::LocalServer::Answer outcome(const protocol::OutcomeRequest& request, const Sender& sender);
   base::LocalServer::Answer note(const protocol::NoteRequest& request, const Sender& sender);
+  base::LocalServer::Answer report(const protocol::ReportRequest& request, const Sender& sender);
+  // Throws RequestError where not all of it is recorded, or too little or too much.
+  void check_span(const protocol::ReportRequest& request, reports::Kind kind,
+                  std::size_t loop) const;
   // `reply`, with "on_disk".
   template <class Reply>
   base::LocalServer::Answer when_written(Reply reply, std::uint64_t ticket,
@@ -60,6 +74,7 @@ class OperatorOrders {
                                               const std::string& peer) const;
 
   const Parts& parts_;
+  CommissionedLoops commissioned_;
   std::deque<orders::OrderDesk> desks_;  // one for each loop, from the first order on
 };
 

@@ -42,6 +42,7 @@ struct Glance {
   double alarm_kind = kUnknown;
   double unacknowledged = 0.0;
   double condition = kUnknown;
+  bool not_in_file = false;
 };
 
 // The most urgent state; of two alarms in it, the one of higher priority.
@@ -77,6 +78,7 @@ std::vector<Glance> glance_at(const Parts& parts) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     Glance& glance = all[i];
     glance.known = parts.historian.latest(i, glance.row);
+    glance.not_in_file = parts.loops[i].settings->gains_not_in_file().has_value();
     parts.board.look(i, [&](const monitor::LoopWatch& watch) {
       see_alarms(watch, glance);
       glance.condition = lowest_known(watch.condition);
@@ -112,6 +114,7 @@ constexpr std::array kSources{
     Source{Column::alarm_kind, [](const Glance& g) { return g.alarm_kind; }, false},
     Source{Column::alarms_unacknowledged, [](const Glance& g) { return g.unacknowledged; }, false},
     Source{Column::condition, [](const Glance& g) { return g.condition; }, false},
+    Source{Column::not_in_file, [](const Glance& g) { return g.not_in_file ? 1.0 : 0.0; }, false},
 };
 static_assert(kSources.size() == protocol::kColumns);
 

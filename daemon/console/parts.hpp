@@ -14,6 +14,7 @@
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/recorder/historian.hpp"
+#include "daemon/reports/report_desk.hpp"
 #include "protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {
@@ -27,13 +28,15 @@ struct Parts {
   box::BoxBoard& box_alarms;
   journal::Journal& journal;
   const EvidenceStore& evidence;
+  reports::ReportDesk& reports;
   double severe_percent;  // % of the CO span
   std::function<protocol::DaemonStatus()> daemon_status;
   std::function<protocol::Description()> box_description;  // without the loops
   std::function<std::uint32_t()> config_hash;              // of what is in force
   // A number to ask for, or std::runtime_error; what has become of it, nothing: there is no such.
-  std::function<std::uint64_t(const std::string& peer, bool dry_run)> reload;
+  std::function<std::uint64_t(const std::string& peer, bool dry_run, bool take_file)> reload;
   std::function<std::optional<protocol::ReloadState>(std::uint64_t number)> reload_state;
+  std::function<std::string(std::size_t loop)> twin;    // its file's text; empty: it has none
   std::function<gateway::BoxReading()> box;             // for the registers
   std::function<gateway::ServerState()> modbus_server;  // the same
 };

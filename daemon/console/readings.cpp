@@ -27,7 +27,7 @@ constexpr std::uint64_t kMostTrendRows = 512;
 constexpr std::size_t kMostHistory = 200;
 constexpr std::uint64_t kUsualHours = 24;
 constexpr std::uint64_t kMostHours = 720;
-constexpr std::size_t kMostAlarmLines = 50'000;
+constexpr std::size_t kMostCame = 50'000;
 
 // Whether the device tells where the valve stands.
 bool has_read_back(const LoopRuntime& loop) {
@@ -85,6 +85,33 @@ protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder
           .co_range = ranges.co_range,
           .sp_limits = ranges.sp_limits,
           .output_limits = ranges.output_limits};
+}
+
+std::optional<std::int64_t> moment(std::int64_t utc_ms) {
+  return utc_ms == 0 ? std::nullopt : std::optional(utc_ms);
+}
+
+protocol::Report report_of(const reports::Report& r) {
+  using reports::State;
+  protocol::Report told{.name = r.name,
+                        .loop = r.order.loop,
+                        .kind = reports::to_text(r.order.kind),
+                        .from_ms = r.order.from_ms,
+                        .to_ms = r.order.to_ms,
+                        .by = r.order.by,
+                        .asked_ms = r.asked_ms,
+                        .state = reports::to_text(r.state),
+                        .place = {},
+                        .started_ms = moment(r.started_ms),
+                        .ended_ms = moment(r.ended_ms),
+                        .doing = r.doing,
+                        .percent = {},
+                        .sentence = r.sentence,
+                        .page = {}};
+  if (r.state == State::waiting) told.place = r.place;
+  if (!r.doing.empty()) told.percent = static_cast<std::uint64_t>(r.percent);
+  if (r.has_page) told.page = "reports/" + r.name + "/" + reports::page_of(r.order.kind);
+  return told;
 }
 
 std::optional<std::int64_t> signed_count(const protocol::Maybe<std::uint64_t>& count) {
@@ -145,12 +172,18 @@ std::string Readings::answer(std::string_view what, const json& request) {
   if (what == protocol::StatusRequest::kName) return status();
   if (what == protocol::TrendRequest::kName) return done(trend(request));
   if (what == protocol::AlarmsRequest::kName) return alarms();
-  if (what == protocol::AlarmDesignRequest::kName) return done(alarm_designs(parts_));
+  if (what == protocol::AlarmDesignRequest::kName) return done(alarm_design(request));
   if (what == protocol::AlarmFiguresRequest::kName) return done(alarm_figures(request));
   if (what == protocol::DescribeRequest::kName) return done(describe());
   if (what == protocol::OverviewRequest::kName) return to_text(overview(parts_));
   if (what == protocol::LoopRequest::kName) return done(loop(request));
   if (what == protocol::WindowsRequest::kName) return done(windows(request));
+  if (what == protocol::TwinRequest::kName) {
+    const std::string text =
+        parts_.twin(loop_index(parts_, request.get<protocol::TwinRequest>().loop));
+    return done(protocol::TwinModel{text.empty() ? std::nullopt : std::optional(text)});
+  }
+  if (what == protocol::ReportsRequest::kName) return done(reports(request));
   if (what == protocol::RegistersRequest::kName) return to_text(registers(parts_, request));
   if (what == protocol::ExplainRequest::kName) return done(explain(request));
   return done(journal(request));
@@ -208,23 +241,25 @@ std::string Readings::alarms() const {
   return text;
 }
 
+protocol::AlarmDesigns Readings::alarm_design(const protocol::AlarmDesignRequest& request) const {
+  return request.loop ? alarm_designs(parts_, loop_index(parts_, *request.loop))
+                      : alarm_designs(parts_);
+}
+
 protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresRequest& request) {
   const std::uint64_t hours = request.hours.value_or(kUsualHours);
   if (hours < 1 || hours > kMostHours) {
     throw RequestError("hours must be a whole number from 1 to 720");
   }
   const std::int64_t now_ms = parts_.board.now_ms();
-  const journal::JournalQuery query{
-      .most = kMostAlarmLines,
-      .kind = journal::JournalEntry::Kind::alarm,
-      .from_ms = now_ms - static_cast<std::int64_t>(hours) * 3'600'000};
-  const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
-      [this, query] { return parts_.journal.search(query); }, kReaderPatience);
-  if (!rows) throw RequestError("the disk does not answer; the journal can't be read");
-  // Where there are more lines than are looked at, the figures are of the time that these reach back.
-  const std::int64_t from_ms =
-      rows->size() < query.most ? *query.from_ms : rows->back().entry.utc_ms + 1;
-  return figures_of(parts_, *rows, from_ms, now_ms);
+  const std::int64_t asked_ms = now_ms - static_cast<std::int64_t>(hours) * 3'600'000;
+  const auto came = reader_.ask<std::vector<model::AlarmCame>>(
+      [this, asked_ms, now_ms] { return parts_.journal.came(asked_ms, now_ms, kMostCame); },
+      kReaderPatience);
+  if (!came) throw RequestError("the disk does not answer; the journal can't be read");
+  // Where there are more than are looked at, the figures are of the time that these reach back.
+  const std::int64_t from_ms = came->size() < kMostCame ? asked_ms : came->back().utc_ms + 1;
+  return figures_of(parts_, *came, from_ms, now_ms);
 }
 
 protocol::Description Readings::describe() const {
@@ -248,6 +283,15 @@ protocol::Windows Readings::windows(const protocol::WindowsRequest& request) con
   for (const monitor::LoggedWindow& one : parts_.board.windows(loop_index(parts_, request.loop))) {
     all.windows.push_back(window_of(one));
   }
+  return all;
+}
+
+protocol::Reports Readings::reports(const protocol::ReportsRequest& request) const {
+  const std::string& loop = parts_.board.name(loop_index(parts_, request.loop));
+  const auto known = parts_.reports.of(loop);
+  if (!known) throw RequestError("the reports of before the start are being read");
+  protocol::Reports all;
+  for (const reports::Report& report : *known) all.reports.push_back(report_of(report));
   return all;
 }
 

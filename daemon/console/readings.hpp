@@ -10,7 +10,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "daemon/console/parts.hpp"
-#include "daemon/recorder/disk_errand.hpp"
+#include "base/errand/disk_errand.hpp"
 #include "protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
@@ -34,17 +34,19 @@ class Readings {
   std::string status() const;
   protocol::Trend trend(const protocol::TrendRequest& request) const;
   std::string alarms() const;
+  protocol::AlarmDesigns alarm_design(const protocol::AlarmDesignRequest& request) const;
   protocol::AlarmFigures alarm_figures(const protocol::AlarmFiguresRequest& request);
   protocol::Description describe() const;
   protocol::LoopAnswer loop(const protocol::LoopRequest& request) const;
   protocol::Windows windows(const protocol::WindowsRequest& request) const;
+  protocol::Reports reports(const protocol::ReportsRequest& request) const;
   protocol::Explained explain(const protocol::ExplainRequest& request);
   protocol::Explained explain_box(const protocol::ExplainRequest& request);
   protocol::Journal journal(const protocol::JournalRequest& request);
 
   const Parts& parts_;
   // The disk is its own: a request that needs it waits for a second at most, all others not at all.
-  DiskErrand reader_;
+  base::DiskErrand reader_;
 };
 
 // What a request names. Throws RequestError.

@@ -90,7 +90,7 @@ protocol::Registers registers(const Parts& parts, const protocol::RegistersReque
     for (const Register& reg : map::registers()) names.push_back(field_of(reg));
   }
   // Not of the map, which has no process alarms.
-  all.alarm_changes = parts.board.alarm_changes();
+  all.alarm_changes = parts.board.alarm_changes() + parts.box_alarms.changes();
   all.box = values_of(values, true, 0);
   for (std::size_t i = 0; i < plant.loops(); ++i) {
     all.loops.push_back({plant.name(i), values_of(values, false, i)});

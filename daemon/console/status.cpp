@@ -362,6 +362,25 @@ protocol::Ranges ranges_of(const rt::LoopSettings& settings) {
 
 const char* control_of(const LoopRuntime& loop) { return loop.watched() ? "elsewhere" : "here"; }
 
+namespace {
+
+protocol::Gains told(const control::PidGains& gains) { return {gains.kp, gains.ki, gains.kd}; }
+
+protocol::LoopGains gains_of(const CurrentSettings& current, const control::PidGains& in_force) {
+  protocol::LoopGains gains{.in_force = told(in_force),
+                            .file = told(in_force),
+                            .derivative_filter_s = in_force.derivative_filter_s};
+  if (const auto ordered = current.gains_not_in_file()) {
+    gains.file = told(ordered->file);
+    gains.not_in_file = true;
+    gains.by = ordered->author.by;
+    gains.since_ms = ordered->author.utc_ms;
+  }
+  return gains;
+}
+
+}  // namespace
+
 protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
   const LoopRuntime& runtime = parts.loops[index];
   const config::LoopConfig& config = runtime.config;
@@ -389,6 +408,9 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
     loop.alarms[model::to_text(kind)] = alarm_of(config.name, kind, watch);
   }
   loop.incident = incident_of(config.name, watch);
+  if (!runtime.watched()) {
+    loop.gains = gains_of(*runtime.settings, settings.controller.pid.gains);
+  }
   record::RecordRow row;
   if (!parts.historian.latest(index, row)) return loop;
   loop.cycle = cycle_of(row, runtime, settings);

@@ -98,6 +98,14 @@ void Explainer::post(ExplainJob job) {
   report_(job, nullptr, fmt::format("{} explanations wait already", settings_.most_waiting));
 }
 
+void Explainer::wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    woken_ = true;
+  }
+  changed_.notify_all();
+}
+
 ExplainerStatus Explainer::status() const {
   const std::lock_guard lock(mutex_);
   return status_;
@@ -112,24 +120,52 @@ Explainer::Item Explainer::next_to_save() {
   return next;
 }
 
+bool Explainer::is_due() const {
+  const auto now = std::chrono::steady_clock::now();
+  return std::any_of(queue_.begin(), queue_.end(),
+                     [&](const Waiting& one) { return one.due <= now; });
+}
+
+// Others are only put behind these while the lock is free.
+bool Explainer::save_one(std::unique_lock<std::mutex>& lock) {
+  using Clock = std::chrono::steady_clock;
+  const Item unsaved = next_to_save();
+  if (unsaved == queue_.end() || unsaved->save > Clock::now()) return false;
+  lock.unlock();
+  save(unsaved->job);
+  lock.lock();
+  unsaved->save = Clock::now() + settings_.save;
+  return true;
+}
+
+bool Explainer::work_between(std::unique_lock<std::mutex>& lock) {
+  woken_ = false;
+  if (!settings_.spare) return false;
+  lock.unlock();
+  const bool worked = settings_.spare([this](std::chrono::milliseconds patience) {
+    std::unique_lock waiting(mutex_);
+    if (!quit_ && !is_due()) changed_.wait_for(waiting, patience);
+    while (save_one(waiting)) {
+    }
+    return quit_ || is_due();
+  });
+  lock.lock();
+  return worked || woken_;
+}
+
 void Explainer::run() {
   using Clock = std::chrono::steady_clock;
   std::unique_lock lock(mutex_);
+  // Whatever is due: so it begins with what it has to read.
+  work_between(lock);
   while (!quit_) {
+    if (save_one(lock)) continue;
+    if (!is_due() && work_between(lock)) continue;
     const auto next =
         std::min_element(queue_.begin(), queue_.end(),
                          [](const Waiting& a, const Waiting& b) { return a.due < b.due; });
     if (next == queue_.end()) {
-      changed_.wait(lock);
-      continue;
-    }
-    // Others are only put behind these while the lock is free.
-    if (const Item unsaved = next_to_save();
-        unsaved != queue_.end() && unsaved->save <= Clock::now()) {
-      lock.unlock();
-      save(unsaved->job);
-      lock.lock();
-      unsaved->save = Clock::now() + settings_.save;
+      if (!quit_ && !woken_) changed_.wait(lock);
       continue;
     }
     if (next->due > Clock::now()) {

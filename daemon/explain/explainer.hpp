@@ -6,6 +6,7 @@
 // child bounds its own memory and processor time, and is killed after `most_time`. Whoever posts never waits. A queue
 // that is full drops the newest that came, and says so: the alarm stands without an explanation.
 // The loop's alarms of one incident have one explanation, done again as more has been seen (`repeat`).
+// While none is due, the thread does other work of this kind (`spare`), which makes room for one that comes due.
 //
 // Minutes live in memory. While an explanation waits, what is there of them is saved once a minute and at the end of the
 // daemon, with pending.json beside them (pending_explanation.hpp): after a restart the explanation goes on with that. Where that
@@ -51,11 +52,15 @@ struct ExplainJob {
   std::function<bool()> wanted{};
 };
 
+// For work between: true after at most the time given where it is to leave off.
+using StopWork = std::function<bool(std::chrono::milliseconds)>;
+
 struct ExplainerSettings {
   std::filesystem::path program;  // loopwarden; empty: there is none, nothing is explained
   std::size_t most_waiting = 16;
-  std::chrono::seconds most_time{3600};    // of one, on a box without a moment to spare
-  std::chrono::milliseconds save{60'000};  // between saves of the minutes that wait
+  std::chrono::seconds most_time{3600};               // of one, on a box without a moment to spare
+  std::chrono::milliseconds save{60'000};             // between saves of the minutes that wait
+  std::function<bool(const StopWork& stop)> spare{};  // false: there is nothing to do
 };
 
 struct ExplainerStatus {
@@ -83,6 +88,8 @@ class Explainer {
 
   // Any thread but the real-time one.
   void post(ExplainJob job);
+  // There is something to do for `spare`.
+  void wake();
   ExplainerStatus status() const;
 
  private:
@@ -94,6 +101,11 @@ class Explainer {
   using Item = std::list<Waiting>::iterator;
   void ask_to_end();
   void run();
+  bool is_due() const;
+  // Of the minutes that wait those whose time has come; false: none has.
+  bool save_one(std::unique_lock<std::mutex>& lock);
+  // False: there was nothing to do.
+  bool work_between(std::unique_lock<std::mutex>& lock);
   // The one to save next; none of a job of before a restart.
   Item next_to_save();
   // Where the loop has been in manual since, its history began anew: what was saved before is kept then.
@@ -111,6 +123,7 @@ class Explainer {
   std::list<Waiting> queue_;
   ExplainerStatus status_;
   bool quit_ = false;
+  bool woken_ = false;
   base::Thread thread_;
 };
 

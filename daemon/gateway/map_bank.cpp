@@ -281,10 +281,7 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
   if (wish.reg->field == Field::veto_corrective_action) {
     return done(loops_.veto(wish.loop, wish.value != 0.0, peer.name));
   }
-  if (wish.reg->field == Field::calm) {
-    if (wish.value != 0.0) done(loops_.begin_offered(wish.loop, peer.name));
-    return;
-  }
+  if (wish.reg->field == Field::calm) return calm(wish, peer);
   monitor::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.reg->field == Field::shelve_minutes) {
     order.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;
@@ -303,6 +300,22 @@ void MapBank::act(const Wish& wish, const Peer& peer) {
   }
   // An order for which there is nothing to do is no error: masters repeat themselves.
   done(loops_.act(wish.loop, order));
+}
+
+// Only where something is offered, and by a fresh 1: one that a master repeats was not written for what is offered since.
+void MapBank::calm(const Wish& wish, const Peer& peer) {
+  constexpr double kHeld_s = 30.0;  // between two writes: the same 1
+  if (wish.value == 0.0) {
+    calm_written_s_.erase(wish.loop);
+    return;
+  }
+  MapValues now(loops_, server_);
+  const double now_s = now.box().uptime_s;
+  const auto [written, fresh] = calm_written_s_.try_emplace(wish.loop, now_s);
+  const bool held = !fresh && now_s - std::exchange(written->second, now_s) < kHeld_s;
+  const monitor::LoopWatch& watch = now.loop(wish.loop).watch;
+  if (held || watch.ordered || watch.corrective != model::CorrectiveState::offered) return;
+  ticket_ = std::max(ticket_, loops_.begin_offered(wish.loop, peer.name));
 }
 
 // Only on those that there is something to do for: the others would fill the journal.

@@ -6,7 +6,9 @@
 // that a request writes. Of what it asks of a loop, the mode takes effect first (daemon/rt/order.hpp).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <utility>
 #include <vector>
@@ -39,10 +41,13 @@ class MapBank final : public RegisterBank {
   journal::JournalEntry line_of(const Wish& wish, const Peer& peer, MapValues& snapshot);
   void act(const Wish& wish, const Peer& peer);
   void act_on_process_alarms(const Wish& wish, const Peer& peer);
+  void calm(const Wish& wish, const Peer& peer);
 
   LoopsView& loops_;
   ServerState& server_;
   std::uint64_t ticket_ = 0;
+  std::map<std::size_t, double>
+      calm_written_s_;  // loops whose `calm` holds 1; uptime of the newest
 };
 
 }  // namespace loopwarden::daemon::gateway

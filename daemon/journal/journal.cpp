@@ -134,6 +134,15 @@ std::vector<JournalRow> Journal::search(const JournalQuery& query) const {
   }
 }
 
+std::vector<loopwarden::monitor::AlarmCame> Journal::came(std::int64_t from_ms, std::int64_t to_ms,
+                                                          std::size_t most) const {
+  try {
+    return JournalFile::came(path(), from_ms, to_ms, most);
+  } catch (const sqlite::Error&) {
+    return {};
+  }
+}
+
 void Journal::run() {
   bool last_round = false;
   while (!last_round) {

@@ -11,8 +11,8 @@
 namespace loopwarden::daemon::journal {
 namespace {
 
-using monitor::AlarmMemory;
-using monitor::AlarmState;
+using loopwarden::monitor::AlarmMemory;
+using loopwarden::monitor::AlarmState;
 using sqlite::Statement;
 
 constexpr const char* kTables = R"(
@@ -35,9 +35,19 @@ CREATE TABLE alarm_revision(only INTEGER PRIMARY KEY CHECK(only = 1), revision I
 INSERT INTO alarm_revision VALUES(1, 0);
 )";
 
-// Beside the tables of version 1, which a program without incidents reads as well.
+// Beside the tables of version 1, which a program without them reads and writes as well.
 constexpr const char* kIncidents =
     "CREATE TABLE IF NOT EXISTS incident(loop TEXT PRIMARY KEY, state TEXT NOT NULL) WITHOUT ROWID";
+// What the figures of the alarms need, and no more: they are answered from the index alone.
+constexpr const char* kCameIndex =
+    "CREATE INDEX IF NOT EXISTS journal_came "
+    "ON journal(utc_ms, loop, alarm, from_state, kind, to_state) "
+    "WHERE kind = 'alarm' AND to_state = 'unacknowledged'";
+// A line with which an alarm came, and not one that came back from the shelf.
+constexpr const char* kCame =
+    "SELECT utc_ms, loop, alarm FROM journal WHERE kind = 'alarm' AND to_state = 'unacknowledged' "
+    "AND from_state NOT IN ('unacknowledged', 'acknowledged', 'shelved') "
+    "AND utc_ms >= ?1 AND utc_ms < ?2 ORDER BY utc_ms DESC LIMIT ?3";
 
 constexpr sqlite::Schema kSchema{"journal", 0x4C574A31 /* "LWJ1" */, 1, kTables};
 
@@ -76,6 +86,7 @@ JournalFile::JournalFile(const std::filesystem::path& path, std::int64_t most_ro
     : JournalFile(path, sqlite::Access::write, most_rows) {
   database_.adopt(kSchema, sqlite::Sync::full);
   database_.execute(kIncidents);
+  database_.execute(kCameIndex);
 }
 
 JournalFile::JournalFile(const std::filesystem::path& path, sqlite::Access access,
@@ -182,6 +193,18 @@ std::vector<JournalRow> JournalFile::search(const std::filesystem::path& path,
   JournalFile file(path, sqlite::Access::read, 0);
   file.database_.demand_schema(kSchema);
   return file.search(query);
+}
+
+std::vector<loopwarden::monitor::AlarmCame> JournalFile::came(const std::filesystem::path& path,
+                                                              std::int64_t from_ms,
+                                                              std::int64_t to_ms,
+                                                              std::size_t most) {
+  JournalFile file(path, sqlite::Access::read, 0);
+  file.database_.demand_schema(kSchema);
+  Statement read(file.database_, kCame, from_ms, to_ms, most);
+  std::vector<loopwarden::monitor::AlarmCame> all;
+  while (read.step()) all.push_back({read.integer(0), read.text(1), read.text(2)});
+  return all;
 }
 
 }  // namespace loopwarden::daemon::journal

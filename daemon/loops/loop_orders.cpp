@@ -8,7 +8,7 @@
 namespace loopwarden::daemon {
 
 orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal) {
-  const CurrentSettings& settings = *loop.settings;
+  CurrentSettings& settings = *loop.settings;
   return {box, loop.channels->standing,
           orders::DeskEnds{
               .write_down =
@@ -16,6 +16,14 @@ orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal
               .why =
                   [&settings](const rt::OrderAnswer& answer, const rt::Order& order) {
                     return orders::why_refused(answer, order, settings.get());
+                  },
+              .done =
+                  [&settings](const rt::Order& order, const journal::JournalEntry& line) {
+                    if (!order.kp && !order.ki && !order.kd) return;
+                    settings.gains_ordered(
+                        {.by = line.peer,
+                         .utc_ms = line.utc_ms,
+                         .person = line.kind == journal::JournalEntry::Kind::operator_action});
                   }}};
 }
 

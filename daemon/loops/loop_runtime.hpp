@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -21,18 +22,40 @@ namespace loopwarden::daemon {
 // shown once it is so. Any thread but the real-time one; the one reader of `in_force`.
 class CurrentSettings {
  public:
+  // `settings` are those of the files.
   CurrentSettings(const rt::LoopSettings& settings, rt::LoopChannels& channels)
-      : channels_(channels), settings_(settings) {}
+      : channels_(channels), settings_(settings), file_(settings.controller.pid.gains) {}
   rt::LoopSettings get() const {
     const std::lock_guard lock(mutex_);
     channels_.in_force.fetch(settings_);
     return settings_;
   }
 
+  // Who has ordered gains last. A person's are not taken back by a reload unless he says so; a Modbus master, who
+  // may write at any time, keeps his by himself.
+  struct GainsAuthor {
+    std::string by;
+    std::int64_t utc_ms = 0;
+    bool person = false;
+  };
+  void gains_ordered(GainsAuthor author);
+  // The file's gains have come into force, or are those in force.
+  void gains_of_file(const control::PidGains& gains);
+  // Gains in force that the loop's file does not have: what a restart takes instead.
+  struct GainsNotInFile {
+    control::PidGains file;
+    GainsAuthor author;
+  };
+  std::optional<GainsNotInFile> gains_not_in_file() const;
+
  private:
+  std::optional<GainsNotInFile> not_in_file() const;  // with mutex_
+
   rt::LoopChannels& channels_;
   mutable std::mutex mutex_;
   mutable rt::LoopSettings settings_;
+  control::PidGains file_;
+  GainsAuthor author_;
 };
 
 // One configured loop while the daemon runs: its configuration, backend, channels and cycle. One that is controlled here

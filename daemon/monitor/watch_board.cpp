@@ -401,10 +401,7 @@ std::uint64_t WatchBoard::write_down(std::size_t loop, const Memories& before,
     const auto cause = watches_[loop].alarms.cause_of(kind);
     if (cause && alarm.active())
       entry.what = fmt::format("consequence of {}", model::to_text(*cause));
-    // What changes under a shelf or a suppression must be remembered, too.
-    const bool remembered_otherwise = alarm.memory().raised != was.raised ||
-                                      alarm.memory().shelved_until_ms != was.shelved_until_ms;
-    if (!line && !remembered_otherwise) continue;
+    if (!line && !remembered_otherwise(was, alarm.memory())) continue;
     if (!line) entry.from = entry.to = model::to_text(alarm.state());
     entry.memory = alarm.memory();
     ticket = journal_.post(std::move(entry));

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "daemon/journal/journal.hpp"
+#include "daemon/monitor/alarm_order.hpp"
 #include "daemon/monitor/explanation.hpp"
 #include "daemon/monitor/window_log.hpp"
 #include "model/analysis/condition_index.hpp"
@@ -75,20 +76,7 @@ struct ProcessNews {
   std::string why;
 };
 
-// What an operator wants.
-struct AlarmOrder {
-  loopwarden::monitor::AlarmKind kind = loopwarden::monitor::AlarmKind::stiction;
-  loopwarden::monitor::AlarmAction action = loopwarden::monitor::AlarmAction::acknowledge;
-  std::int64_t shelve_ms = 0;  // for shelve
-  std::string peer;            // who, for the journal
-  std::string reason;          // his words; may be empty
-};
-
-struct OrderResult {
-  bool accepted = false;
-  std::string why;           // not accepted, in words
-  std::uint64_t ticket = 0;  // accepted: of the journal's last line; 0: there is none
-};
+using AlarmOrder = OrderOf<loopwarden::monitor::AlarmKind>;
 
 // Alarms that were acknowledged together.
 struct Acknowledged {
@@ -222,7 +210,6 @@ class WatchBoard {
   std::vector<loopwarden::monitor::AlarmKind> raised_since(std::size_t loop,
                                                            const Memories& before) const;
   OrderResult act_locked(std::size_t loop, const AlarmOrder& order);
-  std::uint64_t write_order(std::size_t loop, const AlarmOrder& order, const OrderResult& result);
 
   std::vector<std::string> names_;
   std::vector<std::string> pv_units_;

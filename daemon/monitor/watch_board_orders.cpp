@@ -14,7 +14,6 @@ namespace model = loopwarden::monitor;
 using journal::JournalEntry;
 using model::AlarmAction;
 using model::AlarmKind;
-using model::AlarmState;
 
 OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order) {
   const std::lock_guard lock(mutex_);
@@ -31,20 +30,12 @@ OrderResult WatchBoard::act_locked(std::size_t loop, const AlarmOrder& order) {
   }
   const std::int64_t now_ms = utc_ms_();
   const Memories before = memories(loop);
-  const AlarmState state = alarms.alarm(order.kind).state();
   const auto done = alarms.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
+  const model::Alarm& alarm = alarms.alarm(order.kind);
   result.accepted = done.accepted;
-  if (!done.accepted) {
-    result.why =
-        order.action == AlarmAction::shelve
-            ? fmt::format(
-                  "an alarm is shelved for at least a minute, and for {} min at "
-                  "most",
-                  settings_.shelve_limit_ms / 60'000)
-            : fmt::format("alarm {} of {} is {}: nothing to {}", model::to_text(order.kind),
-                          names_[loop], model::to_text(state), model::to_text(order.action));
-  }
-  const std::uint64_t ordered = write_order(loop, order, result);
+  if (!done.accepted) result.why = why_refused(order, names_[loop], alarm);
+  const std::uint64_t ordered =
+      journal_.post(line_of(order, names_[loop], result, alarm.memory(), now_ms));
   const std::uint64_t changed = write_down(loop, before, done.transitions);
   if (result.accepted) result.ticket = std::max(ordered, changed);
   return result;
@@ -135,24 +126,6 @@ OrderResult WatchBoard::begin_offered(std::size_t loop, const std::string& peer,
   const std::uint64_t ticket = journal_.post(std::move(entry));
   if (result.accepted) result.ticket = ticket;
   return result;
-}
-
-std::uint64_t WatchBoard::write_order(std::size_t loop, const AlarmOrder& order,
-                                      const OrderResult& result) {
-  JournalEntry entry;
-  entry.kind = JournalEntry::Kind::operator_action;
-  entry.utc_ms = utc_ms_();
-  entry.loop = names_[loop];
-  entry.alarm = model::to_text(order.kind);
-  entry.peer = order.peer;
-  entry.what = model::to_text(order.action);
-  if (order.action == AlarmAction::shelve) {
-    entry.new_value = fmt::format("{} min", order.shelve_ms / 60'000);
-  }
-  entry.reason = order.reason;
-  entry.result = result.accepted ? "done" : "refused: " + result.why;
-  entry.memory = watches_[loop].alarms.alarm(order.kind).memory();
-  return journal_.post(std::move(entry));
 }
 
 }  // namespace loopwarden::daemon::monitor

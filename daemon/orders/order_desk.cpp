@@ -36,7 +36,11 @@ void OrderDesk::collect() {
     waiting_.pop_front();
     Outcome outcome{
         .number = answer.number, .refusal = answer.refusal, .now = answer.now, .why = {}};
-    if (answer.refusal != rt::Refusal::none) outcome.why = ends_.why(answer, waiting.order);
+    if (answer.refusal != rt::Refusal::none) {
+      outcome.why = ends_.why(answer, waiting.order);
+    } else if (ends_.done && !waiting.lines.empty()) {
+      ends_.done(waiting.order, waiting.lines.front());
+    }
     outcome.journal_ticket =
         write_down(waiting.lines, outcome.why.empty() ? "done" : "refused: " + outcome.why);
     outcomes_.push_back(std::move(outcome));

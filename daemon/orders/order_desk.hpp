@@ -33,6 +33,8 @@ struct DeskEnds {
   // Returns the journal's ticket.
   std::function<std::uint64_t(journal::JournalEntry)> write_down;
   std::function<std::string(const rt::OrderAnswer&, const rt::Order&)> why;
+  // An order is in force; the first of its lines, before it is written.
+  std::function<void(const rt::Order&, const journal::JournalEntry&)> done{};
 };
 
 class OrderDesk {

@@ -9,6 +9,10 @@
 
 namespace loopwarden::daemon::orders {
 
+std::string gains_text(const control::PidGains& gains) {
+  return fmt::format("kp {} ki {} kd {}", gains.kp, gains.ki, gains.kd);
+}
+
 std::string why_refused(rt::Refusal refusal, const rt::Order& order,
                         const rt::LoopSettings& settings) {
   const auto limits = [](const char* what, double low, double high, double got) {
@@ -43,6 +47,12 @@ std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
     case rt::Refusal::set_point_changed:
       return number("set point", answer.now.set_point, expected.set_point);
     case rt::Refusal::output_changed: return number("output", answer.now.output, expected.output);
+    case rt::Refusal::gains_changed:
+      return fmt::format(
+          "the gains are {} by now, {} were expected",
+          gains_text({answer.now.kp, answer.now.ki, answer.now.kd}),
+          gains_text({expected.kp.value_or(answer.now.kp), expected.ki.value_or(answer.now.ki),
+                      expected.kd.value_or(answer.now.kd)}));
     default: return why_refused(answer.refusal, order, settings);
   }
 }

@@ -7,6 +7,9 @@
 
 namespace loopwarden::daemon::orders {
 
+// "kp 0.61 ki 0.07 kd 0": all digits.
+std::string gains_text(const control::PidGains& gains);
+
 // Why an order is refused, with what was asked for and what would be allowed.
 std::string why_refused(rt::Refusal refusal, const rt::Order& order,
                         const rt::LoopSettings& settings);

@@ -114,6 +114,16 @@ std::vector<TrendRow> Historian::trend(std::size_t loop, std::uint64_t from,
   return found;
 }
 
+std::uint64_t Historian::dropped() const {
+  std::uint64_t all = 0;
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    const rt::LoopChannels& channels = *loops_[i].channels;
+    all +=
+        channels.records.dropped() + channels.watched.dropped() + recorder_.status(i).queue_dropped;
+  }
+  return all;
+}
+
 RecordingStatus Historian::status(std::size_t loop) const {
   RecordingStatus status{recorder_.status(loop)};
   status.dropped = loops_[loop].channels->records.dropped();

@@ -61,6 +61,8 @@ class Historian {
   // Rows with a period index of at least `from`, oldest first, at most `most`.
   std::vector<TrendRow> trend(std::size_t loop, std::uint64_t from, std::size_t most) const;
   RecordingStatus status(std::size_t loop) const;
+  // Cycles of all loops that are missing in records or windows: recorder or monitor was too slow.
+  std::uint64_t dropped() const;
 
   // CSV records, and how the disk is.
   Recorder& recorder() noexcept { return recorder_; }

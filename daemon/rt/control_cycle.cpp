@@ -37,8 +37,10 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
 
   // Finite and in range, or not written.
   const hal::Command command = checked(out, decision, output_before);
-  const double applied = io_.write(time, command);
-  if (command.write) controller_.applied(applied);
+  if (stop || now_ns_ >= channels_.withheld_until_ns.load(std::memory_order_relaxed)) {
+    const double applied = io_.write(time, command);
+    if (command.write) controller_.applied(applied);
+  }
   modelled_valve_ = valve_model_.step(controller_.output_applied(), 0.0);
   ever_written_ = ever_written_ || command.write;
   const bool goes_nowhere = decision.action.kind == control::OutputAction::Kind::hold;
@@ -188,9 +190,13 @@ void ControlCycle::apply(MovesWish wish) noexcept {
 }
 
 InForce ControlCycle::in_force() const noexcept {
+  const control::PidGains& gains = settings_.controller.pid.gains;
   return {.mode = controller_.requested_mode(),
           .set_point = controller_.set_point_target(),
-          .output = known_output()};
+          .output = known_output(),
+          .kp = gains.kp,
+          .ki = gains.ki,
+          .kd = gains.kd};
 }
 
 Standing ControlCycle::standing() const noexcept {

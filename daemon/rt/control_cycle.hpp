@@ -83,7 +83,7 @@ struct LoopChannels {
       : monitor_orders(room.monitor_orders), records(room.records), watched(room.watched) {}
 
   base::NewestValue<SettingsOffer> settings;  // reload -> cycle
-  // As the files and a Modbus master's gains have them, without what was ordered of the jacket;
+  // As the files and ordered gains have them, without what was ordered of the jacket;
   // cycle -> CurrentSettings
   base::NewestValue<LoopSettings> in_force;
   OrderBox operator_orders;                   // operator <-> cycle
@@ -106,6 +106,10 @@ struct LoopChannels {
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; below 0: none
   MovesBoard moves;                           // cycle -> monitor, status
   std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends
+  // Until then (CLOCK_MONOTONIC) no command goes out, so that the device's watchdog acts; commissioning -> cycle
+  std::atomic<std::int64_t> withheld_until_ns{0};
+  std::atomic<bool> commissioned{
+      false};  // out of service for everybody else; commissioning -> Modbus server
 };
 
 // How the loop begins.

@@ -73,6 +73,10 @@ Refusal judge(const Expectation& expected, const InForce& now,
   if (!both_unknown && differs(expected.output, now.output, pid.output_low, pid.output_high)) {
     return Refusal::output_changed;
   }
+  if (differs(expected.kp, now.kp, 0.0, now.kp) || differs(expected.ki, now.ki, 0.0, now.ki) ||
+      differs(expected.kd, now.kd, 0.0, now.kd)) {
+    return Refusal::gains_changed;
+  }
   return Refusal::none;
 }
 

@@ -26,9 +26,10 @@ enum class MovesWish : std::uint8_t { off, shadow, on };
 
 // What the sender of an order has seen; what is not given does not matter to him.
 struct Expectation {
-  std::optional<control::Mode> mode{};  // asked for: manual or automatic
-  std::optional<double> set_point{};    // PV units, where a ramp goes
-  std::optional<double> output{};       // CO units, or kOutputNotKnown
+  std::optional<control::Mode> mode{};     // asked for: manual or automatic
+  std::optional<double> set_point{};       // PV units, where a ramp goes
+  std::optional<double> output{};          // CO units, or kOutputNotKnown
+  std::optional<double> kp{}, ki{}, kd{};  // of the parallel form
 };
 inline constexpr double kOutputNotKnown = std::numeric_limits<double>::quiet_NaN();
 
@@ -64,7 +65,8 @@ enum class Refusal : std::uint8_t {
   set_point_tracks,
   mode_changed,
   set_point_changed,
-  output_changed
+  output_changed,
+  gains_changed
 };
 
 constexpr const char* to_text(Refusal refusal) noexcept {
@@ -96,9 +98,10 @@ constexpr const char* to_text(Refusal refusal) noexcept {
       return "in manual the set point follows PV; order automatic first, or with it";
     case Refusal::mode_changed: return "the mode is not the expected one";
     case Refusal::set_point_changed: return "the set point is not the expected one";
-    case Refusal::output_changed: break;
+    case Refusal::output_changed: return "the output is not the expected one";
+    case Refusal::gains_changed: break;
   }
-  return "the output is not the expected one";
+  return "the gains are not the expected ones";
 }
 
 // No mode helps: the value itself can't be.
@@ -138,9 +141,10 @@ struct InForce {
   control::Mode mode = control::Mode::manual;  // asked for
   double set_point = 0.0;                      // PV units, where a ramp goes
   double output = kOutputNotKnown;             // CO units
+  double kp = 0.0, ki = 0.0, kd = 0.0;         // of the parallel form
 };
 
-// Numbers count as the same up to this share of their range: they came as text.
+// Numbers count as the same up to this share of their range, gains of themselves: they came as text.
 inline constexpr double kSameShare = 1e-6;
 
 Refusal judge(const Expectation& expected, const InForce& now,

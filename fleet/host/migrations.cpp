@@ -16,7 +16,7 @@ constexpr const char* kLock =
 
 int migrate(pqxx::connection& connection) {
   const std::array all{kMigration0001, kMigration0002, kMigration0003, kMigration0004,
-                       kMigration0005, kMigration0006, kMigration0007};
+                       kMigration0005, kMigration0006, kMigration0007, kMigration0008};
   const int wanted = static_cast<int>(all.size());
   pqxx::work work(connection);
   work.exec(kLock);

@@ -38,7 +38,9 @@ SELECT group_name AS "group", boxes, online, coalesce(silent, 0) AS silent, coal
 
 constexpr const char* kWorst = R"(
 SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.state, w.severity,
-       (extract(epoch FROM w.since) * 1000)::bigint AS since_ms, w.online, w.device_id, count(*) OVER () AS "all"
+       (extract(epoch FROM w.since) * 1000)::bigint AS since_ms, w.online, w.device_id,
+       (SELECT l.text FROM metric m JOIN latest l ON l.metric_id = m.id
+          WHERE m.device_id = w.device_id AND m.name = 'area') AS area, count(*) OVER () AS "all"
   FROM worst_valve w JOIN device d ON d.id = w.device_id
   WHERE $1 IN ('', w.group_name) AND w.alarm <> ALL($3::text[])
   ORDER BY w.severity DESC NULLS LAST, w.group_name, w.edge, w.tag, w.alarm LIMIT $2)";
@@ -46,7 +48,9 @@ SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.stat
 // The view has all that is on; here are those that are no valve's.
 constexpr const char* kFaulty = R"(
 SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.state,
-       (extract(epoch FROM w.since) * 1000)::bigint AS since_ms, w.online, count(*) OVER () AS "all"
+       (extract(epoch FROM w.since) * 1000)::bigint AS since_ms, w.online,
+       (SELECT l.text FROM metric m JOIN latest l ON l.metric_id = m.id
+          WHERE m.device_id = w.device_id AND m.name = 'area') AS area, count(*) OVER () AS "all"
   FROM worst_valve w JOIN device d ON d.id = w.device_id
   WHERE $1 IN ('', w.group_name) AND w.alarm = ANY($3::text[])
   ORDER BY w.since DESC, w.group_name, w.edge, w.tag, w.alarm LIMIT $2)";

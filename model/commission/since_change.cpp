@@ -42,7 +42,7 @@ constexpr int kFewRuns = 80;
 // descent finds that. The search for a change of the valve tries sizes close together on so much of the record, and goes on
 // with twice as much each time.
 constexpr double kNear_s = 400.0;
-constexpr double kUnseen_s = 180.0;  // of a change of the valve
+constexpr double kUnseen_s = 180.0;  // a change, until something moves
 constexpr double kFinely = 1.02;
 struct Scan {
   double least;  // times what the search starts from
@@ -52,7 +52,7 @@ struct Scan {
   std::size_t bands;
 };
 const Scan kWide{
-    0.25, 2.5, {-2.4, -1.6, -1.2, -0.8, -0.4, 0.0, 0.4, 0.8, 1.2, 1.6, 2.4}, {-0.5, -1.0}, 8};
+    0.25, 2.5, {-2.4, -1.6, -1.2, -0.8, -0.4, 0.0, 0.4, 0.8, 1.2, 1.6, 2.4}, {0.0, -0.5, -1.0}, 8};
 const Scan kBeside{0.9, 1.1, {-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3}, {}, 1};
 constexpr std::size_t kFollowed = 3;
 
@@ -234,8 +234,9 @@ class Competition {
     const std::vector<Hypothesis> pairs = pairs_with(joined, joined.kinds.size() - 1);
     const Hypothesis second = plainest(pairs);
     const double left_by_both = std::max(second.errors.held - noise_ * held_share_, 0.0);
-    const double gap = std::max(alone.held - noise_ * held_share_, 0.0);
-    const bool both = left_by_both < 0.5 * to_close && to_close - left_by_both > kOfGap * gap &&
+    const double gap = alone.square_held - noise_square_ * held_share_;
+    const bool both = left_by_both < 0.5 * to_close &&
+                      best.errors.square_held - second.errors.square_held > kOfGap * gap &&
                       ahead(second, best) > kAlike;
     if (!both) return describe(best, singles, alone);
     SinceChange out = describe(second, pairs, alone);
@@ -255,7 +256,7 @@ class Competition {
   static constexpr double kLatest = 1.0;
   static constexpr double kMomentStep = -0.4;  // as a share of the bounds
   static constexpr double kHardlyMore = 8.0;
-  static constexpr int kMoments = 40;
+  static constexpr int kMoments = 80;
   static constexpr double kTold = 1.96;     // t
   static constexpr double kNearest = 0.02;  // of a value, ends of its interval
   static constexpr double kFarthest = 2.0;
@@ -281,12 +282,9 @@ class Competition {
     return {begin, begin + static_cast<std::ptrdiff_t>(kinds_[of.kinds[k]].start.size())};
   }
 
-  bool of_valve(std::size_t kind) const { return kinds_[kind].block == Block::valve; }
-
-  // Sample at which the change `k` of a hypothesis begins. Of a valve none is seen until the stem has to move: below 0 its
-  // change began before the earliest moment at which one is.
-  std::size_t moment_of(const Hypothesis& h, std::size_t k = 0) const {
-    const double x = std::clamp(h.x.back(), of_valve(h.kinds[k]) ? -1.0 : 0.0, 1.0);
+  // Sample at which a hypothesis begins: below 0 before the earliest moment at which a change is seen.
+  std::size_t moment_of(const Hypothesis& h) const {
+    const double x = std::clamp(h.x.back(), -1.0, 1.0);
     const auto samples = [&](std::size_t from, std::size_t to) {
       return static_cast<std::size_t>(std::lround(std::abs(x) * static_cast<double>(to - from)));
     };
@@ -299,7 +297,7 @@ class Competition {
     LoopModel model = twin_;
     for (std::size_t k = 0; k < h.kinds.size(); ++k) {
       // The model's time begins with it.
-      const double from_s = record_.period_s * static_cast<double>(moment_of(h, k) - begin_.sample);
+      const double from_s = record_.period_s * static_cast<double>(moment_of(h) - begin_.sample);
       const Kind& kind = kinds_[h.kinds[k]];
       model.scenario.faults.push_back({kind.spec(own(h, k)),
                                        kind.block,
@@ -360,17 +358,14 @@ class Competition {
   // Where the winner may have begun.
   gap::SampleRange moments_of(const Hypothesis& won) const {
     gap::SampleRange range{moment_of(won), moment_of(won)};
-    if (latest_ == change_ || !(before_ > 0.0)) return range;
-    std::vector<double> all(kMoments + 1);
-    parallel_(all.size(), [&](std::size_t i) {
-      Hypothesis other = won;
-      other.x.back() = static_cast<double>(i) / kMoments;
-      all[i] = errors_at(other).all();
+    if (!(before_ > 0.0)) return range;
+    std::vector<Hypothesis> others(kMoments + 1, won);
+    parallel_(others.size(), [&](std::size_t i) {
+      others[i].x.back() = static_cast<double>(i) * 2.0 / kMoments - 1.0;
+      others[i].errors = errors_at(others[i]);
     });
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (all[i] > won.errors.all() + kHardlyMore * before_) continue;
-      Hypothesis other = won;
-      other.x.back() = static_cast<double>(i) / kMoments;
+    for (const Hypothesis& other : others) {
+      if (other.errors.all() > won.errors.all() + kHardlyMore * before_) continue;
       range.begin = std::min(range.begin, moment_of(other));
       range.end = std::max(range.end, moment_of(other));
     }
@@ -481,8 +476,7 @@ class Competition {
     for (const std::size_t i : out.kinds) {
       steps.insert(steps.end(), kinds_[i].steps.begin(), kinds_[i].steps.end());
     }
-    const bool valve = of_valve(out.kinds.back());
-    if (latest_ > change_ || valve) steps.push_back(kMomentStep);  // else it is known
+    steps.push_back(kMomentStep);
     const auto errors = [&](const std::vector<double>& x) {
       return errors_at({.kinds = out.kinds, .x = x, .errors = {}});
     };
@@ -500,17 +494,7 @@ class Competition {
         .value_change = 1e-5,
         .parameter_change = 1e-3};
     const auto descend = [&](std::vector<double>& x, const Objective& from) {
-      const std::vector<double> moment_known(x.begin() + static_cast<std::ptrdiff_t>(steps.size()),
-                                             x.end());
-      x.resize(steps.size());
-      numeric::subplex(
-          x, steps, -50.0, 50.0,
-          [&](std::vector<double> at) {
-            at.insert(at.end(), moment_known.begin(), moment_known.end());
-            return from(at);
-          },
-          search);
-      x.insert(x.end(), moment_known.begin(), moment_known.end());
+      numeric::subplex(x, steps, -50.0, 50.0, from, search);
     };
     const auto before = [&](std::size_t end) -> Objective {
       return [&objective, end](const std::vector<double>& x) { return objective(x, end); };
@@ -522,7 +506,13 @@ class Competition {
         return Sums{};
       }
     };
-    if (!valve) {
+    const Kind& kind = kinds_[out.kinds.back()];
+    if (kind.block != Block::valve) {
+      std::vector<double> x = out.x;
+      for (const double at : kWide.moments) {
+        x.back() = at;
+        if (objective(x, training_end_) < objective(out.x, training_end_)) out.x = x;
+      }
       descend(out.x, before(training_end_));
       out.errors = left_at(out.x);
       return out;
@@ -530,7 +520,7 @@ class Competition {
     const auto near = static_cast<std::size_t>(kNear_s / record_.period_s);
     std::vector<std::vector<double>> places =
         scanned(out, out.x, kWide, before(std::min(change_ + near, training_end_)));
-    places.resize(std::min(places.size(), kinds_[out.kinds.back()].slips ? kFollowed : 1));
+    places.resize(std::min(places.size(), kind.slips ? kFollowed : 1));
     for (std::vector<double>& x : places) {
       std::size_t after = near;
       for (std::size_t end = change_; end < training_end_; after *= 2) {
@@ -661,7 +651,7 @@ class Competition {
     gap::FoundEffect effect;
     effect.spec = kind.spec(x);
     effect.block = kind.block;
-    const double from_s = record_.period_s * static_cast<double>(moment_of(won, k));
+    const double from_s = record_.period_s * static_cast<double>(moment_of(won));
     if (std::string(kind.name) == "step_disturbance") {
       effect.block = Block::disturbance;
       effect.spec = {"step_disturbance", {{"size", x[0]}, {"time", from_s}}};

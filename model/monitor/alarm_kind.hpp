@@ -41,37 +41,31 @@ enum class AlarmKind : std::uint8_t {
   rate_of_change
 };
 
-inline constexpr std::array kAlarmKinds{
-    AlarmKind::stiction,        AlarmKind::backlash,     AlarmKind::hysteresis,
-    AlarmKind::low_air_supply,  AlarmKind::unknown,      AlarmKind::model_gap,
-    AlarmKind::bad_pv,          AlarmKind::output_lost,  AlarmKind::output_unknown,
-    AlarmKind::not_normal_mode, AlarmKind::enable_open,  AlarmKind::source_lost,
-    AlarmKind::deviation,       AlarmKind::pv_high_high, AlarmKind::pv_high,
-    AlarmKind::pv_low,          AlarmKind::pv_low_low,   AlarmKind::rate_of_change};
+constexpr std::size_t index_of(AlarmKind kind) noexcept { return static_cast<std::size_t>(kind); }
+
+template <AlarmKind first, AlarmKind last>
+constexpr auto kinds_between() noexcept {
+  std::array<AlarmKind, index_of(last) - index_of(first) + 1> kinds{};
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    kinds[i] = static_cast<AlarmKind>(index_of(first) + i);
+  }
+  return kinds;
+}
+inline constexpr auto kAlarmKinds = kinds_between<AlarmKind::stiction, AlarmKind::rate_of_change>();
 // The first of kAlarmKinds, so that an array of them is indexed by index_of.
-inline constexpr std::array kValveAlarms{AlarmKind::stiction,   AlarmKind::backlash,
-                                         AlarmKind::hysteresis, AlarmKind::low_air_supply,
-                                         AlarmKind::unknown,    AlarmKind::model_gap};
+inline constexpr auto kValveAlarms = kinds_between<AlarmKind::stiction, AlarmKind::model_gap>();
 // The rest of them.
-inline constexpr std::array kProcessAlarms{
-    AlarmKind::bad_pv,          AlarmKind::output_lost,  AlarmKind::output_unknown,
-    AlarmKind::not_normal_mode, AlarmKind::enable_open,  AlarmKind::source_lost,
-    AlarmKind::deviation,       AlarmKind::pv_high_high, AlarmKind::pv_high,
-    AlarmKind::pv_low,          AlarmKind::pv_low_low,   AlarmKind::rate_of_change};
+inline constexpr auto kProcessAlarms =
+    kinds_between<AlarmKind::bad_pv, AlarmKind::rate_of_change>();
 // Of them, those that a limit makes.
-inline constexpr std::array kLimitAlarms{AlarmKind::deviation,  AlarmKind::pv_high_high,
-                                         AlarmKind::pv_high,    AlarmKind::pv_low,
-                                         AlarmKind::pv_low_low, AlarmKind::rate_of_change};
+inline constexpr auto kLimitAlarms =
+    kinds_between<AlarmKind::deviation, AlarmKind::rate_of_change>();
 // What a window can show.
-inline constexpr std::array kWindowAlarms{AlarmKind::stiction, AlarmKind::backlash,
-                                          AlarmKind::hysteresis, AlarmKind::low_air_supply,
-                                          AlarmKind::unknown};
+inline constexpr auto kWindowAlarms = kinds_between<AlarmKind::stiction, AlarmKind::unknown>();
 inline constexpr std::size_t kAlarmKindCount = kAlarmKinds.size();
 inline constexpr std::size_t kValveAlarmCount = kValveAlarms.size();
 inline constexpr std::size_t kProcessAlarmCount = kProcessAlarms.size();
 static_assert(kValveAlarmCount + kProcessAlarmCount == kAlarmKindCount);
-
-constexpr std::size_t index_of(AlarmKind kind) noexcept { return static_cast<std::size_t>(kind); }
 
 constexpr bool is_process_alarm(AlarmKind kind) noexcept {
   return index_of(kind) >= kValveAlarmCount;

@@ -10,7 +10,9 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
           "records, evidence or something else has filled the disk of the state directory, or it "
           "is broken",
           "nothing more is recorded, and a restart may not remember alarms",
-          "make room on the disk; look at `journal.error` in the status", "an hour"};
+          "make room on the disk, or replace one that does not answer; look at `journal.error` in "
+          "the status",
+          "an hour"};
     case BoxAlarm::clock_stepped:
       return {"somebody or a time service has set the clock by more than a second",
               "times in records and journal jump; the loops run on, they have a clock of their own",
@@ -32,7 +34,7 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
     case BoxAlarm::records_dropped: break;
   }
   return {"the disk is too slow for what is recorded, or the box too busy",
-          "cycles are missing in records; windows begin anew",
+          "cycles are missing in records or windows; windows begin anew",
           "see what else uses the disk; record fewer loops", "a day"};
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The alarms of the box itself: the group `box`, with the states and the life of every other alarm (alarm.hpp).
 //
-//   disk_full            the state directory has little room, or the journal can't write
+//   disk_full            the state directory has little room, the journal can't write, or the disk hangs
 //   clock_stepped        the clock was set by more than a second: times in records and journal jump
 //   feeder_lost          a feeder of watched loops is not connected
 //   service_failed       a service of the box has died
 //   certificate_expires  a certificate ends within 14 days
-//   records_dropped      the recorder was too slow, and cycles are missing in records
+//   records_dropped      recorder or monitor was too slow, and cycles are missing in records or windows
 //
 // A condition comes once it has been found for its on-delay without a break and goes once it has been gone for
 // kBoxOffDelay_ms. What can't be found out changes nothing and starts the delay anew.

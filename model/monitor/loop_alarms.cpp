@@ -2,6 +2,7 @@
 #include "model/monitor/loop_alarms.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace loopwarden::monitor {
 
@@ -85,6 +86,7 @@ AlarmTransitions LoopAlarms::process_changed(std::int64_t now_ms,
     for (const ProcessChange& change : changes) {
       Alarm& alarm = alarms_[index_of(change.kind)];
       change.on ? alarm.condition_on(now_ms, 0.0) : alarm.condition_off(now_ms);
+      if (change.on) began_[index_of(change.kind)] = change.began;
       // What goes while it is suppressed has been told by its cause.
       if (!change.on && alarm.is_consequence()) alarm.acknowledge(now_ms);
       if (change.kind == AlarmKind::deviation && deviation_rests_) alarm.window_not_valid();
@@ -129,19 +131,29 @@ std::optional<AlarmKind> LoopAlarms::cause_of(AlarmKind kind) const noexcept {
 }
 
 bool LoopAlarms::first_out(AlarmKind kind) const noexcept {
+  // What follows from another is not first, though it may begin in the same cycle.
   const auto there = [this](AlarmKind one) {
-    return alarm(one).active() || alarm(one).unacknowledged();
+    return (alarm(one).active() || alarm(one).unacknowledged()) && !alarm(one).is_consequence();
   };
   if (!is_process_alarm(kind) || !there(kind)) return false;
   bool others = false;
   for (const AlarmKind other : kProcessAlarms) {
     if (other == kind || !there(other)) continue;
     others = true;
-    const std::int64_t its_ms = alarm(other).memory().raised_ms;
-    const std::int64_t own_ms = alarm(kind).memory().raised_ms;
-    if (its_ms < own_ms || (its_ms == own_ms && other < kind)) return false;
+    if (began_before(other, kind)) return false;
   }
   return others;
+}
+
+bool LoopAlarms::began_before(AlarmKind one, AlarmKind other) const noexcept {
+  const auto rank = [this, one, other](AlarmKind kind) {
+    // Periods are counted from the start: what is older is known by its alarm alone.
+    const bool both = began_[index_of(one)] != 0 && began_[index_of(other)] != 0;
+    return std::pair(
+        both ? static_cast<std::int64_t>(began_[index_of(kind)]) : alarm(kind).memory().raised_ms,
+        kind);
+  };
+  return rank(one) < rank(other);
 }
 
 LoopAlarms::States LoopAlarms::states() const noexcept {

@@ -6,7 +6,7 @@
 // stiction, backlash and hysteresis as well: they follow from low air.
 //
 // Process alarms know no windows: they come and go as their watch says (process_watch.hpp). Of several that are there
-// the one that came first is marked (first-out): the others may be its doing.
+// the one whose condition began first is marked (first-out), whatever its delay: the others may be its doing.
 //
 // A condition that an explanation gave to another alarm counts for that one until it goes (explained()).
 //
@@ -91,10 +91,6 @@ class LoopAlarms {
   // Conditions of process alarms that came or went in one cycle.
   AlarmTransitions process_changed(std::int64_t now_ms,
                                    std::span<const ProcessChange> changes) noexcept;
-  AlarmTransitions process_changed(std::int64_t now_ms, AlarmKind kind, bool on) noexcept {
-    const ProcessChange change{kind, on};
-    return process_changed(now_ms, {&change, 1});
-  }
   AlarmTransitions pass_time(std::int64_t now_ms) noexcept;
 
   struct ActionResult {
@@ -108,7 +104,7 @@ class LoopAlarms {
   const Alarm& alarm(AlarmKind kind) const noexcept { return alarms_[index_of(kind)]; }
   // The first alarm that is on and that `kind` follows from; nothing: it stands for itself.
   std::optional<AlarmKind> cause_of(AlarmKind kind) const noexcept;
-  // It came before the other process alarms that are there. Of one alone nothing is said.
+  // Its condition began before those of the other process alarms that are there. Of one alone nothing is said.
   bool first_out(AlarmKind kind) const noexcept;
   bool any_shelved() const noexcept;
   bool any_suppressed() const noexcept;
@@ -117,12 +113,14 @@ class LoopAlarms {
   using States = std::array<AlarmState, kAlarmKindCount>;
   States states() const noexcept;
   void find_root() noexcept;
+  bool began_before(AlarmKind one, AlarmKind other) const noexcept;
   AlarmTransitions since(const States& before, AlarmReason reason) const noexcept;
   template <class Change>
   AlarmTransitions after(AlarmReason reason, Change change) noexcept;
 
   std::array<Alarm, kAlarmKindCount> alarms_;
   std::array<bool, kAlarmKindCount> fitted_{};
+  std::array<std::uint64_t, kAlarmKindCount> began_{};  // periods; 0: not known
   bool deviation_rests_ = false;
   // What a valve alarm's condition that is on counts for; itself unless it was explained.
   struct CountsFor {

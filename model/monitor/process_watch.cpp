@@ -38,8 +38,18 @@ ProcessWatch::ProcessWatch(double sample_time_s, const ProcessSettings& settings
       limits_(sample_time_s, settings.limits),
       quiet_periods_(periods_of(kQuiet_s, sample_time_s)) {}
 
+void ProcessWatch::restore(AlarmKind kind, bool on) noexcept {
+  Delayed& condition = at(kind);
+  condition.on = condition.there = on;
+  condition.flaps = on ? 1 : 0;
+  if (kind == AlarmKind::not_normal_mode) ever_ran_ = ever_ran_ || on;
+}
+
 ProcessChanges ProcessWatch::add(const ProcessCycle& cycle) noexcept {
   ever_arrived_ = ever_arrived_ || cycle.output_arrives;
+  ever_ran_ = ever_ran_ || cycle.requested_mode == Mode::automatic ||
+              cycle.mode == Mode::automatic ||
+              (cycle.mode == Mode::fallback && cycle.fault != Fault::starting);
   limits_.add(cycle.period_index, cycle.sp, cycle.pv_bad ? kNone : cycle.pv,
               cycle.mode == Mode::automatic);
   ProcessChanges changes;
@@ -58,7 +68,7 @@ ProcessChanges ProcessWatch::add(const ProcessCycle& cycle) noexcept {
     if (!follows_cause && !is_due(condition, rule, cycle.period_index)) continue;
     condition.on = *now;
     condition.other_since.reset();
-    changes.add({kind, *now});
+    changes.add({kind, *now, condition.began});
   }
   return changes;
 }
@@ -70,8 +80,8 @@ void ProcessWatch::count(Delayed& condition, bool there, std::uint64_t period) c
     condition.gone_at = period;
     return;
   }
-  if (period - condition.gone_at >= quiet_periods_) condition.flaps = 0;
-  condition.came[condition.flaps % kFlaps] = period;
+  if (!condition.on && period - condition.gone_at > quiet_periods_) condition.flaps = 0;
+  if (condition.flaps == 0) condition.began = period;
   if (condition.flaps < std::numeric_limits<std::uint32_t>::max()) ++condition.flaps;
 }
 
@@ -87,10 +97,7 @@ bool ProcessWatch::is_due(const Delayed& condition, const ProcessRule& rule,
     const std::uint64_t delay = periods_of(rule.off_delay_s, sample_time_s_);
     return since >= (condition.flaps > 1 ? std::max(delay, quiet_periods_) : delay);
   }
-  if (since >= periods_of(rule.on_delay_s, sample_time_s_)) return true;
-  // The oldest of the newest five is where the next one is put.
-  return condition.flaps >= kFlaps &&
-         period - condition.came[condition.flaps % kFlaps] <= quiet_periods_;
+  return condition.flaps >= kFlaps || since >= periods_of(rule.on_delay_s, sample_time_s_);
 }
 
 std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycle) const noexcept {
@@ -100,7 +107,7 @@ std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycl
     case AlarmKind::output_unknown:
       if (cycle.fault == Fault::output_unknown) return true;
       return cycle.fault == Fault::none ? std::optional(false) : std::nullopt;
-    case AlarmKind::not_normal_mode: return !is_normal(cycle.mode, settings_.normal_mode);
+    case AlarmKind::not_normal_mode: return not_normal_mode(cycle);
     case AlarmKind::enable_open:
       return cycle.fault == Fault::stop ? std::nullopt
                                         : std::optional(cycle.fault == Fault::enable_open);
@@ -108,6 +115,11 @@ std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycl
     default: break;
   }
   return limits_.beyond(kind, at(kind).there);
+}
+
+bool ProcessWatch::not_normal_mode(const ProcessCycle& cycle) const noexcept {
+  if (cycle.mode == Mode::manual && !ever_ran_) return false;
+  return !is_normal(cycle.mode, settings_.normal_mode);
 }
 
 std::optional<bool> ProcessWatch::output_lost(const ProcessCycle& cycle) const noexcept {

@@ -5,7 +5,9 @@
 //   output_lost      commands don't reach the device. Before the first one has, only a loop that has its PV and still can't
 //                    start tells; a loop that has nothing to write yet has lost nothing
 //   output_unknown   where the output stands is not known; a graver fault hides it
-//   not_normal_mode  the mode in force is another one than the loop's normal mode: fallback is never normal
+//   not_normal_mode  the mode in force is another one than the loop's normal mode: fallback is never normal. Manual counts
+//                    once the loop has been in automatic, or a fault has ended its mode: one that is not yet in service is
+//                    not out of its mode
 //   enable_open      the enable contact is open
 //   source_lost      what brings PV is silent: of loops that another controller has
 //   the rest         PV is where it should not be (limit_watch.hpp)
@@ -16,9 +18,9 @@
 //
 // What follows from an alarm that is on (alarm_kind.hpp) goes without its off-delay: so it does not outlast its cause.
 //
-// What flaps is one alarm with a count: `flaps` counts how often the condition has come since it last was gone for a
-// minute. From the second time on the alarm goes only after such a minute; what comes five times in a minute raises its
-// alarm although no single time outlasts the on-delay.
+// What flaps is one alarm with a count: `flaps` counts how often the condition has come without a minute between. From the
+// second time on the alarm goes only after such a minute, and so it does the first time unless the off-delay is shorter;
+// what comes the fifth time raises its alarm although no single time outlasts the on-delay.
 //
 // Stepped once a cycle. No clock, no allocation.
 //
@@ -26,7 +28,8 @@
 // What it can't do: say why the output is lost; a record's row does not hold it.
 //
 // Source: delays, and three times a minute as chattering, as in ANSI/ISA-18.2-2016 (basic alarm design) and EEMUA 191
-// (2013), chapter 8; the 10 s are ours: longer than a reconnection or a late reply, shorter than what a process bears.
+// (2013), chapter 8; the 10 s to come are ours: longer than a reconnection or a late reply, shorter than what a process
+// bears.
 #pragma once
 
 #include <array>
@@ -44,11 +47,12 @@
 
 namespace loopwarden::monitor {
 
-inline constexpr double kProcessDelay_s =
-    10.0;  // to come, and to go, where a loop's file says nothing else
-inline constexpr double kDeviationDelay_s = 60.0;  // to come
-inline constexpr double kQuiet_s = 60.0;           // without the condition, and it flaps no longer
-inline constexpr std::size_t kFlaps = 5;           // in kQuiet_s raise the alarm
+// To come, where a loop's file says nothing else.
+inline constexpr double kProcessDelay_s = 10.0;
+inline constexpr double kDeviationDelay_s = 60.0;
+// Without the condition, and it flaps no longer; to go, where a loop's file says nothing else.
+inline constexpr double kQuiet_s = 60.0;
+inline constexpr std::uint32_t kFlaps = 5;  // raise the alarm
 
 enum class NormalMode : std::uint8_t { automatic, manual, any };
 
@@ -58,8 +62,8 @@ constexpr const char* to_text(NormalMode mode) noexcept {
 
 struct ProcessRule {
   bool fitted = false;
-  double on_delay_s = kProcessDelay_s;   // s, >= 0
-  double off_delay_s = kProcessDelay_s;  // s, >= 0
+  double on_delay_s = kProcessDelay_s;  // s, >= 0
+  double off_delay_s = kQuiet_s;        // s, >= 0
 
   friend bool operator==(const ProcessRule&, const ProcessRule&) = default;
 };
@@ -75,7 +79,7 @@ constexpr std::array<ProcessRule, kProcessAlarmCount> usual_rules() noexcept {
 }
 
 struct ProcessSettings {
-  NormalMode normal_mode = NormalMode::any;
+  NormalMode normal_mode = NormalMode::automatic;
   std::array<ProcessRule, kProcessAlarmCount> rules = usual_rules();  // as kProcessAlarms
   LimitSettings limits;
 
@@ -102,6 +106,7 @@ struct ProcessCycle {
 struct ProcessChange {
   AlarmKind kind = AlarmKind::bad_pv;
   bool on = false;
+  std::uint64_t began = 0;  // period in which the condition first came; 0: not known
 
   friend bool operator==(const ProcessChange&, const ProcessChange&) = default;
 };
@@ -121,13 +126,13 @@ class ProcessWatch {
   ProcessWatch(double sample_time_s, const ProcessSettings& settings) noexcept;
 
   // A condition from before a restart.
-  void restore(AlarmKind kind, bool on) noexcept { at(kind).on = at(kind).there = on; }
+  void restore(AlarmKind kind, bool on) noexcept;
 
   ProcessChanges add(const ProcessCycle& cycle) noexcept;
 
   // The deviation is suppressed at present.
   bool deviation_rests() const noexcept { return limits_.rests(); }
-  // How often the condition has come since it last was gone for a minute.
+  // How often the condition has come without a minute between.
   std::uint32_t flaps(AlarmKind kind) const noexcept { return at(kind).flaps; }
 
  private:
@@ -136,8 +141,8 @@ class ProcessWatch {
     bool there = false;                        // by the newest cycle that can tell
     std::optional<std::uint64_t> other_since;  // period since which a cycle says the other
     std::uint32_t flaps = 0;
-    std::uint64_t gone_at = 0;                 // period in which it last went
-    std::array<std::uint64_t, kFlaps> came{};  // the newest periods in which it came
+    std::uint64_t began = 0;    // period in which the first of them came
+    std::uint64_t gone_at = 0;  // period in which it last went
   };
   Delayed& at(AlarmKind kind) noexcept { return conditions_[index_of(kind) - kValveAlarmCount]; }
   const Delayed& at(AlarmKind kind) const noexcept {
@@ -146,6 +151,7 @@ class ProcessWatch {
   // Nothing: the cycle can't tell.
   std::optional<bool> found(AlarmKind kind, const ProcessCycle& cycle) const noexcept;
   std::optional<bool> output_lost(const ProcessCycle& cycle) const noexcept;
+  bool not_normal_mode(const ProcessCycle& cycle) const noexcept;
   void count(Delayed& condition, bool there, std::uint64_t period) const noexcept;
   // A cause of it is on.
   bool suppressed(AlarmKind kind) const noexcept;
@@ -157,6 +163,7 @@ class ProcessWatch {
   LimitWatch limits_;
   std::uint64_t quiet_periods_;
   bool ever_arrived_ = false;  // a command, since the start
+  bool ever_ran_ = false;      // in automatic, or into a fault
   std::array<Delayed, kProcessAlarmCount> conditions_{};
 };
 

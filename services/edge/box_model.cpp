@@ -138,7 +138,9 @@ void add_incident(std::vector<MetricSpec>& specs) {
 
 // What is not in the registers.
 void add_extras(std::vector<MetricSpec>& specs) {
-  specs.push_back(plain("tag", DataType::string));
+  for (const char* name : {"tag", "area", "description"}) {
+    specs.push_back(plain(name, DataType::string));
+  }
   for (const std::string& alarm : alarm_names()) {
     specs.push_back(plain("alarm/" + alarm + "/state", DataType::string));
     specs.push_back(plain("alarm/" + alarm + "/since", DataType::date_time));
@@ -285,8 +287,11 @@ BoxModel::BoxModel(const protocol::Registers& registers, const protocol::Descrip
     model.watched = loop.control == "elsewhere";
     model.specs = specs_of_loop(common, loop);
     if (model.watched) leave_out(orders_, model.specs);
-    model.fixed = {
-        {"tag", model.tag}, {"request/evidence", std::string()}, {"order/result", std::string()}};
+    model.fixed = {{"tag", model.tag},
+                   {"area", loop.area},
+                   {"description", loop.description},
+                   {"request/evidence", std::string()},
+                   {"order/result", std::string()}};
     if (const auto sees = detectable.find(model.tag); sees != detectable.end()) {
       for (const auto& [name, percent] : sees->second) {
         model.specs.push_back(plain("detectable/" + name, DataType::float64, kOfSpan));

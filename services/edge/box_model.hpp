@@ -2,7 +2,7 @@
 // From the daemon's answers to metrics: the box's registers become those of the edge node, each loop a device. Pure.
 //
 // Metrics have the names of the register map; a field that stands in two tables, to be read and to be written, is one
-// metric. Beside them, for each loop: tag, alarm/NAME/state|severity|since, condition/NAME, explanation/*, incident/*,
+// metric. Beside them, for each loop: tag, area, description, alarm/NAME/state|severity|since, condition/NAME, explanation/*, incident/*,
 // detectable/NAME, order/result, request/evidence and file/NAME. A loop that another controller has lacks what is there
 // for orders to its controller alone.
 #pragma once
@@ -27,7 +27,7 @@ struct LoopModel {
   std::string tag;
   std::string device;             // the tag as a topic may hold it, unique
   std::vector<MetricSpec> specs;  // those that all such loops have, then detectable/NAME
-  Extras fixed;                   // tag, detectable/NAME
+  Extras fixed;                   // tag, area, description, detectable/NAME
   bool watched = false;           // another controller has it
   friend bool operator==(const LoopModel&, const LoopModel&) = default;
 };

@@ -9,6 +9,7 @@
 #include "base/exit_code.hpp"
 #include "base/standard_streams.hpp"
 #include "services/page/app/app.hpp"
+#include "services/page/app/ldap_command.hpp"
 #include "services/page/app/user_commands.hpp"
 #include "services/page/settings/page_settings.hpp"
 
@@ -18,7 +19,7 @@ namespace {
 constexpr const char* kFooter =
     "Without --config: http://127.0.0.1:8480/, for this host alone, for looking only.\n"
     "Signals: SIGTERM and SIGINT end it, SIGHUP reads certificate and key again.\n"
-    "Exit codes: 0 done, 64 usage, 74 I/O, 78 bad configuration.";
+    "Exit codes: 0 done, 64 usage, 65 ldap-test: not let in, 74 I/O, 78 bad configuration.";
 
 struct Options {
   std::string config;
@@ -69,6 +70,7 @@ int run_command_line(int argc, char** argv) {
   add_options(app, options);
   add_user_commands(app, exit_code);
   add_certificate_command(app, exit_code);
+  add_ldap_command(app, exit_code);
   app.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   app.footer(kFooter);
   return config::run_service(app, config::in_options({argv + 1, argv + argc}), [&]() -> int {

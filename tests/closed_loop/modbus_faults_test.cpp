@@ -259,6 +259,10 @@ TEST_CASE(
     "back") {
   std::string manual = loop_file("field", 1.0);
   manual.replace(manual.find("recovery: previous_mode"), 23, "recovery: manual");
+  manual += "alarms:\n";
+  for (const char* alarm : {"bad_pv", "output_lost", "not_normal_mode"}) {
+    manual += fmt::format("  {}: {{off_delay: 10}}\n", alarm);
+  }
   TcpPlant plant(manual);
   plant.settle();
   const auto state = [&](const char* alarm) {

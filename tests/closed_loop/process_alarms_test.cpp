@@ -49,7 +49,7 @@ TEST_CASE("an open enable contact is told with what PV does, and not the mode th
     now = alarms();
     return now.at("pv_low").active && now.at("enable_open").active;
   }));
-  CHECK(now.at("pv_low").first_out);  // its delay is the shorter one
+  CHECK(now.at("enable_open").first_out);  // though the delay of pv_low is the shorter one
   CHECK(now.at("not_normal_mode").state == "suppressed");
   CHECK(now.at("not_normal_mode").consequence_of == "enable_open");
   CHECK_FALSE(now.at("deviation").active);
@@ -58,8 +58,9 @@ TEST_CASE("an open enable contact is told with what PV does, and not the mode th
   CHECK(now.at("certificate_expires").unacknowledged);
 
   CHECK_THAT(loopwarden(daemon, "alarms list --rationalised").text,
-             Catch::Contains("FIC-101,pv_low,medium,3,0.1,L/min,2,10,") &&
-                 Catch::Contains("open the bypass"));
+             Catch::Contains("FIC-101,pv_low,medium,3,0.1,L/min,2,60,") &&
+                 Catch::Contains("open the bypass") &&
+                 Catch::Contains("box,service_failed,medium,,,,30,60,"));
   CHECK_THAT(loopwarden(daemon, "alarms explain FIC-101 pv_low").text,
              Catch::Contains("what to do:       open the bypass"));
   CHECK_THAT(loopwarden(daemon, "alarms ack box certificate_expires").text,

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <string>
 
@@ -44,9 +45,9 @@ TEST_CASE("An alarm of a limit is there where the loop's file gives one", "[conf
   CHECK(process.at(AlarmKind::pv_high) == monitor::ProcessRule{true, 3.0, 4.0});
   CHECK(some.priority[monitor::index_of(AlarmKind::pv_high)] == monitor::Priority::critical);
   CHECK(process.limits.at(AlarmKind::pv_low_low) == monitor::Limit{1.0, 0.1});  // 1 % of the span
-  CHECK(process.at(AlarmKind::pv_low_low) == monitor::ProcessRule{true, 2.0, 10.0});
+  CHECK(process.at(AlarmKind::pv_low_low) == monitor::ProcessRule{true, 2.0, 60.0});
   CHECK(process.limits.at(AlarmKind::deviation) == monitor::Limit{2.0, 0.2});
-  CHECK(process.at(AlarmKind::deviation) == monitor::ProcessRule{true, 60.0, 10.0});
+  CHECK(process.at(AlarmKind::deviation) == monitor::ProcessRule{true, 60.0, 60.0});
   CHECK(process.limits.settle_s == 15.0);
   CHECK(process.limits.rate_time_s == 20.0);
   CHECK_FALSE(process.at(AlarmKind::pv_low).fitted);
@@ -90,6 +91,23 @@ TEST_CASE("A loop with an enable contact has its alarm", "[config][alarms]") {
   };
   CHECK_FALSE(wired(kAnalogLoop));
   CHECK(wired(kAnalogLoop + "  enable: {line: ENABLE, active_low: true, debounce: 0.1}\n"));
+}
+
+TEST_CASE("An alarm that a loop does not have is named where its file describes it",
+          "[config][alarms]") {
+  using Catch::Contains;
+  const std::string enable = "alarms:\n  enable_open: {priority: low}\n";
+  CHECK(
+      said(enable) ==
+      "loop.yaml:" + std::to_string(std::count(kModbusLoop.begin(), kModbusLoop.end(), '\n') + 2) +
+          ":16: warning: alarms.enable_open: the loop has no such alarm: io has no enable "
+          "contact\n");
+  CHECK_FALSE(read(enable).process.at(AlarmKind::enable_open).fitted);
+  CHECK(said_of_loop(kAnalogLoop + "  enable: {line: ENABLE, active_low: true, debounce: 0.1}\n" +
+                     enable)
+            .find("no such alarm") == std::string::npos);
+  CHECK_THAT(said("alarms:\n  source_lost: {off_delay: 5}\n"),
+             Contains("alarms.source_lost: the loop has no such alarm: it is controlled here"));
 }
 
 }  // namespace alarms_reader_test

@@ -78,6 +78,10 @@ TEST_CASE("Nobody orders by the page's or the edge's socket unless it is said",
         std::pair(SocketRights{.alarms = true, .control = false}, none));
   CHECK(rights("edge: {control: true}\n") ==
         std::pair(none, SocketRights{.alarms = false, .control = true}));
+  CHECK(rights("page: {tuning: true}\n") == std::pair(SocketRights{.tuning = true}, none));
+  CHECK(said_of_daemon("edge: {tuning: true}\n") == "d.yaml:1:8: error: unknown key 'tuning'\n");
+  CHECK(rights("page: {reports: true}\n") == std::pair(SocketRights{.reports = true}, none));
+  CHECK(said_of_daemon("edge: {reports: true}\n") == "d.yaml:1:8: error: unknown key 'reports'\n");
   CHECK(said_of_daemon("page: {control: maybe}\n") ==
         "d.yaml:1:17: error: page.control: must be true or false (got 'maybe')\n");
   CHECK(said_of_daemon("page: {controls: true}\n") ==

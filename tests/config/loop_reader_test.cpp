@@ -133,13 +133,11 @@ TEST_CASE("Who leaves the first output to the operator is told what that means",
   CHECK(read_loop_text("loop.yaml", with_start("{mode: manual, set_point: 5}"), test::daemon()));
 }
 
-TEST_CASE("The normal mode is the one in which the loop starts, or is given", "[config][loop]") {
+TEST_CASE("The normal mode is automatic, or is given", "[config][loop]") {
   using monitor::NormalMode;
-  const std::string automatic = with(kModbusLoop, "mode: manual", "mode: automatic");
-  CHECK(read(kModbusLoop).alarms.process.normal_mode == NormalMode::any);
-  CHECK(read(automatic).alarms.process.normal_mode == NormalMode::automatic);
-  CHECK(read(automatic + "alarms: {}\n").alarms.process.normal_mode == NormalMode::automatic);
-  CHECK(read(automatic + "alarms: {normal_mode: any}\n").alarms.process.normal_mode ==
+  CHECK(read(kModbusLoop).alarms.process.normal_mode == NormalMode::automatic);
+  CHECK(read(kModbusLoop + "alarms: {}\n").alarms.process.normal_mode == NormalMode::automatic);
+  CHECK(read(kModbusLoop + "alarms: {normal_mode: any}\n").alarms.process.normal_mode ==
         NormalMode::any);
   CHECK(read(kModbusLoop + "alarms: {normal_mode: auto}\n").alarms.process.normal_mode ==
         NormalMode::automatic);

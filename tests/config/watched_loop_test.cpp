@@ -203,4 +203,19 @@ TEST_CASE("What is watched on a serial line counts in its time", "[config][watch
   CHECK(load.details.find("(1 request)") != std::string::npos);
 }
 
+TEST_CASE("Any mode is normal of a loop that another controller runs, and its source an alarm",
+          "[config][watch][alarms]") {
+  using monitor::NormalMode;
+  CHECK(read(kModbus).alarms.process.normal_mode == NormalMode::any);
+  const std::string own = kModbus + "alarms:\n  source_lost: {off_delay: 5}\n";
+  CHECK(read(own).alarms.process.normal_mode == NormalMode::any);
+  CHECK(read(own).alarms.process.at(monitor::AlarmKind::source_lost).off_delay_s == 5.0);
+  CHECK_THAT(said_of_loop(own), !Catch::Contains("no such alarm"));
+  CHECK(read(own + "  normal_mode: automatic\n").alarms.process.normal_mode ==
+        NormalMode::automatic);
+  CHECK_THAT(said_of_loop(kModbus + "alarms: {enable_open: {priority: low}}\n"),
+             Catch::Contains("loop.yaml:10:23: warning: alarms.enable_open: the loop has no such "
+                             "alarm: io has no enable contact"));
+}
+
 }  // namespace watched_loop_test

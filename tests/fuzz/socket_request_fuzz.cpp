@@ -47,19 +47,23 @@ void check_answer(const std::string& text) {
 
 }  // namespace
 
-// First byte: bits 0 and 1 are the socket, 2 and 3 what it may order. The rest is the line.
+// First byte: bits 0 and 1 are the socket, 2 to 4 what it may order. The rest is the line.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static Plant plant;
   if (size < 2) return 0;
   const auto socket = static_cast<SocketName>(data[0] & 3U);
-  const config::SocketRights rights{.alarms = (data[0] & 4U) != 0, .control = (data[0] & 8U) != 0};
+  const config::SocketRights rights{.alarms = (data[0] & 4U) != 0,
+                                    .control = (data[0] & 8U) != 0,
+                                    .tuning = (data[0] & 16U) != 0,
+                                    .reports = (data[0] & 32U) != 0};
   plant.server->set_rights({.page = rights, .edge = rights});
   const std::string line(data + 1, data + size);
   const std::uint64_t before = plant.loops.front().channels->operator_orders.orders.room();
   check_answer(plant.answer(socket, line));
   const bool ordered = plant.loops.front().channels->operator_orders.orders.room() != before;
-  const bool may =
-      socket == SocketName::control || (socket != SocketName::status && rights.control);
+  const bool may = socket == SocketName::control ||
+                   (socket != SocketName::status && rights.control) ||
+                   (socket == SocketName::page && rights.tuning);
   require(may || !ordered, "who may not order does not");
   plant.run(1);
   const auto& io = static_cast<tests::FakeLoopIo&>(*plant.loops.front().io);

@@ -25,8 +25,9 @@ using console_bench::Bench;
 using console_bench::json;
 namespace model = loopwarden::monitor;
 
-const console::Rights kAll{.page = {.alarms = true, .control = true},
-                           .edge = {.alarms = true, .control = true}};
+const console::Rights kAll{
+    .page = {.alarms = true, .control = true, .tuning = true, .reports = true},
+    .edge = {.alarms = true, .control = true}};
 
 std::string line_of(Bench& bench, const json& request, SocketName socket) {
   const base::LocalServer::Answer answer = bench.server->answer(request.dump(), socket, 1000);
@@ -70,6 +71,33 @@ model::WindowJudgement stiction_seen() {
   return judgement;
 }
 
+// Of a loop of which something is recorded.
+void ask_for_reports(std::map<std::string, std::string>& told) {
+  Bench bench(kAll, control::OutputAction::go_to(40.0), true);
+  const auto asked = [](std::int64_t from_ms) {
+    return json{{"request", "report"},
+                {"loop", "FIC-101"},
+                {"kind", "gap"},
+                {"from_ms", from_ms},
+                {"to_ms", from_ms + 60'000}};
+  };
+  const auto recorded = [&] {
+    return bench.historian.status(0).segments.oldest_utc_ms == console_bench::kOldest_ms;
+  };
+  REQUIRE(test::eventually(recorded));
+  const json question{{"request", "reports"}, {"loop", "FIC-101"}};
+  told["reports_not_read"] = line_of(bench, question, SocketName::control);
+  told["report"] = line_of(bench, asked(console_bench::kOldest_ms), SocketName::control);
+  told["report_refused"] =
+      line_of(bench, asked(console_bench::kOldest_ms - 1), SocketName::control);
+  for (int k = 0; k < 3; ++k) {
+    line_of(bench, asked(console_bench::kOldest_ms + k), SocketName::control);
+  }
+  told["report_no_room"] = line_of(bench, asked(console_bench::kOldest_ms), SocketName::control);
+  bench.reports.run_next([](std::chrono::milliseconds) { return false; });
+  told["reports"] = line_of(bench, question, SocketName::control);
+}
+
 // Everything that can be asked, by the name of its golden file.
 std::map<std::string, std::string> answers() {
   Bench bench(kAll);
@@ -110,6 +138,18 @@ std::map<std::string, std::string> answers() {
   written("order_refused", {{"request", "order"}, {"order", 2}});
   recorded(4);
   ask("set_refused", {{"request", "set"}, {"output", 12.0}});
+  json tune{{"request", "tune"}, {"loop", "FIC-101"},
+            {"kp", 3.0},         {"ki", 0.25},
+            {"kd", 0.0},         {"expect", {{"kp", 2.0}, {"ki", 0.5}, {"kd", 0.0}}}};
+  tune.update(anna);
+  ask("tune", tune, SocketName::page);
+  bench.run(1);
+  written("tune_done", {{"request", "order"}, {"order", 3}});
+  bench.ask(tune.dump(), SocketName::page);
+  bench.run(1);
+  written("tune_refused", {{"request", "order"}, {"order", 4}});
+  recorded(6);
+  ask("twin", {{"request", "twin"}});
   ask("no_such_loop", {{"request", "loop"}, {"loop", "FIC-999"}});
   bench.now_ms += 1000;
   bench.board.window_judged(0,
@@ -161,12 +201,14 @@ std::map<std::string, std::string> answers() {
   ask("reload", {{"request", "reload"}, {"dry_run", true}});
   ask("reload_state", {{"request", "reload_state"}, {"reload", 1}});
   ask("explain", {{"request", "explain"}, {"alarm", "stiction"}});
-  bench.lines(20);
+  bench.lines(22);
   ask("journal", {{"request", "journal"}, {"most", 20}});
   ask("outcome", {{"request", "outcome"}, {"found", "stiction"}, {"note", "packing tight"}});
   ask("note", {{"request", "note"}, {"text", "pump changed"}});
   ask("note_refused", {{"request", "note"}, {"text", ""}});
+  ask("commissioning_refused", {{"request", "commissioning"}, {"session", 1}});
   ask("outcome_refused", {{"request", "outcome"}, {"found", "rust"}});
+  ask_for_reports(told);
   return told;
 }
 
@@ -196,12 +238,19 @@ const std::map<std::string, Again> kAgain{
     {"order_waiting", again<protocol::OrderState>},
     {"order_done", again<protocol::OrderState>},
     {"order_refused", again<protocol::OrderState>},
+    {"tune", again<protocol::OrderTaken>},
+    {"tune_done", again<protocol::OrderState>},
+    {"tune_refused", again<protocol::OrderState>},
+    {"twin", again<protocol::TwinModel>},
     {"alarm_shelved", again<protocol::AlarmActed>},
     {"acknowledge_incident", again<protocol::IncidentActed>},
     {"acknowledge_all", again<protocol::AllAcknowledged>},
     {"veto", again<protocol::Vetoed>},
     {"outcome", again<protocol::OutcomeKept>},
     {"note", again<protocol::Noted>},
+    {"report", again<protocol::ReportTaken>},
+    {"report_no_room", again<protocol::ReportTaken>},
+    {"reports", again<protocol::Reports>},
     {"record_started", again<protocol::RecordFile>},
     {"record_stopped", again<protocol::RecordFile>},
     {"reload", again<protocol::ReloadNumber>},

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <numeric>
+#include <thread>
 #include <vector>
 
 #include "record/record_csv.hpp"
@@ -305,6 +306,33 @@ TEST_CASE("what can't work is told at the start") {
   SegmentSettings settings = settings_in(folder.path());
   settings.period_s = 0.0;
   CHECK_THROWS_AS(SegmentWriter(settings), RecordError);
+}
+
+TEST_CASE("the oldest row that is kept is known by its time", "[record][segments]") {
+  const TemporaryFolder folder;
+  const auto oldest_in = [&] {
+    return read_segment(list_segments(folder.path()).front().path).header.start_utc_ns / 1'000'000;
+  };
+  {
+    SegmentWriter writer(settings_in(folder.path()));
+    CHECK(writer.status().oldest_utc_ms == 0);
+    writer.append(rows(0, 10));
+    CHECK(writer.status().oldest_utc_ms == oldest_in());
+    const std::int64_t first = writer.status().oldest_utc_ms;
+    CHECK(first > 0);
+    // So that the next segments begin later.
+    std::this_thread::sleep_for(milliseconds(5));
+    writer.append(rows(10, 12 * kRowsPerSegment));
+    REQUIRE(writer.status().segments_dropped > 0);
+    CHECK(writer.status().oldest_utc_ms == oldest_in());
+    CHECK(writer.status().oldest_utc_ms > first);
+  }
+  const std::int64_t before = oldest_in();
+  CHECK(SegmentWriter(settings_in(folder.path())).status().oldest_utc_ms == before);
+  write_file(list_segments(folder.path()).front().path, "damaged");
+  const std::int64_t next = SegmentWriter(settings_in(folder.path())).status().oldest_utc_ms;
+  CHECK(next >= before);
+  CHECK(next > 0);
 }
 
 }  // namespace segment_ring_test

@@ -199,6 +199,7 @@ class FakeDaemon {
     for (const std::string& tag : tags_) {
       loops.push_back({{"tag", tag},
                        {"control", tag == elsewhere_ ? "elsewhere" : "here"},
+                       {"area", "Utilities"},
                        {"pv_unit", pv_unit_},
                        {"co_unit", "%"},
                        {"pv_range", {0.0, 10.0}},

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "base/parallel.hpp"
+#include "workbench/command_line/background.hpp"
 
 namespace loopwarden::workbench {
 
@@ -17,6 +18,7 @@ void show_answer(nlohmann::json answer) {
 }
 
 unsigned threads(unsigned jobs) {
+  if (in_background()) return 1;
   return jobs > 0 ? jobs : std::max(1U, std::thread::hardware_concurrency());
 }
 

@@ -23,7 +23,7 @@ void show_json(const nlohmann::json& result);
 // An answer of the daemon, as it sent it.
 void show_answer(nlohmann::json answer);
 
-// What --jobs asks for; 0: one a core.
+// What --jobs asks for; 0: one a core. One in the background.
 unsigned threads(unsigned jobs);
 // Calls `body` for 0 to count - 1 on this many threads.
 using ParallelFor =

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,10 @@ int run_program(CLI::App& app, const int& exit_code, int argc, char** argv) {
   } catch (const DaemonRefused& e) {
     fmt::print(stderr, "{}: {}\n", app.get_name(), e.what());
     return e.exit_code();
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "{}: the memory does not suffice; a shorter stretch takes less\n",
+               app.get_name());
+    return kExitIo;
   } catch (const std::exception& e) {
     fmt::print(stderr, "{}: {}\n", app.get_name(), e.what());
     return kExitIo;

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "workbench/command_line/background.hpp"
+
 namespace loopwarden::workbench {
 namespace {
 constexpr std::chrono::milliseconds kRedraw{100};
@@ -27,6 +29,10 @@ Progress::~Progress() {
 }
 
 void Progress::update(std::uint64_t done) {
+  if (in_background()) {
+    tell(done);
+    return;
+  }
   const auto now = now_();
   if (!visible_ || total_ == 0 || now - drawn_at_ < kRedraw) return;
   drawn_at_ = now;
@@ -37,6 +43,16 @@ void Progress::update(std::uint64_t done) {
   const int filled = static_cast<int>(share * kBarWidth);
   fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %  {:.0f} s left \x1b[K", what_, "", filled, "",
              kBarWidth - filled, share * 100.0, left_s);
+}
+
+// A line for each percent.
+void Progress::tell(std::uint64_t done) {
+  if (total_ == 0) return;
+  const int percent =
+      static_cast<int>(100.0 * static_cast<double>(done) / static_cast<double>(total_));
+  if (percent <= told_percent_) return;
+  told_percent_ = percent;
+  fmt::print(stderr, "progress: {} {} %\n", what_, percent);
 }
 
 void Progress::update_share(double share) {

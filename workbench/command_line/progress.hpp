@@ -8,7 +8,8 @@
 
 namespace loopwarden::workbench {
 
-// How far long work has come: a bar on the error output where that is a terminal, else nothing.
+// How far long work has come: a bar on the error output where that is a terminal, lines there in the background, else
+// nothing.
 class Progress {
  public:
   using Clock = std::chrono::steady_clock::time_point (*)();
@@ -23,11 +24,14 @@ class Progress {
   void update_share(double share);
 
  private:
+  void tell(std::uint64_t done);
+
   std::string what_;
   std::uint64_t total_;
   Clock now_;
   bool visible_;
   bool drawn_ = false;
+  int told_percent_ = -1;
   std::chrono::steady_clock::time_point started_;
   std::chrono::steady_clock::time_point drawn_at_;
 };

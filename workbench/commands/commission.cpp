@@ -223,7 +223,11 @@ int run_commission(const CommissionOptions& given) {
     files.add(out / "report.html",
               commission_page(made, sight, request.records.front().columns, seconds));
     files.commit();
-    if (options.json) {
+    if (options.recorder.background()) {
+      std::string outcome = commission::to_text(made.outcome);
+      std::replace(outcome.begin(), outcome.end(), '_', ' ');
+      fmt::print("{}: {}\n", outcome, made.why);
+    } else if (options.json) {
       show_json(answer);
     } else {
       print_changes(changes);

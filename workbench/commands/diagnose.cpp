@@ -203,7 +203,9 @@ int run_diagnose(const DiagnoseOptions& options) {
   if (options.json) {
     show_json(diagnosis_json(loop));
   } else {
-    fmt::print("{}", diagnosis_text(loop));
+    const std::string text = diagnosis_text(loop);
+    // In the background its first line, the verdict.
+    fmt::print("{}", options.recorder.background() ? text.substr(0, text.find('\n') + 1) : text);
   }
   return kExitOk;
 }

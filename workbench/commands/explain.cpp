@@ -14,8 +14,8 @@
 #include <string>
 
 #include "config/loop_model_writer.hpp"
-#include "base/child_process.hpp"
 #include "record/record_csv.hpp"
+#include "workbench/command_line/background.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
@@ -29,9 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 using monitor::AlarmKind;
 using nlohmann::json;
-
-constexpr std::size_t kMostMemory = 1UL << 30U;          // bytes, in the background
-constexpr std::chrono::seconds kMostProcessorTime{900};  // in the background
 
 struct ExplainOptions {
   std::string folder;
@@ -82,7 +79,7 @@ void print_result(const json& e, const std::string& folder) {
 }
 
 int run_explain(const ExplainOptions& options) {
-  if (options.background) base::work_in_background(kMostMemory, kMostProcessorTime);
+  if (options.background) work_in_background();
   const auto begin = std::chrono::steady_clock::now();
   const fs::path folder(options.folder);
   const fs::path minutes = folder / "minutes.csv";
@@ -108,7 +105,7 @@ int run_explain(const ExplainOptions& options) {
     const commission::Explanation explanation = commission::explain(
         {record.period_s, record.pv, record.sp, record.co}, twin, alarm,
         {.enough_s = commission::kMostSeen_s, .judge_controller = raised.elsewhere},
-        on_threads(options.background ? 1 : threads(options.jobs)));
+        on_threads(threads(options.jobs)));
     const std::optional<AlarmKind> name = commission::final_name(explanation, raised.alarm);
     const double first_s = record.time_s.front() - record.time_s[alarm];
     json out = explanation_json(explanation, name.value_or(raised.alarm), first_s, record.period_s);
@@ -159,9 +156,7 @@ void add_explain(Program& program) {
       "explain", "why an alarm came: its newest minutes against the loop's twin", run_explain);
   command.required("evidence", o.folder, "folder of the alarm's evidence", existing_folder());
   command.setting("--jobs", o.jobs, "threads; 0: one a core");
-  command.flag("--background", o.background,
-               "as the daemon runs it: one thread of idle priority, at most 1 GB of memory and 15 "
-               "min of processor time, nothing printed");
+  add_background(command, o.background);
   command.flag("--json", o.json, "print the explanation as JSON");
   command.footer(
       "Reads minutes.csv and twin.yaml, writes explanation.json and report.html there.\n"

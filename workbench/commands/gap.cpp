@@ -434,7 +434,11 @@ int run_gap(const GapOptions& options) {
   files.add(out / "gap.json", answer.dump(2) + "\n");
   files.add(out / "report.html", gap_report_html(result, context));
   files.commit();
-  options.json ? show_json(answer) : print_result(result, options.out);
+  if (options.recorder.background()) {
+    fmt::print("{}\n", result.sentence);
+  } else {
+    options.json ? show_json(answer) : print_result(result, options.out);
+  }
   return kExitOk;
 }
 

@@ -19,6 +19,7 @@ constexpr std::chrono::seconds kForJournal{1};  // to have the line on the disk
 struct ReloadOptions {
   std::string socket;
   bool dry_run = false;
+  bool take_file = false;
   bool json = false;
 };
 
@@ -47,6 +48,7 @@ void print(const protocol::ReloadOutcome& result, bool dry_run) {
   for (const std::string& line : result.lines) {
     fmt::print(refused ? stderr : stdout, "{}\n", line);
   }
+  if (result.take_file_needed) fmt::print(stderr, "loopwarden: {}\n", result.why.value_or(""));
   if (refused) {
     fmt::print(stderr, "loopwarden: the files {} refused; nothing {}\n",
                dry_run ? "would be" : "were", dry_run ? "would change" : "has changed");
@@ -59,13 +61,16 @@ void print(const protocol::ReloadOutcome& result, bool dry_run) {
 
 int exit_code_of(const protocol::ReloadOutcome& result) {
   if (result.outcome == "in_force") return kExitOk;
+  if (result.take_file_needed) return kExitData;
   return result.outcome == "refused" ? kExitConfiguration : kExitTryAgain;
 }
 
 int run_reload(const ReloadOptions& options) {
   DaemonClient daemon(options.socket);
   const std::uint64_t number =
-      protocol::ask(daemon, protocol::ReloadRequest{.dry_run = options.dry_run}).reload;
+      protocol::ask(daemon, protocol::ReloadRequest{.dry_run = options.dry_run,
+                                                    .take_file = options.take_file})
+          .reload;
   const protocol::ReloadState result = outcome_of(daemon, number);
   if (options.json) show_answer(result);
   if (!result.outcome) {
@@ -90,6 +95,8 @@ void add_reload(Program& program) {
       program.command("reload", "have the running daemon read its configuration again", run_reload);
   command.socket(o.socket);
   command.flag("--dry-run", o.dry_run, "print what would become of it; changes nothing");
+  command.flag("--take-file", o.take_file,
+               "take the files' gains also where a person has set others, which no file has");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
       "Each loop takes all that can be applied, or nothing where a unit, a range, the sample time "
@@ -97,7 +104,8 @@ void add_reload(Program& program) {
       "io differs; the valve does not move by it. Exit code 0: everything in the files is in "
       "force;\n"
       "75: something waits for a restart, or for CO to come inside new limits; 78: the files have\n"
-      "errors, nothing has changed.\n"
+      "errors, nothing has changed; 65: the files would change gains that a person has set and no\n"
+      "file has, nothing has changed without --take-file.\n"
       "Example: loopwarden reload --dry-run");
 }
 

@@ -10,6 +10,7 @@ void add_check(Program& program);
 void add_simulate(Program& program);
 void add_top(Program& program);
 void add_set(Program& program);
+void add_setup(Program& program);
 void add_record(Program& program);
 void add_reload(Program& program);
 void add_alarms(Program& program);

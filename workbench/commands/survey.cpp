@@ -4,6 +4,7 @@
 #include "workbench/survey/changes.hpp"
 #include "workbench/survey/outcomes.hpp"
 #include "workbench/survey/survey.hpp"
+#include "workbench/survey/survey_page.hpp"
 
 #include <fmt/format.h>
 
@@ -20,6 +21,7 @@
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/records/record_input.hpp"
+#include "workbench/records/recorder_input.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -33,6 +35,7 @@ struct SurveyCommand {
   std::string shard;
   std::string kind;
   RecordInput input;
+  RecorderInput recorder;  // in place of paths
   double window_h = 8.0;
   std::vector<double> co_range;
   unsigned jobs = 0;
@@ -177,7 +180,42 @@ class Against {
   Comparing how_;
 };
 
-int run_survey(const SurveyCommand& options) {
+// In place of exports the longest stretch that the recorder holds of a loop, under the loop's name.
+void take_from_recorder(SurveyCommand& options) {
+  OutputFiles files;
+  const fs::path folder = fs::path(options.out) / "records";
+  files.make_folder(folder);
+  const std::string& tag = options.input.loop();
+  const Recorded recorded = options.recorder.take(tag, folder);
+  const fs::path record = folder / (tag + ".csv");
+  fs::rename(recorded.longest().path, record);
+  files.commit();
+  options.paths = {record.string()};
+  if (options.co_range.empty()) {
+    options.co_range.assign(recorded.loop.co_range.begin(), recorded.loop.co_range.end());
+  }
+}
+
+// Of a survey of one loop, in one sentence.
+std::string sentence_of(const nlohmann::json& survey) {
+  if (survey.at("loops").empty()) {
+    fail(kExitData, "{}", survey.at("failed").at(0).at("why").get<std::string>());
+  }
+  const nlohmann::json& loop = survey.at("loops").at(0);
+  return fmt::format("{}; next: {}", surveyed_verdict(loop),
+                     loop.at("next").at("what").get<std::string>());
+}
+
+int run_survey(const SurveyCommand& given) {
+  SurveyCommand options = given;
+  const RecorderInput& recorder = options.recorder;
+  if (!options.input.loop().empty() && !recorder.given()) {
+    fail(kExitUsage, "--loop: only beside --last or --since");
+  }
+  const bool files = !options.paths.empty() || !options.merge.empty();
+  if ((recorder.given() || recorder.background()) && recorder.asked(files, options.input.loop())) {
+    take_from_recorder(options);
+  }
   const bool as_it_is = options.merge.empty() && options.paths.empty();
   if ((as_it_is && options.against.empty()) || (!options.merge.empty() && !options.paths.empty())) {
     fail(kExitUsage, "survey: exports or folders of them, or --merge with the folders of shares");
@@ -219,6 +257,10 @@ int run_survey(const SurveyCommand& options) {
          "pv=NAME,co=NAME says which columns or tags are one");
   }
   const nlohmann::json survey = write_survey({out}, out, options.outcomes);
+  if (options.recorder.background()) {
+    fmt::print("{}\n", sentence_of(survey));
+    return exit_code_of(survey.at("failed"));
+  }
   print_survey(survey, out, options.json);
   against.tell(survey, out);
   std::fflush(stdout);
@@ -267,7 +309,8 @@ void add_survey(Program& program) {
       .option("--loops", o.weights,
               "CSV with columns tag, criticality, cost_per_hour: what each loop is worth")
       .needs(against);
-  o.input.add_options(command, false);
+  o.recorder.add_options(command, "; the record is kept in the folder records of --out");
+  o.input.add_options(command);
   o.input.add_rules(command);
   command.footer(
       "No model, no tuning, no configuration. Exit code 65: something could not be read; the rest "

@@ -9,20 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "model/analysis/loop_frequency.hpp"
-#include "model/analysis/tuning_rules.hpp"
+#include "model/analysis/rule_trial.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/files/model_file.hpp"
-#include "model/analysis/loop_trial.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/commands/subcommands.hpp"
 
 namespace loopwarden::workbench {
 namespace {
-
-// Robust in the sense of Åström and Hägglund (2006), section 4.6: 1.2 to 2.
-constexpr double kMostSensitivity = 2.0;
 
 struct TuneOptions {
   std::string model;
@@ -32,66 +27,16 @@ struct TuneOptions {
   bool json = false;
 };
 
-struct RuleRow {
-  std::string name;
-  control::PidGains gains;
-  bool scales = true;
-  bool rule = true;  // not the model's own settings
-  analysis::Margins margins{};
-  analysis::PredictedResponse response{};
-};
+using analysis::RuleTrial;
 
-std::vector<RuleRow> rows_of(const plant::LoopModel& model, const TuneOptions& options) {
-  std::vector<RuleRow> rows;
-  // An integrating loop is slow by its rules: integral times of up to 13 dead times.
-  const double half =
-      (model.process.integrating()
-           ? 100.0 * model.process.lags_and_dead_time_s()
-           : 15.0 * (2.0 * (model.process.time_constant_s + model.process.second_time_constant_s) +
-                     model.process.dead_time_s)) +
-      10.0 * model.sample_time_s;
-  const auto add = [&](std::string name, const control::PidGains& gains, bool scales, bool rule) {
-    RuleRow row{.name = std::move(name), .gains = gains, .scales = scales, .rule = rule};
-    analysis::LinearLoop linear = analysis::linear_loop(model);
-    linear.gains = gains;
-    row.margins = analysis::margins(linear);
-    row.response = analysis::predict_response(model, gains, half);
-    rows.push_back(std::move(row));
-  };
-  add("as it is", model.controller.pid.gains, true, false);
-  for (const analysis::TuningRule rule : analysis::kTuningRules) {
-    const std::optional<control::PidGains> gains = analysis::tune(
-        rule, model.process,
-        {.form = options.pid ? analysis::ControllerForm::pid : analysis::ControllerForm::pi,
-         .lambda_s = options.lambda_s});
-    if (gains) add(to_text(rule), *gains, analysis::scales_with_gain(rule), true);
-  }
-  return rows;
-}
-
-// Of the rules that scale with the gain and leave enough margin, the one that meets a load best.
-const RuleRow* recommended(const std::vector<RuleRow>& rows) {
-  const RuleRow* best = nullptr;
-  for (const RuleRow& row : rows) {
-    if (!row.rule || !row.scales || !row.margins.stable || !row.response.settles ||
-        row.margins.sensitivity > kMostSensitivity) {
-      continue;
-    }
-    if (best == nullptr || row.response.load_absolute_error < best->response.load_absolute_error) {
-      best = &row;
-    }
-  }
-  return best;
-}
-
-void print_json(const std::vector<RuleRow>& rows, const RuleRow* best) {
+void print_json(const std::vector<RuleTrial>& rows, const RuleTrial* best) {
   nlohmann::json list = nlohmann::json::array();
-  for (const RuleRow& r : rows) {
-    list.push_back({{"rule", r.name},
+  for (const RuleTrial& r : rows) {
+    list.push_back({{"rule", r.name()},
                     {"kp", r.gains.kp},
                     {"ki", r.gains.ki},
                     {"kd", r.gains.kd},
-                    {"scales_with_gain", r.scales},
+                    {"scales_with_gain", r.scales()},
                     {"stable", r.margins.stable},
                     {"gain_margin", r.margins.gain_margin},
                     {"phase_margin_deg", r.margins.phase_margin_deg},
@@ -104,7 +49,7 @@ void print_json(const std::vector<RuleRow>& rows, const RuleRow* best) {
   }
   const nlohmann::json result = {
       {"rules", std::move(list)},
-      {"recommended", best != nullptr ? nlohmann::json(best->name) : nlohmann::json(nullptr)}};
+      {"recommended", best != nullptr ? nlohmann::json(best->name()) : nlohmann::json(nullptr)}};
   show_json(result);
 }
 
@@ -112,8 +57,8 @@ std::string number(double value, const char* format) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("-");
 }
 
-std::vector<std::string> cells(const RuleRow& r) {
-  return {r.name,
+std::vector<std::string> cells(const RuleTrial& r) {
+  return {r.name(),
           number(r.gains.kp, "{:.4g}"),
           number(r.gains.ki, "{:.4g}"),
           number(r.gains.kd, "{:.3g}"),
@@ -125,7 +70,7 @@ std::vector<std::string> cells(const RuleRow& r) {
           number(r.response.step.settling_2_s, "{:.1f}"),
           number(r.response.load_absolute_error, "{:.3g}"),
           !r.margins.stable ? "unstable"
-          : !r.scales       ? "leaves out the gain"
+          : !r.scales()     ? "leaves out the gain"
                             : ""};
 }
 
@@ -136,15 +81,15 @@ const std::vector<std::string>& heads() {
   return names;
 }
 
-void print_text(const plant::LoopModel& model, const std::vector<RuleRow>& rows,
-                const RuleRow* best) {
+void print_text(const plant::LoopModel& model, const std::vector<RuleTrial>& rows,
+                const RuleTrial* best) {
   fmt::print("process: {}\n\n", process_text(model.process));
   const auto line = [](const std::vector<std::string>& c) {
     fmt::print("{:<11} {:>8} {:>9} {:>7} {:>11} {:>9} {:>6} {:>7} {:>7} {:>9} {:>9}  {}\n", c[0],
                c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11]);
   };
   line(heads());
-  for (const RuleRow& row : rows) line(cells(row));
+  for (const RuleTrial& row : rows) line(cells(row));
   fmt::print(
       "\nrise, overshoot and settling (2 %) of a set-point step; load IAE: integral of |SP - PV| "
       "after a load step of 10 % of the range.\n");
@@ -152,19 +97,19 @@ void print_text(const plant::LoopModel& model, const std::vector<RuleRow>& rows,
     fmt::print(
         "Recommended: {} (least load IAE of the rules that scale with the gain, with Ms at most "
         "{:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
-        best->name, kMostSensitivity, best->gains.kp, best->gains.ki);
+        best->name(), analysis::kMostSensitivity, best->gains.kp, best->gains.ki);
     if (best->gains.kd > 0.0) {
       fmt::print("  kd: {:.5g}\n  derivative_filter: {:.4g}\n", best->gains.kd,
                  best->gains.derivative_filter_s);
     }
   } else {
     fmt::print("No rule leaves enough margin (Ms at most {:g}) on this process.\n",
-               kMostSensitivity);
+               analysis::kMostSensitivity);
   }
 }
 
-std::string page(const std::string& model_file, const std::vector<RuleRow>& rows,
-                 const RuleRow* best) {
+std::string page(const std::string& model_file, const std::vector<RuleTrial>& rows,
+                 const RuleTrial* best) {
   Chart pv{.title = "Set-point step, then a load step",
            .x_label = "s",
            .y_label = "PV",
@@ -178,13 +123,13 @@ std::string page(const std::string& model_file, const std::vector<RuleRow>& rows
   pv.lines.push_back({"SP", palette::kGrey, t, first.sp, true});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows[i].margins.stable) continue;
-    pv.lines.push_back({rows[i].name, chart_colour(i), t, rows[i].response.record.pv});
-    co.lines.push_back({rows[i].name, chart_colour(i), t, rows[i].response.record.co});
+    pv.lines.push_back({rows[i].name(), chart_colour(i), t, rows[i].response.record.pv});
+    co.lines.push_back({rows[i].name(), chart_colour(i), t, rows[i].response.record.co});
   }
   std::string table = "<table><tr>";
   for (const std::string& head : heads()) table += "<th>" + head + "</th>";
   table += "</tr>\n";
-  for (const RuleRow& row : rows) {
+  for (const RuleTrial& row : rows) {
     table += "<tr>";
     for (const std::string& cell : cells(row)) {
       table += fmt::format("<td{}>{}</td>", &row == best ? " class=\"best\"" : "", escaped(cell));
@@ -200,8 +145,10 @@ std::string page(const std::string& model_file, const std::vector<RuleRow>& rows
 
 int run_tune(const TuneOptions& options) {
   const plant::LoopModel model = load_model(options.model);
-  const std::vector<RuleRow> rows = rows_of(model, options);
-  const RuleRow* best = recommended(rows);
+  const std::vector<RuleTrial> rows = analysis::try_rules(
+      model, {.form = options.pid ? analysis::ControllerForm::pid : analysis::ControllerForm::pi,
+              .lambda_s = options.lambda_s});
+  const RuleTrial* best = analysis::recommended(rows);
   if (!options.out.empty()) {
     write_output(options.out,
                  page(std::filesystem::path(options.model).filename().string(), rows, best),

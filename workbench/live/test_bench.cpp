@@ -77,7 +77,7 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
   due_period_ = next_period_;
   taken_ = true;
   try {
-    daemon_.set({.loop = loop_, .mode = "man"});
+    order({.mode = "man"});
     if (!order_taken()) throw TestAborted(loop_ + " does not go to manual");
   } catch (const std::exception&) {
     // The order may have been taken though its answer was lost, and a constructor that throws has no destructor.
@@ -124,6 +124,9 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
   due_period_ = std::max(due_period_, next_period_) + wanted_rows;
   while (next_period_ < due_period_ || rows.empty()) {
     if (interrupted()) throw TestAborted("interrupted");
+    if (const std::string why = limits_.watch ? limits_.watch() : ""; !why.empty()) {
+      throw TestAborted(why);
+    }
     if (std::chrono::steady_clock::now() > deadline) throw TestAborted("no samples arrive");
     const protocol::Trend fresh =
         protocol::ask(daemon_, protocol::TrendRequest{.loop = loop_, .from = next_period_});
@@ -149,9 +152,15 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
   return rows;
 }
 
+void LiveBench::order(protocol::SetRequest request) {
+  request.loop = loop_;
+  if (limits_.session) request.session = *limits_.session;
+  daemon_.set(request);
+}
+
 void LiveBench::order_output(double co) {
   try {
-    daemon_.set({.loop = loop_, .output = co});
+    order({.output = co});
   } catch (const DaemonRefused& e) {
     given_up_ = out_of_manual();
     throw TestAborted(given_up_ ? "somebody took the loop out of manual" : e.what());
@@ -178,13 +187,13 @@ bool LiveBench::restore() {
   if (requested_mode(status()) != "MAN") return false;
   std::string refused;
   try {
-    daemon_.set({.loop = loop_, .output = start_});
+    order({.output = start_});
   } catch (const DaemonRefused& e) {
     if (out_of_manual()) return false;
     refused = e.what();  // a fault's action has the output; the mode is put back all the same
   }
   // In manual the set point may have followed PV.
-  if (was_automatic_) daemon_.set({.loop = loop_, .set_point = start_sp_, .mode = "auto"});
+  if (was_automatic_) order({.set_point = start_sp_, .mode = "auto"});
   if (!refused.empty()) throw DaemonRefused(kExitData, refused);
   return true;
 }

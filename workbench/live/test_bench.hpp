@@ -2,6 +2,9 @@
 // A loop in manual whose output a test moves: a simulated one, or one of a running daemon.
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -60,8 +63,11 @@ class SimulatedBench : public TestBench {
 };
 
 struct LiveLimits {
-  double co_low, co_high;  // CO units
-  double pv_low, pv_high;  // PV units: beyond them the test ends
+  double co_low, co_high;                  // CO units
+  double pv_low, pv_high;                  // PV units: beyond them the test ends
+  std::optional<std::uint64_t> session{};  // of who commissions the loop
+  // Asked again and again while the test lasts: what it says ends the test; empty: go on.
+  std::function<std::string()> watch{};
 };
 
 // Takes the loop to manual. However it ends (limit of PV, Ctrl-C, SIGTERM, SIGHUP, an error), the destructor puts the
@@ -85,6 +91,7 @@ class LiveBench : public TestBench {
   protocol::LoopStatus status();
   // Waits for the loop to take our order for manual; false: it had the time and did not.
   bool order_taken();
+  void order(protocol::SetRequest request);
   void order_output(double co);  // throws TestAborted
   bool out_of_manual();
   // False: somebody else has the loop now.

@@ -11,7 +11,9 @@
 #include <string_view>
 
 #include "protocol/ask.hpp"
+#include "record/import/time_text.hpp"
 #include "record/segment_export.hpp"
+#include "workbench/command_line/background.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 
@@ -29,6 +31,12 @@ std::optional<double> seconds_of(const std::string& text) {
   return number * unit->second;
 }
 
+std::optional<std::int64_t> utc_ns_of(const std::string& text) {
+  const auto time = record::parse_time(text, record::TimeForm::ymd);
+  if (!time || !time->zone_known) return std::nullopt;
+  return time->whole_s * 1'000'000'000 + std::llround(time->rest_s * 1e9);
+}
+
 const Recorded::Record& Recorded::longest() const {
   return *std::max_element(records.begin(), records.end(),
                            [](const Record& a, const Record& b) { return a.rows < b.rows; });
@@ -40,7 +48,11 @@ analysis::KnownRanges Recorded::ranges() const {
 }
 
 void RecorderInput::add_options(Command& command, const char* kept) {
-  command.option(
+  const Check is_utc = checked([](const std::string& text) {
+    return utc_ns_of(text) ? std::string()
+                           : "must be a time such as 2026-11-26T10:00:00Z (got '" + text + "')";
+  });
+  const Option last = command.option(
       "--last", last_,
       std::string("no files: so much of what the daemon's recorder holds of --loop, such as 4h, "
                   "90min, 2d") +
@@ -49,16 +61,24 @@ void RecorderInput::add_options(Command& command, const char* kept) {
         return seconds_of(text) ? std::string()
                                 : "must be a time such as 4h, 90min or 2d (got '" + text + "')";
       }));
+  Option since = command.option("--since", since_,
+                                "in place of --last: what was recorded from then on, such as "
+                                "2026-11-26T10:00:00Z",
+                                is_utc);
+  since.excludes(last);
+  command.option("--until", until_, "beside --since: up to then", is_utc).needs(since);
   command.socket(socket_);
+  add_background(command, background_);
 }
 
 bool RecorderInput::asked(bool files, const std::string& loop) const {
-  if (last_.empty()) {
-    if (!files) require("records, or --loop and --last,");
+  if (background_) work_in_background();
+  if (!given()) {
+    if (!files) require("records, or --loop and --last or --since,");
     return false;
   }
-  if (files) require("either records or --last");
-  if (loop.empty()) require("--loop beside --last");
+  if (files) require("either records or --last or --since");
+  if (loop.empty()) require("--loop beside --last or --since");
   return true;
 }
 
@@ -77,7 +97,9 @@ Recorded RecorderInput::take(
       std::chrono::duration_cast<std::chrono::nanoseconds>(system_clock::now().time_since_epoch())
           .count();
   record::ExportSettings settings;
-  settings.from_utc_ns = now_ns - std::llround(seconds_of(last_).value() * 1e9);
+  settings.from_utc_ns = since_.empty() ? now_ns - std::llround(seconds_of(last_).value() * 1e9)
+                                        : utc_ns_of(since_).value();
+  if (!until_.empty()) settings.to_utc_ns = utc_ns_of(until_);
   settings.place = place;
   Recorded recorded{.loop = *found, .records = {}};
   for (const record::ExportedRecord& one :

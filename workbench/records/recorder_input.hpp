@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -18,6 +19,9 @@ namespace loopwarden::workbench {
 // A time such as 4h, 90min, 2d or 45s, in s; nullopt: it is none, or not above 0.
 std::optional<double> seconds_of(const std::string& text);
 
+// A UTC time such as 2026-11-26T10:00:00Z, in ns since 1970; nullopt: it is none, or of no zone.
+std::optional<std::int64_t> utc_ns_of(const std::string& text);
+
 struct Recorded {
   struct Record {
     std::string path;
@@ -30,14 +34,16 @@ struct Recorded {
   analysis::KnownRanges ranges() const;
 };
 
-// The options --last and --socket; --loop is RecordInput's.
+// The options --last, --since, --until, --socket and --background; --loop is RecordInput's.
 class RecorderInput {
  public:
   // `kept`: where the records stay, as a sentence of the help.
   void add_options(Command& command, const char* kept);
-  // Whether --last was given, with `loop` and without files. Ends the command as wrong usage where there are files and it
-  // was, or neither.
+  // Whether a time was given, with `loop` and without files. Ends the command as wrong usage where there are files and it
+  // was, or neither. The process works in the background from here on, if it shall.
   bool asked(bool files, const std::string& loop) const;
+  bool given() const noexcept { return !last_.empty() || !since_.empty(); }
+  bool background() const noexcept { return background_; }
   // What the recorder holds of the loop, as files in `target`: a restart of the daemon or a long gap begins another. Those
   // below kShortest_s are left out, unless all are. `place` as in record::ExportSettings. Throws CommandError where the
   // daemon does not know the loop or has recorded nothing of it, RecordError, std::runtime_error where no daemon answers.
@@ -47,7 +53,8 @@ class RecorderInput {
 
  private:
   std::string socket_;
-  std::string last_;
+  std::string last_, since_, until_;
+  bool background_ = false;
 };
 inline constexpr double kShortest_s = 300.0;
 

@@ -44,8 +44,9 @@ Attempt judge(const Delivery& delivery, const Message& message, std::int64_t now
   return attempt;
 }
 
-ChannelWorker::ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox)
-    : name_(std::move(name)), channel_(std::move(channel)), outbox_(outbox) {}
+ChannelWorker::ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox,
+                             PictureMaker* pictures)
+    : name_(std::move(name)), channel_(std::move(channel)), outbox_(outbox), pictures_(pictures) {}
 
 void ChannelWorker::start() {
   thread_.start({.name = ("lw-" + name_).substr(0, 15), .stack_bytes = kStackBytes},
@@ -78,8 +79,8 @@ std::string ChannelWorker::trouble() const {
 void ChannelWorker::run() {
   while (!quit_) {
     try {
-      const std::optional<Message> message = next();
-      message ? send(*message) : wait();
+      std::optional<Message> message = next();
+      message ? send(std::move(*message)) : wait();
     } catch (const std::exception& e) {
       spdlog::error("channel {}: {}", name_, e.what());
       std::unique_lock lock(mutex_);
@@ -122,8 +123,14 @@ Delivery ChannelWorker::attempt(const Message& message) {
   }
 }
 
-void ChannelWorker::send(const Message& message) {
-  const Delivery delivery = attempt(message);
+void ChannelWorker::send(Message message) {
+  if (pictures_ != nullptr) message.pictures = pictures_->of(message);
+  Delivery delivery = attempt(message);
+  if (delivery.outcome == Delivery::Outcome::refused && !message.pictures.empty()) {
+    // Perhaps it is too large.
+    message.pictures.clear();
+    delivery = attempt(message);
+  }
   const double chance = std::uniform_real_distribution<double>(0.0, 1.0)(random_);
   last_ = judge(delivery, message, base::utc_ms(), chance);
   shut_out_ = delivery.outcome == Delivery::Outcome::shut_out;

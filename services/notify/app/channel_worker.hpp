@@ -14,6 +14,7 @@
 
 #include "base/back_off.hpp"
 #include "services/notify/channels/channel.hpp"
+#include "services/notify/picture/picture_maker.hpp"
 #include "services/notify/store/outbox.hpp"
 #include "base/thread.hpp"
 
@@ -28,7 +29,9 @@ Attempt judge(const Delivery& delivery, const Message& message, std::int64_t now
 
 class ChannelWorker {
  public:
-  ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox);
+  // `pictures`: null where its messages have none.
+  ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox,
+                PictureMaker* pictures);
   ChannelWorker(const ChannelWorker&) = delete;
   ChannelWorker& operator=(const ChannelWorker&) = delete;
   ~ChannelWorker() { stop_for(std::chrono::milliseconds(0)); }
@@ -48,13 +51,14 @@ class ChannelWorker {
   void run();
   std::optional<Message> next();
   void wait();
-  void send(const Message& message);
+  void send(Message message);
   void tell(const Message& message) const;
   Delivery attempt(const Message& message);
 
   std::string name_;
   std::unique_ptr<Channel> channel_;
   Outbox& outbox_;
+  PictureMaker* pictures_;
   std::mt19937_64 random_{std::random_device{}()};
   std::optional<Attempt> last_;  // not on the disk yet
   bool shut_out_ = false;        // until the next start, which reads user and password anew

@@ -63,6 +63,7 @@ Notifier::Notifier(NotifyConfig config)
     : config_(std::move(config)),
       outbox_(open_outbox(config_.state_directory)),
       rules_(config_.rules, outbox_->pictures()),
+      pictures_(config_.socket, config_.zone),
       watcher_(config_.socket) {
   open_lines();
 }
@@ -81,7 +82,8 @@ void Notifier::open_lines() {
         outbox_->made_ms(rule.name, static_cast<std::size_t>(rule.most_per_hour));
     line.made_ms.assign(made.rbegin(), made.rend());
     line.worker = std::make_unique<ChannelWorker>(
-        rule.name, open_channel(config_.channels[i], sender), *outbox_);
+        rule.name, open_channel(config_.channels[i], sender), *outbox_,
+        config_.channels[i].picture ? &pictures_ : nullptr);
   }
 }
 
@@ -111,6 +113,7 @@ void Notifier::look(std::int64_t now_ms) {
   }
   if (unstored_) {
     store(rules_.read(unstored_->alarms, unstored_->journal, now_ms), now_ms);
+    newest_ = std::move(unstored_->alarms);
     unstored_.reset();
   }
   store(rules_.silence(watcher_.silent().count(), now_ms), now_ms);
@@ -145,6 +148,7 @@ void Notifier::make_messages(Line& line, std::int64_t now_ms) {
   std::vector<std::int64_t> ids;
   for (const std::size_t i : which) {
     events.push_back(line.waiting[i].event);
+    if (!line.rule.one_each) bring_up_to_date(events.back(), newest_);
     ids.push_back(line.waiting[i].id);
   }
   const std::vector<Message> messages = messages_of(line.rule, events, now_ms);
@@ -166,6 +170,7 @@ bool Notifier::stop_for(milliseconds patience) {
   for (auto& [name, line] : lines_) line.worker->ask_to_end();
   bool ended = watcher_.stop_for(left());
   for (auto& [name, line] : lines_) ended = line.worker->stop_for(left()) && ended;
+  ended = pictures_.stop_for(left()) && ended;
   return ended;
 }
 

@@ -48,7 +48,9 @@ class Notifier {
   NotifyConfig config_;
   std::unique_ptr<Outbox> outbox_;
   WatchRules rules_;
+  std::vector<AlarmReading> newest_;
   std::optional<Snapshot> unstored_;  // what was read while the disk did not take it
+  PictureMaker pictures_;
   std::map<std::string, Line> lines_;
   Watcher watcher_;
   std::string trouble_;

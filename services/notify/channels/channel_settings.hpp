@@ -63,6 +63,7 @@ using KindSettings = std::variant<JournalSettings, SyslogSettings, EmailSettings
 struct ChannelSettings {
   std::string name;
   KindSettings kind;
+  bool picture = false;  // with the trends of its alarms
 };
 
 }  // namespace loopwarden::notify

@@ -19,12 +19,6 @@ namespace {
 constexpr std::size_t kLongestLine = 76;
 constexpr std::size_t kEncodedWordMarks = 12;  // "=?UTF-8?B?" and "?="
 
-std::string base64(std::string_view bytes) {
-  std::string text(BASE64_ENCODE_RAW_LENGTH(bytes.size()), '\0');
-  base64_encode_raw(text.data(), bytes.size(), reinterpret_cast<const std::uint8_t*>(bytes.data()));
-  return text;
-}
-
 bool is_plain(std::string_view text) {
   return text.find("=?") == std::string_view::npos &&
          std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
@@ -47,11 +41,64 @@ std::string message_id(const Message& message, const Sender& sender, const std::
                      base::sha256_hex(sender.box).substr(0, 16), from.substr(from.find('@') + 1));
 }
 
+// Quoted-printable has no "=_", and base64 none of the two: it stands in no part.
+constexpr const char* kBoundary = "=_loopwarden";
+
+std::string text_part(const Message& message, const Sender& sender) {
+  return "Content-Type: text/plain; charset=UTF-8\n"
+         "Content-Transfer-Encoding: quoted-printable\n\n" +
+         quoted_printable(letter(message, sender));
+}
+
+// "trend-FIC-101.png", of letters that stand in any file's name.
+std::string file_name(const std::string& loop) {
+  std::string name(base::cut(loop, 40));
+  std::replace_if(
+      name.begin(), name.end(),
+      [](char c) {
+        const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+        return !letter && !(c >= '0' && c <= '9') && c != '-';
+      },
+      '_');
+  return "trend-" + name + ".png";
+}
+
+std::string picture_part(const Picture& picture, const Message& message) {
+  const std::string name = file_name(message.events.at(picture.event).loop);
+  std::string text = fmt::format(
+      "Content-Type: image/png; name=\"{0}\"\n"
+      "Content-Disposition: inline; filename=\"{0}\"\n"
+      "Content-Transfer-Encoding: base64\n\n",
+      name);
+  const std::string coded = base64(picture.png);
+  for (std::size_t at = 0; at < coded.size(); at += kLongestLine) {
+    text += coded.substr(at, kLongestLine) + "\n";
+  }
+  return text;
+}
+
+// Text alone, or text and pictures behind it.
+std::string body(const Message& message, const Sender& sender) {
+  if (message.pictures.empty()) return text_part(message, sender);
+  std::string text = fmt::format("Content-Type: multipart/mixed; boundary=\"{0}\"\n\n--{0}\n{1}",
+                                 kBoundary, text_part(message, sender));
+  for (const Picture& picture : message.pictures) {
+    text += fmt::format("\n--{}\n{}", kBoundary, picture_part(picture, message));
+  }
+  return text + fmt::format("\n--{}--\n", kBoundary);
+}
+
 std::string encoded_byte(char c) {
   return fmt::format("={:02X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
 }
 
 }  // namespace
+
+std::string base64(std::string_view bytes) {
+  std::string text(BASE64_ENCODE_RAW_LENGTH(bytes.size()), '\0');
+  base64_encode_raw(text.data(), bytes.size(), reinterpret_cast<const std::uint8_t*>(bytes.data()));
+  return text;
+}
 
 std::string header_field(std::string_view name, std::string_view raw) {
   const std::string text = one_line(raw);
@@ -122,10 +169,8 @@ std::string mail_text(const Message& message, const Sender& sender, const EmailS
          recipients(settings.to) + header_field("Subject", headline(message, sender)) +
          message_id(message, sender, settings.from) +
          "Auto-Submitted: auto-generated\n"
-         "MIME-Version: 1.0\n"
-         "Content-Type: text/plain; charset=UTF-8\n"
-         "Content-Transfer-Encoding: quoted-printable\n\n" +
-         quoted_printable(letter(message, sender));
+         "MIME-Version: 1.0\n" +
+         body(message, sender);
 }
 
 }  // namespace loopwarden::notify

@@ -11,10 +11,13 @@
 
 namespace loopwarden::notify {
 
+// Where the message has pictures, they follow the text as parts of their own, to be shown with it.
 std::string mail_text(const Message& message, const Sender& sender, const EmailSettings& settings);
 
 // A field of unstructured text, folded; encoded words if the text is not short plain ASCII.
 std::string header_field(std::string_view name, std::string_view text);
+// In one line.
+std::string base64(std::string_view bytes);
 // Lines of at most 76 characters.
 std::string quoted_printable(std::string_view text);
 std::string to_crlf(std::string_view text);

@@ -11,6 +11,7 @@
 #include "base/clock.hpp"
 #include "base/digest/digest.hpp"
 #include "services/notify/channels/curl_request.hpp"
+#include "services/notify/channels/mail_text.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -56,6 +57,9 @@ std::string webhook_body(const Message& message, const Sender& sender) {
     const std::string page = page_of(event, sender);
     one["page"] = page.empty() ? json(nullptr) : json(page);
     events.push_back(std::move(one));
+  }
+  for (const Picture& picture : message.pictures) {
+    events.at(picture.event)["picture"] = base64(picture.png);
   }
   json counts = json::object();
   for (std::size_t i = 0; i < message.counts.size(); ++i) {

@@ -214,6 +214,10 @@ WebhookSettings read_webhook(MapReader in, const std::string& file) {
   return settings;
 }
 
+bool read_picture(MapReader in, bool fallback) {
+  return in.flag("picture", "with the trend of each loop around its alarm, a PNG", fallback);
+}
+
 struct Defaults {
   double group_s;
   std::int64_t most_per_hour;
@@ -271,9 +275,13 @@ ReadChannel read_channel(MapReader& in, const std::string& name, const std::stri
     return channel;
   }
   if (all || kind == Kind::syslog) channel.settings.kind = read_syslog(in.variant("syslog"), file);
-  if (all || kind == Kind::email) channel.settings.kind = read_email(in.variant("email"), file);
+  if (all || kind == Kind::email) {
+    channel.settings.kind = read_email(in.variant("email"), file);
+    channel.settings.picture = read_picture(in.variant("email"), true);
+  }
   if (all || kind == Kind::webhook) {
     channel.settings.kind = read_webhook(in.variant("webhook"), file);
+    channel.settings.picture = read_picture(in.variant("webhook"), false);
   }
   return channel;
 }

@@ -12,8 +12,10 @@
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
+#include "model/monitor/box_alarms.hpp"
 #include "services/notify/config/channel_reader.hpp"
 #include "services/notify/config/route_reader.hpp"
+#include "services/notify/rules/routing.hpp"
 #include "services/notify/text/one_line.hpp"
 
 namespace loopwarden::notify {
@@ -89,6 +91,38 @@ void report_unused(MapReader& in, const RuleSettings& rules) {
   }
 }
 
+bool is_for_logs_alone(const Route& route, const std::vector<ChannelRule>& channels) {
+  const auto all_logs = [&](const std::vector<std::string>& names) {
+    return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+      return std::any_of(channels.begin(), channels.end(), [&](const ChannelRule& channel) {
+        return channel.name == name && channel.one_each;
+      });
+    });
+  };
+  return all_logs(route.channels) &&
+         std::all_of(route.reminders.begin(), route.reminders.end(),
+                     [&](const Escalation& step) { return all_logs(step.channels); });
+}
+
+// The box's alarms are no loop's, and easily forgotten.
+void report_box_alarms(MapReader& in, const RuleSettings& rules) {
+  std::vector<std::string> by_all, by_none;
+  for (const monitor::BoxAlarm kind : monitor::kBoxAlarms) {
+    const BoxWay way = box_way(rules.routes, to_text(kind));
+    if (way == BoxWay::all) by_all.emplace_back(to_text(kind));
+    if (way == BoxWay::none) by_none.emplace_back(to_text(kind));
+  }
+  if (!by_all.empty()) {
+    in.warning("routes", fmt::format("no route to people has the box's {}: all routes tell them; "
+                                     "name box in the `loops` of one",
+                                     fmt::join(by_all, ", ")));
+  }
+  if (!by_none.empty()) {
+    in.warning("routes",
+               fmt::format("no route has the box's {}: nobody is told", fmt::join(by_none, ", ")));
+  }
+}
+
 void read_rules(MapReader& in, NotifyConfig& notify) {
   const std::vector<std::string> names = names_of(notify);
   RuleSettings& rules = notify.rules;
@@ -99,6 +133,7 @@ void read_rules(MapReader& in, NotifyConfig& notify) {
                                       15.0));
   for (MapReader& route : in.maybe_list("routes", "who is told what; each that fits applies")) {
     rules.routes.push_back(read_route(route, names));
+    rules.routes.back().logs_only = is_for_logs_alone(rules.routes.back(), rules.channels);
   }
   for (MapReader& hours : in.maybe_list("quiet_hours", "what comes then waits for their end")) {
     rules.quiet_hours.push_back(read_quiet_hours(hours, names));
@@ -106,6 +141,7 @@ void read_rules(MapReader& in, NotifyConfig& notify) {
   if (in.describing()) return;
   if (rules.routes.empty()) in.error("routes", "must hold a route, or nobody is told anything");
   report_unused(in, rules);
+  if (!rules.routes.empty()) report_box_alarms(in, rules);
 }
 
 NotifyConfig read_notify(MapReader& in, const std::string& file) {

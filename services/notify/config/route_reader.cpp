@@ -86,7 +86,8 @@ int read_time(MapReader& in, std::string_view key, const char* meaning) {
 
 Route read_route(MapReader& in, const std::vector<std::string>& channels) {
   Route route;
-  route.loops = in.maybe_texts("loops", "patterns of tags with * and ?; all where not given");
+  route.loops = in.maybe_texts(
+      "loops", "patterns of tags with * and ?, box for the box's own alarms; all where not given");
   route.alarms = in.maybe_words("alarms", alarm_names(), "all where not given");
   read_changes(in, route);
   route.min_severity_percent = in.number(

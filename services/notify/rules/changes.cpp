@@ -52,6 +52,28 @@ Event event_of_reading(const AlarmReading& reading, const AlarmPicture& picture,
           .time_to_act = reading.time_to_act};
 }
 
+void bring_up_to_date(Event& event, std::span<const AlarmReading> readings) {
+  constexpr std::string_view kUnnamed = "model_gap";  // something has changed
+  if (event.change != Change::came && event.change != Change::unacknowledged) return;
+  const auto find = [&](auto is) { return std::find_if(readings.begin(), readings.end(), is); };
+  auto now = find([&](const AlarmReading& one) {
+    return one.key == AlarmKey{event.loop, event.alarm} && is_told(one.state);
+  });
+  if (now == readings.end()) return;
+  if (event.alarm == kUnnamed && !now->incident.empty()) {
+    const auto named = find([&](const AlarmReading& one) {
+      return one.incident == now->incident && one.key.second != kUnnamed && is_told(one.state);
+    });
+    if (named != readings.end()) now = named;
+  }
+  event.alarm = now->key.second;
+  event.severity_percent = now->severity_percent;
+  event.priority = now->priority;
+  event.why = now->why;
+  event.action = now->action;
+  event.time_to_act = now->time_to_act;
+}
+
 AlarmPicture first_picture(const AlarmReading& reading) {
   AlarmPicture picture;
   picture.times_raised = reading.times_raised;

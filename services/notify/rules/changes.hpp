@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct AlarmReading {
   std::string why{};  // what explains it; empty: nothing does
   std::string action{};
   std::string time_to_act{};
+  std::string incident_says{};  // the incident's name, and how sure its explanation is
 };
 
 // An alarm as it was told last. Survives a restart.
@@ -51,6 +53,10 @@ bool is_told(const std::string& state) noexcept;
 
 // Of an alarm that was never seen before: what is there is news, what has gone is not.
 AlarmPicture first_picture(const AlarmReading& reading);
+
+// An event that has waited, with what is known by now: why, what to do, how large. Where its incident has got a name
+// meanwhile, it is told by the alarm of that name.
+void bring_up_to_date(Event& event, std::span<const AlarmReading> readings);
 
 // Changes in the order in which they happened, each with the daemon's time of it; `picture` becomes what was read.
 std::vector<Event> take_changes(AlarmPicture& picture, const AlarmReading& reading,

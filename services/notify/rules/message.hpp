@@ -15,6 +15,12 @@ namespace loopwarden::notify {
 // More events than that are only counted.
 inline constexpr std::size_t kMostListed = 100;
 
+// The trend around one of a message's events.
+struct Picture {
+  std::size_t event = 0;  // its place among them
+  std::string png;
+};
+
 struct Message {
   std::int64_t id = 0;  // counts up, of this box
   std::string channel;
@@ -25,6 +31,7 @@ struct Message {
   std::int64_t attempts = 0;             // so far
   bool perhaps_twice = false;            // the program ended while it was being sent
   bool test = false;
+  std::vector<Picture> pictures{};  // drawn as it is sent, never stored
 
   std::int64_t count() const noexcept {
     std::int64_t sum = 0;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "model/monitor/box_alarms.hpp"
+
 namespace loopwarden::notify {
 namespace {
 
@@ -12,19 +14,28 @@ bool is_severe_enough(const Route& route, std::optional<double> worst_percent) {
   return !worst_percent || *worst_percent >= route.min_severity_percent;
 }
 
-// Loop and alarm are the route's. The daemon is everybody's: without it no loop is watched.
-bool concerns(const Route& route, const Event& event) {
-  const bool alarm = route.alarms.empty() || std::find(route.alarms.begin(), route.alarms.end(),
-                                                       event.alarm) != route.alarms.end();
-  const bool loop = route.loops.empty() || event.loop.empty() ||
-                    std::any_of(route.loops.begin(), route.loops.end(), [&](const auto& pattern) {
-                      return fnmatch(pattern.c_str(), event.loop.c_str(), FNM_NOESCAPE) == 0;
-                    });
-  return alarm && loop;
-}
-
 bool tells(const Route& route, Change change) {
   return route.changes.at(static_cast<std::size_t>(change));
+}
+
+bool has_alarm(const Route& route, const std::string& alarm) {
+  return route.alarms.empty() ||
+         std::find(route.alarms.begin(), route.alarms.end(), alarm) != route.alarms.end();
+}
+
+bool has_loop(const Route& route, const std::string& loop) {
+  return route.loops.empty() ||
+         std::any_of(route.loops.begin(), route.loops.end(), [&](const auto& pattern) {
+           return fnmatch(pattern.c_str(), loop.c_str(), FNM_NOESCAPE) == 0;
+         });
+}
+
+// Loop and alarm are the route's. The daemon is everybody's: without it no loop is watched. So is the box, unless a route
+// has it.
+bool concerns(const std::vector<Route>& routes, const Route& route, const Event& event) {
+  if (!has_alarm(route, event.alarm)) return false;
+  if (event.loop.empty() || has_loop(route, event.loop)) return true;
+  return event.loop == monitor::kBox && box_way(routes, event.alarm) != BoxWay::own;
 }
 
 // How often the step has fallen due by then.
@@ -37,10 +48,22 @@ std::int64_t times_due(const Escalation& step, std::int64_t since_ms, std::int64
 
 }  // namespace
 
+BoxWay box_way(const std::vector<Route>& routes, const std::string& alarm) {
+  BoxWay way = BoxWay::none;
+  for (const Route& route : routes) {
+    if (!tells(route, Change::came) || !has_alarm(route, alarm)) continue;
+    const bool own = has_loop(route, monitor::kBox);
+    if (own && !route.logs_only) return BoxWay::own;
+    if (!own && !route.logs_only) way = BoxWay::all;
+    if (way == BoxWay::none) way = BoxWay::logs;
+  }
+  return way;
+}
+
 ChannelNames channels_of(const std::vector<Route>& routes, const Event& event) {
   ChannelNames names;
   for (const Route& route : routes) {
-    if (!tells(route, event.change) || !concerns(route, event) ||
+    if (!tells(route, event.change) || !concerns(routes, route, event) ||
         !is_severe_enough(route, event.worst_percent)) {
       continue;
     }
@@ -53,7 +76,7 @@ ChannelNames newly_told(const std::vector<Route>& routes, const Event& event,
                         std::optional<double> worst_before) {
   ChannelNames names;
   for (const Route& route : routes) {
-    if (tells(route, Change::came) && concerns(route, event) &&
+    if (tells(route, Change::came) && concerns(routes, route, event) &&
         !is_severe_enough(route, worst_before) && is_severe_enough(route, event.worst_percent)) {
       names.insert(route.channels.begin(), route.channels.end());
     }
@@ -65,7 +88,7 @@ ChannelNames reminded(const std::vector<Route>& routes, const Event& event, std:
                       std::int64_t from_ms, std::int64_t to_ms) {
   ChannelNames names;
   for (const Route& route : routes) {
-    if (!tells(route, Change::came) || !concerns(route, event) ||
+    if (!tells(route, Change::came) || !concerns(routes, route, event) ||
         !is_severe_enough(route, event.worst_percent)) {
       continue;
     }

@@ -15,6 +15,11 @@ namespace loopwarden::notify {
 
 using ChannelNames = std::set<std::string>;
 
+// How an alarm of the box gets to people: by routes that have the box, else by all that have the alarm, whatever their
+// loops; to logs alone; or not at all.
+enum class BoxWay : std::uint8_t { own, all, logs, none };
+BoxWay box_way(const std::vector<Route>& routes, const std::string& alarm);
+
 // Of a change. An alarm that was not severe enough for a route when it came is not told there when it goes.
 ChannelNames channels_of(const std::vector<Route>& routes, const Event& event);
 

@@ -28,6 +28,7 @@ struct Route {
   double min_severity_percent = 0.0;  // alarms without a size pass
   std::vector<std::string> channels;
   std::vector<Escalation> reminders;  // the route's own repeats, and its steps
+  bool logs_only = false;             // none of its channels is for people
 };
 
 struct ChannelRule {

@@ -12,6 +12,7 @@
 #include <set>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/text.hpp"
 #include "model/monitor/alarm_guide.hpp"
@@ -22,9 +23,6 @@ namespace loopwarden::notify {
 namespace {
 
 using nlohmann::json;
-
-// Of a message of at most so many events the remedies are told as well.
-constexpr std::size_t kMostGuided = 5;
 
 date::sys_time<std::chrono::milliseconds> time_of(std::int64_t utc_ms) {
   return date::sys_time<std::chrono::milliseconds>{std::chrono::milliseconds(utc_ms)};
@@ -40,6 +38,12 @@ std::string daemon_sentence(const Event& event) {
 // An alarm is told within seconds, unless the program or the daemon was away.
 constexpr std::int64_t kLate = kMinute;
 
+// "anna" of "anna@10.0.0.5 by page (uid 997)"; who has no name is told as the daemon has it.
+std::string person_of(const std::string& peer) {
+  const std::size_t at = peer.find('@');
+  return at < peer.find(" by ") ? peer.substr(0, at) : peer;
+}
+
 std::string what_happened(const Event& event, const Sender& sender) {
   if (event.change == Change::unacknowledged)
     return fmt::format("not acknowledged for {} min", event.waits_min);
@@ -51,12 +55,33 @@ std::string what_happened(const Event& event, const Sender& sender) {
 // Of all alarms of the message, or the page itself where they are many.
 std::string links(const Message& message, const Sender& sender) {
   if (sender.page_url.empty()) return "";
-  std::set<std::string> told;
-  for (const Event& event : message.events) told.insert(page_of(event, sender));
-  told.erase("");
+  std::vector<std::string> told;
+  for (const Event& event : message.events) {
+    const std::string link = page_of(event, sender);
+    const bool known = std::find(told.begin(), told.end(), link) != told.end();
+    if (!link.empty() && !known) told.push_back(link);
+  }
   if (told.empty() || message.events.size() > kMostGuided) told = {sender.page_url + "/"};
   std::string text = "\n";
   for (const std::string& link : told) text += link + "\n";
+  return text;
+}
+
+// " of FIC-101 and FIC-102", where they are few.
+std::string few_loops(const Message& message) {
+  constexpr std::size_t kFew = 3;
+  std::vector<std::string> loops;
+  for (const Event& event : message.events) {
+    if (std::find(loops.begin(), loops.end(), event.loop) == loops.end())
+      loops.push_back(event.loop);
+  }
+  const bool all = message.count() == static_cast<std::int64_t>(message.events.size());
+  if (!all || loops.size() > kFew) return "";
+  std::string text;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    text += i == 0 ? " of " : i + 1 < loops.size() ? ", " : " and ";
+    text += loops[i].empty() ? "the daemon" : loops[i];
+  }
   return text;
 }
 
@@ -183,14 +208,17 @@ std::string page_of(const Event& event, const Sender& sender) {
                      base::percent_encoded(event.of_incident ? "incident" : event.alarm));
 }
 
-std::string sentence(const Event& event, const Sender& sender) {
-  if (event.alarm == kDaemonAlarm) return daemon_sentence(event);
+std::string subject_of(const Event& event) {
   const std::string about =
       event.description.empty() ? "" : fmt::format(" ({})", event.description);
-  std::string text = fmt::format("{}{}: {} {}", event.loop, about, alarm_words(event.alarm),
-                                 what_happened(event, sender));
+  return fmt::format("{}{}: {}", event.loop, about, alarm_words(event.alarm));
+}
+
+std::string sentence(const Event& event, const Sender& sender) {
+  if (event.alarm == kDaemonAlarm) return daemon_sentence(event);
+  std::string text = fmt::format("{} {}", subject_of(event), what_happened(event, sender));
   if (event.severity_percent) text += fmt::format(", {:.1f} %", *event.severity_percent);
-  if (!event.peer.empty()) text += fmt::format(", by {}", event.peer);
+  if (!event.peer.empty()) text += fmt::format(", by {}", person_of(event.peer));
   if (!event.reason.empty()) text += fmt::format(" ({})", event.reason);
   return text;
 }
@@ -200,7 +228,8 @@ std::string headline(const Message& message, const Sender& sender) {
   if (message.count() == 1) {
     return fmt::format("{}: {}", sender.box, sentence(message.events.front(), sender));
   }
-  return fmt::format("{}: {} changes of alarms: {}", sender.box, message.count(), counted(message));
+  return fmt::format("{}: {} changes of alarms{}: {}", sender.box, message.count(),
+                     few_loops(message), counted(message));
 }
 
 std::string letter(const Message& message, const Sender& sender) {

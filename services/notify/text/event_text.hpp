@@ -27,6 +27,11 @@ std::string local_time(std::int64_t utc_ms, const date::time_zone& zone);
 
 // "Low air supply": an alarm as people call it, as on the page.
 std::string alarm_words(const std::string& alarm);
+// Of a message of at most so many events each alarm is told with why and what to do.
+inline constexpr std::size_t kMostGuided = 5;
+
+// "FIC-101 (cooling water): Stiction"
+std::string subject_of(const Event& event);
 // "FIC-101 (cooling water): Stiction came, 6.1 %": without the time, unless it is told long after it came.
 std::string sentence(const Event& event, const Sender& sender);
 // One line for the whole message: of one event its sentence, of several their numbers.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/notify/watch/answers.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <optional>
 
@@ -9,10 +11,10 @@
 namespace loopwarden::notify {
 
 std::vector<AlarmReading> readings_of(const protocol::Alarms& all) {
-  std::map<AlarmKey, std::string> incidents;
+  std::map<AlarmKey, const protocol::Incident*> incidents;
   for (const protocol::Incident& incident : all.incidents) {
     for (const std::string& alarm : incident.alarms) {
-      incidents[{one_line(incident.loop), one_line(alarm)}] = one_line(incident.id);
+      incidents[{one_line(incident.loop), one_line(alarm)}] = &incident;
     }
   }
   std::vector<AlarmReading> readings;
@@ -28,7 +30,10 @@ std::vector<AlarmReading> readings_of(const protocol::Alarms& all) {
          .changed_ms = alarm.changed_ms,
          .priority = one_line(alarm.priority)});
     const auto incident = incidents.find(readings.back().key);
-    if (incident != incidents.end()) readings.back().incident = incident->second;
+    if (incident == incidents.end()) continue;
+    readings.back().incident = one_line(incident->second->id);
+    readings.back().incident_says =
+        fmt::format("{} {}", one_line(incident->second->name), incident->second->confidence);
   }
   return readings;
 }

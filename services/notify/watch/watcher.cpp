@@ -19,6 +19,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPeriod{1000};
 constexpr std::uint64_t kNewestLines = 200;  // of the journal
+// For all explanations of one change.
+constexpr std::chrono::milliseconds kExplains{2000};
 // An answer that takes so long is as good as none.
 constexpr std::chrono::milliseconds kLate{3000};
 
@@ -64,15 +66,30 @@ void Watcher::run() {
   }
 }
 
+template <class Request>
+auto Watcher::answer_to(const Request& request) {
+  const auto heard = [this] {
+    const std::lock_guard lock(mutex_);
+    answered_ = Clock::now();
+  };
+  try {
+    auto answer = protocol::ask(daemon_, request);
+    heard();
+    return answer;
+  } catch (const protocol::DaemonError& e) {
+    if (e.kind() != protocol::DaemonError::Kind::down) heard();
+    throw;
+  }
+}
+
 void Watcher::ask() {
   Snapshot snapshot;
-  snapshot.alarms = readings_of(protocol::ask(daemon_, protocol::AlarmsRequest{}));
+  snapshot.alarms = readings_of(answer_to(protocol::AlarmsRequest{}));
   if (changed(snapshot.alarms)) {
     describe();
     explain(snapshot.alarms);
     try {
-      snapshot.journal =
-          lines_of(protocol::ask(daemon_, protocol::JournalRequest{.most = kNewestLines}));
+      snapshot.journal = lines_of(answer_to(protocol::JournalRequest{.most = kNewestLines}));
     } catch (const std::exception& e) {
       // The alarm counts; who and why are missing then.
       spdlog::warn("no reasons: {}", e.what());
@@ -93,28 +110,29 @@ void Watcher::ask() {
   const std::lock_guard lock(mutex_);
   if (snapshot_) keep_reasons(snapshot, std::move(*snapshot_));
   snapshot_ = std::move(snapshot);
-  answered_ = Clock::now();
 }
 
 // Only where something may be told. A reload may have changed them.
 void Watcher::describe() {
   try {
-    loops_ = words_of(protocol::ask(daemon_, protocol::DescribeRequest{}));
+    loops_ = words_of(answer_to(protocol::DescribeRequest{}));
   } catch (const protocol::DaemonError& e) {
     if (e.kind() == protocol::DaemonError::Kind::down) throw;
     spdlog::warn("no descriptions: {}", e.what());
   }
 }
 
-// Of those that are there, the newest words. A flood is told without them.
+// Of those that are there, the newest words. A flood is told without them, and so is what a slow disk has not given in
+// time: the alarm itself does not wait for it.
 void Watcher::explain(const std::vector<AlarmReading>& alarms) {
   constexpr std::size_t kMostExplained = 20;
+  const Clock::time_point until = Clock::now() + kExplains;
   std::map<AlarmKey, AlarmWords> words;
   for (const AlarmReading& alarm : alarms) {
-    if (!is_told(alarm.state) || words.size() >= kMostExplained) continue;
+    if (!is_told(alarm.state) || words.size() >= kMostExplained || Clock::now() > until) continue;
     try {
-      words[alarm.key] = words_of(protocol::ask(
-          daemon_, protocol::ExplainRequest{.loop = alarm.key.first, .alarm = alarm.key.second}));
+      words[alarm.key] = words_of(
+          answer_to(protocol::ExplainRequest{.loop = alarm.key.first, .alarm = alarm.key.second}));
     } catch (const protocol::DaemonError& e) {
       if (e.kind() == protocol::DaemonError::Kind::down) throw;
       words[alarm.key] = {};
@@ -127,7 +145,8 @@ bool Watcher::changed(const std::vector<AlarmReading>& alarms) {
   return !std::equal(alarms.begin(), alarms.end(), before_.begin(), before_.end(),
                      [](const AlarmReading& a, const AlarmReading& b) {
                        return a.key == b.key && a.state == b.state &&
-                              a.times_raised == b.times_raised;
+                              a.times_raised == b.times_raised &&
+                              a.incident_says == b.incident_says;
                      });
 }
 

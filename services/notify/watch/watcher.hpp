@@ -48,6 +48,9 @@ class Watcher {
  private:
   void run();
   void ask();
+  // Whatever it says, the daemon answers.
+  template <class Request>
+  auto answer_to(const Request& request);
   void describe();
   void explain(const std::vector<AlarmReading>& alarms);
   bool changed(const std::vector<AlarmReading>& alarms);

@@ -11,6 +11,7 @@
 #include "protocol/daemon_client.hpp"
 #include "services/page/files/report_store.hpp"
 #include "services/page/history/history.hpp"
+#include "services/page/ldap/log_ins.hpp"
 #include "fleet/queries/fleet.hpp"
 #include "net/http/assets.hpp"
 #include "net/http/message.hpp"
@@ -32,6 +33,7 @@ struct Context {
   UserDirectory& users;
   Sessions& sessions;
   LogInGuard& guard;
+  ldap::LogIns* ldap;  // null: page.yaml has none
   history::History& history;
   files::ReportStore& reports;
   fleet::Fleet* fleet;  // null: page.yaml has none

@@ -22,13 +22,22 @@ http::Response system(Context& context, const Call& call);
 // loop.cpp
 http::Response loop(Context& context, const Call& call);
 http::Response windows(Context& context, const Call& call);
+http::Response loop_alarms(Context& context, const Call& call);
 http::Response loop_alarm(Context& context, const Call& call);
 http::Response act_on_alarm(Context& context, const Call& call);
 http::Response note(Context& context, const Call& call);
 http::Response acknowledge_incident(Context& context, const Call& call);
 
+// loop_reports.cpp
+http::Response loop_reports(Context& context, const Call& call);
+http::Response ask_for_report(Context& context, const Call& call);
+
 // order.cpp
 http::Response order(Context& context, const Call& call);
+http::Response tune(Context& context, const Call& call);
+
+// tuning.cpp
+http::Response proposed_gains(Context& context, const Call& call);
 
 // past.cpp
 http::Response past(Context& context, const Call& call);

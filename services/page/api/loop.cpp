@@ -47,6 +47,13 @@ http::Response windows(Context& context, const Call& call) {
   return json_response(context.daemon.ask(protocol::WindowsRequest{loop.tag}));
 }
 
+http::Response loop_alarms(Context& context, const Call& call) {
+  check_query(call.request, {});
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
+  return json_response(context.daemon.ask(protocol::AlarmDesignRequest{loop.tag}));
+}
+
 namespace {
 
 // Who has the alarm that the address names: a loop's tag, or the box itself.

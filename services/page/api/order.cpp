@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Set point, output and mode: the only handler that moves a valve.
+// Set point, output, mode and gains: the only handlers that move a valve.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -130,7 +130,30 @@ class Outcome {
   Clock::time_point begun_ = Clock::now();
 };
 
+protocol::Gains gains_at(const json& object, const char* key) {
+  if (!object.contains(key)) throw ApiError(400, "expected kp, ki and kd", key);
+  const json& gains = object[key];
+  check_keys(gains, key, {"kp", "ki", "kd"});
+  const auto number = [&](const char* name) {
+    const bool sound =
+        gains.contains(name) && gains[name].is_number() && std::isfinite(gains[name].get<double>());
+    if (!sound) throw ApiError(400, "expected a number", std::string(key) + "." + name);
+    return gains[name].get<double>();
+  };
+  return {number("kp"), number("ki"), number("kd")};
+}
+
 }  // namespace
+
+void check_may_tune(const BoxState& state, const protocol::LoopDescription& loop) {
+  if (!state.about.page.tuning) {
+    throw ApiError(403,
+                   "loopwardend.yaml has no page: {tuning: true}, so no gains are set from here");
+  }
+  if (loop.control == "elsewhere") {
+    throw ApiError(403, "another controller has this loop, and its gains");
+  }
+}
 
 http::Response order(Context& context, const Call& call) {
   const auto state = context.now().state;
@@ -149,6 +172,31 @@ http::Response order(Context& context, const Call& call) {
   if (wish.old && (!wish.old->is_null() || wish.what == "output")) {
     put(wish.what, *wish.old, request.expect.emplace());
   }
+  return Outcome(context, loop.tag, ask(context.orders, request)).look();
+}
+
+http::Response tune(Context& context, const Call& call) {
+  const auto state = context.now().state;
+  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
+  check_may_tune(*state, loop);
+  const json body = object_of(call.request, {"set", "confirm"});
+  const protocol::Gains wanted = gains_at(body, "set");
+  if (!body.contains("confirm")) throw ApiError(400, "a body has set and confirm");
+  const json& confirm = body["confirm"];
+  check_keys(confirm, "confirm", {"tag", "old", "new"});
+  if (confirm.value("tag", json()) != loop.tag) {
+    throw ApiError(400, "the confirmation is for another loop", "confirm.tag");
+  }
+  if (json(gains_at(confirm, "new")) != json(wanted)) {
+    throw ApiError(400, "the confirmation is for other gains", "confirm.new");
+  }
+  const protocol::TuneRequest request{.loop = loop.tag,
+                                      .kp = wanted.kp,
+                                      .ki = wanted.ki,
+                                      .kd = wanted.kd,
+                                      .expect = gains_at(confirm, "old"),
+                                      .user = call.who.user,
+                                      .address = call.request.peer};
   return Outcome(context, loop.tag, ask(context.orders, request)).look();
 }
 

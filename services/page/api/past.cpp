@@ -10,6 +10,7 @@
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "services/page/api/tags.hpp"
+#include "services/page/history/trend_rows.hpp"
 
 namespace loopwarden::page::api {
 namespace {
@@ -38,21 +39,7 @@ std::vector<history::Block> newer_rows(Context& context, const Box::Now& now, co
   const double ms_per_period = 1000.0 * loop.sample_time_s / state.about.accelerate;
   if (!std::isfinite(period_now)) return {};
   const auto trend = ask(context.daemon, protocol::TrendRequest{.loop = loop.tag});
-  std::vector<history::Block> rows;
-  for (std::size_t i = 0; i < trend.period.size(); ++i) {
-    record::RecordRow row;
-    row.period_index = trend.period[i];
-    row.pv = trend.pv.at(i);
-    row.sp = trend.sp.at(i);
-    row.co = trend.co.at(i);
-    row.stem = trend.stem.at(i);
-    row.mode = trend.mode.at(i) == "AUTO" ? 1 : 0;
-    const double ago = period_now - static_cast<double>(row.period_index);
-    const std::int64_t at_ms = now.now_ms - std::llround(ago * ms_per_period);
-    if (newest && at_ms <= newest->last_ms) continue;
-    rows.push_back(history::block_of(row, at_ms, 0, 0));
-  }
-  return rows;
+  return history::rows_of(trend, {period_now, now.now_ms, ms_per_period}, newest);
 }
 
 void append_number(std::string& text, float value) {
@@ -154,12 +141,11 @@ class RowsAsCsv final : public http::Source {
   std::int64_t last_ms_ = 0;
 };
 
-std::filesystem::path folder_of(const Context& context, const protocol::LoopDescription& loop) {
-  // Where the page's state directory is another than the daemon's, such as a copy, it is the page's.
+}  // namespace
+
+std::filesystem::path segments_of(const Context& context, const protocol::LoopDescription& loop) {
   return context.settings.state_directory / "segments" / loop.tag;
 }
-
-}  // namespace
 
 http::Response past(Context& context, const Call& call) {
   check_query(call.request, {"from_ms", "to_ms", "points"});
@@ -170,10 +156,11 @@ http::Response past(Context& context, const Call& call) {
       static_cast<std::size_t>(whole_in(call.request, "points", history::kRowsPerBucket,
                                         static_cast<std::int64_t>(history::kMostPoints))
                                    .value_or(1000));
-  const history::Past past = context.history.past(
-      folder_of(context, loop), stretch, points, [&](const std::optional<history::Block>& newest) {
-        return newer_rows(context, now, *now.state, loop, newest);
-      });
+  const history::Past past =
+      context.history.past(segments_of(context, loop), stretch, points,
+                           [&](const std::optional<history::Block>& newest) {
+                             return newer_rows(context, now, *now.state, loop, newest);
+                           });
   http::Response response;
   response.body = past_json(past, stretch, loop);
   return response;
@@ -189,7 +176,7 @@ http::Response past_csv(Context& context, const Call& call) {
   response.headers.emplace_back(
       "Content-Disposition",
       fmt::format("attachment; filename=\"{}_{}.csv\"", loop.tag, stretch.from_ms));
-  response.source = std::make_unique<RowsAsCsv>(folder_of(context, loop), stretch, loop.stem);
+  response.source = std::make_unique<RowsAsCsv>(segments_of(context, loop), stretch, loop.stem);
   return response;
 }
 

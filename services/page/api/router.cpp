@@ -48,7 +48,10 @@ constexpr std::array kRoutes{
     Route{Of::box, Method::get, "api/loops/*/windows", Pool::daemon, Role::viewer, windows},
     Route{Of::box, Method::get, "api/loops/*/history", Pool::disk, Role::viewer, past},
     Route{Of::box, Method::get, "api/loops/*/history.csv", Pool::disk, Role::viewer, past_csv},
+    Route{Of::box, Method::get, "api/loops/*/alarms", Pool::daemon, Role::viewer, loop_alarms},
+    Route{Of::box, Method::get, "api/loops/*/tuning", Pool::disk, Role::engineer, proposed_gains},
     Route{Of::box, Method::get, "api/loops/*/alarms/*", Pool::daemon, Role::viewer, loop_alarm},
+    Route{Of::box, Method::get, "api/loops/*/reports", Pool::disk, Role::viewer, loop_reports},
     Route{Of::box, Method::get, "api/journal", Pool::daemon, Role::viewer, journal},
     Route{Of::box, Method::get, "api/journal.csv", Pool::daemon, Role::viewer, journal_csv},
     Route{Of::box, Method::get, "api/evidence/*", Pool::disk, Role::viewer, evidence},
@@ -63,7 +66,10 @@ constexpr std::array kRoutes{
     Route{Of::box, Method::post, "api/loops/*/incidents/*", Pool::orders, Role::operator_,
           acknowledge_incident},
     Route{Of::box, Method::post, "api/loops/*/notes", Pool::orders, Role::operator_, note},
+    Route{Of::box, Method::post, "api/loops/*/reports", Pool::orders, Role::engineer,
+          ask_for_report},
     Route{Of::box, Method::post, "api/loops/*/order", Pool::orders, Role::operator_, order},
+    Route{Of::box, Method::post, "api/loops/*/tuning", Pool::orders, Role::engineer, tune},
 };
 
 bool matches(std::string_view pattern, std::span<const std::string> path) {

@@ -3,13 +3,17 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <ctime>
+#include <future>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "services/page/api/body.hpp"
 #include "services/page/api/gate.hpp"
 #include "services/page/api/handlers.hpp"
+#include "services/page/ldap/ldap_text.hpp"
 #include "services/page/users/password.hpp"
 
 namespace loopwarden::page::api {
@@ -36,12 +40,15 @@ json session_json(Context& context, const Identity& who) {
   const bool acts = who.role >= Role::operator_;
   return {{"user", who.user.empty() ? json(nullptr) : json(who.user)},
           {"role", to_text(who.role)},
+          {"source", who.user.empty() ? json(nullptr) : json(who.directory ? "directory" : "file")},
           {"csrf", who.csrf},
           {"login", context.users.has_file()},
           {"must_login", who.role == Role::none},
           {"can",
            {{"alarms", acts && state && state->about.page.alarms},
-            {"control", acts && state && state->about.page.control && context.settings.control}}},
+            {"control", acts && state && state->about.page.control && context.settings.control},
+            {"tuning", who.role == Role::engineer && state && state->about.page.tuning},
+            {"reports", who.role >= Role::engineer && state && state->about.page.reports}}},
           {"box", context.settings.box},
           {"fleet", context.fleet != nullptr},
           {"time_zone", context.settings.time_zone},
@@ -63,6 +70,94 @@ http::Response too_often(unsigned wait_s) {
   return response;
 }
 
+// A log-in, for as long as its answer takes.
+struct Attempt {
+  Context* context;
+  http::Request from;  // without its body, which has the password
+  std::string name;    // of the user; as the guard counts it
+  Moment begun = std::chrono::steady_clock::now();
+};
+
+// Where there is a directory every refusal comes as long after its request: its answer's time tells no names.
+constexpr std::chrono::milliseconds kAnswerOfDirectory{1000};
+constexpr std::chrono::seconds kPatience{10};
+constexpr std::chrono::milliseconds kLook{50};
+
+http::Response refused(const Attempt& attempt) {
+  http::Response response;
+  response.status = 401;
+  response.body = dump({{"error", "user or password is wrong"}});
+  response.delay = LogInGuard::kDelay;
+  if (attempt.context->ldap != nullptr) {
+    const auto taken = std::chrono::duration_cast<std::chrono::milliseconds>(
+        std::chrono::steady_clock::now() - attempt.begun);
+    response.delay += std::max(kAnswerOfDirectory - taken, std::chrono::milliseconds(0));
+  }
+  return response;
+}
+
+http::Response admitted(const Attempt& attempt, const User& user) {
+  Context& context = *attempt.context;
+  const http::Request& request = attempt.from;
+  context.guard.right(attempt.name, request.network);
+  spdlog::info("{} logged in from {}{}", attempt.name, request.peer,
+               user.directory ? " by the directory" : "");
+  // What was there before ends: nobody's cookie grows into a session.
+  if (const auto old = request.cookies.find(kCookie); old != request.cookies.end()) {
+    context.sessions.end(old->second);
+  }
+  const Moment now = std::chrono::steady_clock::now();
+  const std::string cookie = context.sessions.begin(attempt.name, user, now);
+  // In this order: of a directory's user who has no session nothing is kept.
+  if (user.directory) context.users.admit(attempt.name, user.role, user.hash);
+  const auto who = context.sessions.find(cookie, *context.users.users(), now, true);
+  if (!who) throw ApiError(503, "the users have just changed; try again");
+  http::Response response = json_response(session_json(context, *who));
+  response.headers.emplace_back(
+      "Set-Cookie",
+      cookie_text(request, cookie, static_cast<long>(context.settings.session_hours * 3600.0)));
+  return response;
+}
+
+http::Response by_directory(const Attempt& attempt,
+                            const std::shared_future<ldap::Outcome>& answer) {
+  using End = ldap::Outcome::End;
+  if (answer.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    if (std::chrono::steady_clock::now() - attempt.begun > kPatience) {
+      throw ApiError(503, "the directory does not answer");
+    }
+    http::Response later;
+    later.delay = kLook;
+    later.next = [attempt, answer] { return by_directory(attempt, answer); };
+    return later;
+  }
+  const ldap::Outcome& outcome = answer.get();
+  if (outcome.end == End::admitted) {
+    return admitted(attempt, {outcome.role, outcome.dn, false, true});
+  }
+  spdlog::warn("log-in from {} refused by the directory: {}", attempt.from.peer, outcome.why);
+  switch (outcome.end) {
+    case End::unavailable:
+      throw ApiError(503, "the directory can't be asked; the page's log says why");
+    case End::no_group:
+      throw ApiError(403, "the directory knows you, but no group of yours gives a role here");
+    default: return refused(attempt);
+  }
+}
+
+http::Request without_body(http::Request request) {
+  request.body.clear();
+  return request;
+}
+
+// As the directory has it; nothing: it is not asked about this one.
+std::optional<std::string> name_in_directory(const Context& context, const std::string& typed) {
+  if (context.ldap == nullptr) return std::nullopt;
+  std::optional<std::string> name = ldap::account_name(typed, context.settings.ldap->domains);
+  if (name && context.users.is_in_file(*name)) return std::nullopt;
+  return name;
+}
+
 }  // namespace
 
 http::Response session(Context& context, const Call& call) {
@@ -73,37 +168,28 @@ http::Response session(Context& context, const Call& call) {
 http::Response log_in(Context& context, const Call& call) {
   if (!context.users.has_file()) throw ApiError(403, "this page has no users");
   const json body = object_of(call.request, {"user", "password"});
-  const std::string name = text_at(body, "user", 64);
+  const std::string typed = text_at(body, "user", 128);
   const std::string password = text_at(body, "password", kLongestPassword);
-  const auto now = std::chrono::steady_clock::now();
-  if (const unsigned wait_s = context.guard.wait_s(name, call.request.network, now)) {
+  const std::optional<std::string> in_directory = name_in_directory(context, typed);
+  const Attempt attempt{.context = &context,
+                        .from = without_body(call.request),
+                        .name = in_directory.value_or(typed)};
+  if (const unsigned wait_s =
+          context.guard.wait_s(attempt.name, call.request.network, attempt.begun)) {
     return too_often(wait_s);
   }
+  if (in_directory && !password.empty()) {
+    const auto answer = context.ldap->begin(*in_directory, password, call.request.network);
+    if (!answer.valid()) throw ApiError(503, "too many log-ins wait for the directory; try again");
+    return by_directory(attempt, answer);
+  }
   const auto users = context.users.users();
-  const auto user = users->find(name);
-  const bool known = user != users->end();
+  const auto user = users->find(typed);
+  const bool known = user != users->end() && !user->second.directory;
   const bool right = is_password(password, known ? user->second.hash : nobodys_hash());
-  if (!known || !right) {
-    spdlog::warn("log-in from {} refused", call.request.peer);
-    http::Response response;
-    response.status = 401;
-    response.body = dump({{"error", "user or password is wrong"}});
-    response.delay = LogInGuard::kDelay;
-    return response;
-  }
-  context.guard.right(name, call.request.network);
-  spdlog::info("{} logged in from {}", name, call.request.peer);
-  // What was there before ends: nobody's cookie grows into a session.
-  if (const auto old = call.request.cookies.find(kCookie); old != call.request.cookies.end()) {
-    context.sessions.end(old->second);
-  }
-  const std::string cookie = context.sessions.begin(name, user->second, now);
-  const auto who = context.sessions.find(cookie, *users, now, true);
-  http::Response response = json_response(session_json(context, who.value()));
-  response.headers.emplace_back(
-      "Set-Cookie", cookie_text(call.request, cookie,
-                                static_cast<long>(context.settings.session_hours * 3600.0)));
-  return response;
+  if (known && right) return admitted(attempt, user->second);
+  spdlog::warn("log-in from {} refused", call.request.peer);
+  return refused(attempt);
 }
 
 http::Response log_out(Context& context, const Call& call) {

@@ -87,6 +87,9 @@ class App {
         orders_(settings.page_socket, kOrderPatience),
         users_(settings.users),
         sessions_(session_limits(settings)),
+        ldap_(settings.ldap
+                  ? std::make_unique<ldap::Worker>(ldap::Server(*settings.ldap), users_, sessions_)
+                  : nullptr),
         reports_(settings.state_directory),
         fleet_(settings.fleet ? std::make_unique<fleet::FleetDatabase>(*settings.fleet) : nullptr),
         hosts_(hosts_of(settings)),
@@ -99,6 +102,7 @@ class App {
                              .users = users_,
                              .sessions = sessions_,
                              .guard = guard_,
+                             .ldap = ldap_.get(),
                              .history = history_,
                              .reports = reports_,
                              .fleet = fleet_.get(),
@@ -123,6 +127,7 @@ class App {
     server_.run();
     sd_notify(0, "STOPPING=1");
     box_.stop();
+    if (ldap_) ldap_->stop();
     return kExitOk;
   }
 
@@ -186,6 +191,7 @@ class App {
   UserDirectory users_;
   Sessions sessions_;
   LogInGuard guard_;
+  std::unique_ptr<ldap::Worker> ldap_;
   history::History history_;
   files::ReportStore reports_;
   std::unique_ptr<fleet::FleetDatabase> fleet_;
@@ -221,6 +227,7 @@ void check_files(const PageSettings& settings) {
       SSL_CTX_free(http::make_tls_context({settings.certificate, settings.key}));
     // One that is not there yet is a page that nobody can log in to.
     if (std::filesystem::exists(settings.users)) read_users(settings.users);
+    if (settings.ldap) ldap::check_files(*settings.ldap);
   } catch (const std::exception& e) {
     throw BadConfiguration(e.what());
   }

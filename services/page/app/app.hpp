@@ -14,7 +14,7 @@ class BadConfiguration : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// That certificate, key and users file can be used. Throws BadConfiguration.
+// That certificate, key, users file and what the directory takes can be used. Throws BadConfiguration.
 void check_files(const PageSettings& settings);
 
 // Serves the page until SIGTERM or SIGINT; SIGHUP reads certificate and key again.

@@ -2,7 +2,6 @@
 #include "services/page/app/user_commands.hpp"
 
 #include <fmt/format.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -16,6 +15,7 @@
 #include "config/diagnostic.hpp"
 #include "base/exit_code.hpp"
 #include "net/http/tls.hpp"
+#include "services/page/app/ask_unseen.hpp"
 #include "services/page/settings/page_settings.hpp"
 #include "services/page/users/page_account.hpp"
 #include "services/page/users/password.hpp"
@@ -37,43 +37,13 @@ struct Options {
   bool from_stdin = false;
 };
 
-// A terminal that shows nothing of what is typed, while this is there.
-class Silence {
- public:
-  Silence() {
-    if (::tcgetattr(STDIN_FILENO, &before_) != 0) return;
-    termios quiet = before_;
-    quiet.c_lflag &= ~static_cast<tcflag_t>(ECHO);
-    silent_ = ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &quiet) == 0;
-  }
-  Silence(const Silence&) = delete;
-  Silence& operator=(const Silence&) = delete;
-  ~Silence() {
-    if (silent_) ::tcsetattr(STDIN_FILENO, TCSAFLUSH, &before_);
-  }
-
- private:
-  termios before_{};
-  bool silent_ = false;
-};
-
-std::string read_line(const char* prompt) {
-  const Silence silence;
-  fmt::print(stderr, "{}", prompt);
-  std::string line;
-  std::getline(std::cin, line);
-  fmt::print(stderr, "\n");
-  return line;
-}
-
 std::string wanted_password(bool from_stdin) {
   std::string password;
   if (from_stdin) {
     std::getline(std::cin, password);
   } else {
-    if (::isatty(STDIN_FILENO) == 0) throw std::runtime_error("no terminal to ask at; --stdin?");
-    password = read_line("Password: ");
-    if (read_line("Once more: ") != password) throw std::runtime_error("those were two passwords");
+    password = ask_unseen("Password: ");
+    if (ask_unseen("Once more: ") != password) throw std::runtime_error("those were two passwords");
   }
   if (password.size() < kShortestPassword || password.size() > kLongestPassword) {
     throw std::runtime_error(

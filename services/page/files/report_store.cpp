@@ -61,9 +61,21 @@ std::string title_in(std::string_view html) {
   return title;
 }
 
+// Of TAG-KIND-UTC, the folder of a report that was asked for on the page; else empty.
+std::pair<std::string, std::string> loop_and_kind(const std::vector<std::string>& parts) {
+  if (parts.size() < 3 || parts.front() != "reports") return {};
+  const std::string& folder = parts[1];
+  const std::size_t time = folder.rfind('-');
+  const std::size_t kind =
+      time == std::string::npos || time == 0 ? std::string::npos : folder.rfind('-', time - 1);
+  if (kind == std::string::npos || kind == 0) return {};
+  return {folder.substr(0, kind), folder.substr(kind + 1, time - kind - 1)};
+}
+
 // By its place and its name, then by how its title begins, as the workbench writes them.
 std::string kind_of(const std::vector<std::string>& parts, std::string_view title) {
   const std::string& name = parts.back();
+  if (loop_and_kind(parts).second == "diagnose") return "diagnosis";
   if (parts.front() == "evidence") return "explanation";
   if (name == "training.html") return "training";
   if (name == "survey.html" || title.starts_with("Survey")) return "survey";
@@ -75,6 +87,7 @@ std::string kind_of(const std::vector<std::string>& parts, std::string_view titl
 
 // Evidence is called TIME-LOOP-ALARM.
 std::string loop_of(const std::vector<std::string>& parts) {
+  if (std::string loop = loop_and_kind(parts).first; !loop.empty()) return loop;
   if (parts.size() < 3 || parts.front() != "evidence") return {};
   const std::string& folder = parts[1];
   const std::size_t first = folder.find('-');

@@ -18,7 +18,7 @@ namespace loopwarden::page::files {
 
 struct Report {
   std::string id;    // of its path, the same as long as it lies there
-  std::string kind;  // gap, training, commissioning, survey, explanation or other
+  std::string kind;  // gap, training, commissioning, survey, diagnosis, explanation or other
   std::string title;
   std::int64_t utc_ms = 0;  // when it was written
   std::uintmax_t bytes = 0;

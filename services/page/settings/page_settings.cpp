@@ -118,6 +118,12 @@ PageSettings read_page(MapReader& in, const std::string& file) {
                                      "file of `loopwarden-page user`; empty: everybody on this "
                                      "host may look, nobody may write",
                                      file);
+  in.maybe_section("ldap", "users of a directory beside those of the file", [&](MapReader& ldap) {
+    settings.ldap = read_ldap_settings(ldap, file);
+    if (!in.describing() && settings.users.empty()) {
+      in.error("ldap", "needs `users` too: who gets in while the directory is away");
+    }
+  });
   settings.hosts =
       in.maybe_texts("hosts",
                      "names of this box in a browser's address line, beside localhost, "

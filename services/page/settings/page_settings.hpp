@@ -12,6 +12,7 @@
 #include "config/diagnostic.hpp"
 #include "config/key_reference.hpp"
 #include "fleet/database/database_settings.hpp"
+#include "services/page/settings/ldap_settings.hpp"
 
 namespace loopwarden::page {
 
@@ -39,6 +40,7 @@ struct PageSettings {
   bool control = false;          // set points, outputs and modes from here
   double session_hours = 12.0;   // longest, from the log-in
   double session_idle_minutes = 30.0;
+  std::optional<LdapSettings> ldap;                          // users beside those of the file
   std::string time_zone;                                     // empty: the box's
   std::optional<loopwarden::fleet::DatabaseSettings> fleet;  // of a plant of boxes
   bool box = true;  // false: this machine has no loopwardend, and only the fleet is shown

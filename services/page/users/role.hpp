@@ -9,7 +9,7 @@
 namespace loopwarden::page {
 
 // Each may do what the one before may: viewer looks; operator acknowledges, shelves and, where it is allowed, sets;
-// engineer is told apart in the journal only.
+// engineer tunes.
 enum class Role : std::uint8_t { none, viewer, operator_, engineer };
 
 constexpr std::array<std::string_view, 4> kRoleNames{"none", "viewer", "operator", "engineer"};

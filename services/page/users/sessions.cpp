@@ -67,7 +67,7 @@ std::optional<Identity> Sessions::find(const std::string& cookie, const Users& u
         fingerprint(user->second.hash) == session.password) {
       session.seen = now;
       if (touch) session.used = now;
-      return Identity{session.user, user->second.role, session.csrf};
+      return Identity{session.user, user->second.role, session.csrf, user->second.directory};
     }
     sessions_.erase(it);
   }
@@ -80,6 +80,22 @@ void Sessions::end(const std::string& cookie) {
   {
     const std::lock_guard lock(mutex_);
     ended = sessions_.erase(fingerprint(cookie));
+  }
+  tell(ended);
+}
+
+bool Sessions::has(const std::string& user, Moment now) const {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(sessions_.begin(), sessions_.end(), [&](const auto& one) {
+    return one.second.user == user && !has_ended(one.second, now);
+  });
+}
+
+void Sessions::end_all(const std::string& user) {
+  std::size_t ended = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    ended = std::erase_if(sessions_, [&](const auto& one) { return one.second.user == user; });
   }
   tell(ended);
 }

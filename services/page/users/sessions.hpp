@@ -29,6 +29,7 @@ struct Identity {
   std::string user;
   Role role = Role::none;
   std::string csrf;
+  bool directory = false;  // known by LDAP, not by the users file
 };
 
 // Any thread.
@@ -43,6 +44,9 @@ class Sessions {
   std::optional<Identity> find(const std::string& cookie, const Users& users, Moment now,
                                bool touch);
   void end(const std::string& cookie);
+  // Of one user.
+  bool has(const std::string& user, Moment now) const;
+  void end_all(const std::string& user);
   std::size_t size() const;
   // Called by whichever thread has ended a session, once it has ended. Before the first one begins.
   void on_end(std::function<void()> act) { on_end_ = std::move(act); }

@@ -15,6 +15,7 @@
 #include "services/page/users/page_account.hpp"
 #include "services/page/users/password.hpp"
 #include "base/file.hpp"
+#include "base/text.hpp"
 
 namespace loopwarden::page {
 namespace {
@@ -89,6 +90,12 @@ void keep_owner(int fd, const std::filesystem::path& path) {
   if (::fchown(fd, user, group) != 0 && ::geteuid() == 0) fail(path, errno);
 }
 
+bool has_name(const Users& users, const std::string& name) {
+  return std::any_of(users.begin(), users.end(), [&](const auto& one) {
+    return base::lower_case(one.first) == base::lower_case(name);
+  });
+}
+
 }  // namespace
 
 bool is_user_name(std::string_view name) noexcept {
@@ -142,13 +149,47 @@ std::string UserDirectory::refresh() {
   if (stamp == stamp_) return {};
   stamp_ = stamp;
   try {
-    auto users = std::make_shared<const Users>(stamp == "none" ? Users() : read_users(path_));
+    Users users = stamp == "none" ? Users() : read_users(path_);
     const std::lock_guard lock(mutex_);
-    users_ = std::move(users);
+    of_file_ = std::move(users);
+    put_together();
   } catch (const UserFileError& e) {
     return e.what();
   }
-  return stamp == "none" ? path_.string() + ": there is no such file, so nobody can log in" : "";
+  return stamp == "none" ? path_.string() + ": there is no such file, so it lets nobody log in"
+                         : "";
+}
+
+bool UserDirectory::is_in_file(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  return has_name(of_file_, name);
+}
+
+void UserDirectory::admit(const std::string& name, Role role, const std::string& dn) {
+  const std::lock_guard lock(mutex_);
+  of_directory_[name] = {role, dn, false, true};
+  put_together();
+}
+
+void UserDirectory::dismiss(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  of_directory_.erase(name);
+  put_together();
+}
+
+std::vector<std::string> UserDirectory::of_directory() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> names;
+  for (const auto& [name, user] : of_directory_) names.push_back(name);
+  return names;
+}
+
+// A name that has come into the file is that user's from then on.
+void UserDirectory::put_together() {
+  std::erase_if(of_directory_, [&](const auto& one) { return has_name(of_file_, one.first); });
+  Users both = of_file_;
+  both.insert(of_directory_.begin(), of_directory_.end());
+  users_ = std::make_shared<const Users>(std::move(both));
 }
 
 }  // namespace loopwarden::page

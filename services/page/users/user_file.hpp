@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "services/page/users/role.hpp"
 
@@ -16,8 +17,9 @@ namespace loopwarden::page {
 
 struct User {
   Role role = Role::viewer;
-  std::string hash;      // argon2id
-  bool display = false;  // on a wall, where nobody touches it: no idle limit; a viewer
+  std::string hash;        // argon2id; of a directory's user his name there
+  bool display = false;    // on a wall, where nobody touches it: no idle limit; a viewer
+  bool directory = false;  // known by LDAP, not by the file
 };
 using Users = std::map<std::string, User>;
 
@@ -36,8 +38,8 @@ Users read_users(const std::filesystem::path& path);
 // gets the group of the page's account.
 void write_users(const Users& users, const std::filesystem::path& path);
 
-// The file as the running page sees it: read again when it changes. What can't be read leaves the users as they
-// were, but a file that is gone leaves none.
+// Who is known to the running page. The file is read again when it changes; what can't be read leaves its users as they
+// were, but a file that is gone leaves none. Beside them stand those of a directory who have logged in.
 class UserDirectory {
  public:
   // An empty path: there are no users.
@@ -48,11 +50,22 @@ class UserDirectory {
   // Looks whether the file has changed; by one thread. Returns what is wrong with it, once for each change.
   std::string refresh();
 
+  // Whether the file has the name, in capitals or not: that one wins over a directory's.
+  bool is_in_file(const std::string& name) const;
+  // Of a directory, `name` in lower case; with the role that he has now.
+  void admit(const std::string& name, Role role, const std::string& dn);
+  void dismiss(const std::string& name);
+  std::vector<std::string> of_directory() const;
+
  private:
+  void put_together();
+
   std::filesystem::path path_;
   std::string stamp_;  // of the file that was read last
   mutable std::mutex mutex_;
-  std::shared_ptr<const Users> users_;
+  Users of_file_;
+  Users of_directory_;
+  std::shared_ptr<const Users> users_;  // both
 };
 
 }  // namespace loopwarden::page

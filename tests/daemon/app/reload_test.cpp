@@ -307,18 +307,19 @@ TEST_CASE("Limits that exclude CO wait, and with them the loop's tuning", "[app]
 }
 
 TEST_CASE("Rights, log level and stop timeout are applied", "[app][reload]") {
-  const Plan all = plan(
-      read(kDaemon, modbus_loop()),
-      read("log_level: warn\nstop_timeout: 8\npage: {alarms: true, control: true}\nedge: {alarms: "
-           "true}\n" +
-               kDaemon,
-           modbus_loop()));
+  const Plan all =
+      plan(read(kDaemon, modbus_loop()), read("log_level: warn\nstop_timeout: 8\npage: {alarms: "
+                                              "true, control: true, reports: true}\nedge: {alarms: "
+                                              "true}\n" +
+                                                  kDaemon,
+                                              modbus_loop()));
   CHECK(keys(all.daemon.applied) == Keys{"log_level", "stop_timeout", "page", "edge"});
   CHECK(all.all_in_force());
   CHECK(has_line(all, all.daemon.file +
                           ": applied: log_level info -> warn, stop_timeout 5 -> 8, page {alarms: "
-                          "false, control: false} -> {alarms: true, control: true}, edge {alarms: "
-                          "false, control: false} -> {alarms: true, control: false}"));
+                          "false, control: false, reports: false} -> {alarms: true, control: true, "
+                          "reports: true}, edge {alarms: false, control: false, reports: false} "
+                          "-> {alarms: true, control: false, reports: false}"));
 }
 
 TEST_CASE("Everything else of loopwardend.yaml is named by its key and waits", "[app][reload]") {

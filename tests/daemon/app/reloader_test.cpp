@@ -89,7 +89,7 @@ struct Bench {
     }));
     return told;
   }
-  json reload() { return done(reloader->post("uid 1000", false)); }
+  json reload(bool take_file = false) { return done(reloader->post("uid 1000", false, take_file)); }
   std::size_t waiting(const char* list) const { return json(reloader->status()).at(list).size(); }
   double kp() const { return loops[0].settings->get().controller.pid.gains.kp; }
 
@@ -114,7 +114,7 @@ TEST_CASE("a reload is told step by step, and its hash is that of the files", "[
   const std::uint32_t first = bench.reloader->config_hash();
   bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
   bench.write("loopwardend.yaml", "log_level: debug\n");
-  const std::uint64_t number = bench.reloader->post("uid 1000", false);
+  const std::uint64_t number = bench.reloader->post("uid 1000", false, false);
   CHECK(json(*bench.reloader->state(number)) == json{{"state", "waiting"}});
   const json result = bench.done(number);
   CHECK(result.at("outcome") == "in_force");
@@ -132,7 +132,7 @@ TEST_CASE("a dry run says the same and does nothing", "[app][reload]") {
   const std::uint32_t first = bench.reloader->config_hash();
   bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
   bench.write("loopwardend.yaml", "log_level: debug\n");
-  const json dry = bench.done(bench.reloader->post("uid 1000", true));
+  const json dry = bench.done(bench.reloader->post("uid 1000", true, false));
   CHECK(bench.kp() == 0.35);
   CHECK(bench.log_level.empty());
   CHECK(bench.reloading == 0);
@@ -164,6 +164,72 @@ TEST_CASE("while something waits, the hash tells what is in force", "[app][reloa
   CHECK(bench.reload().at("outcome") == "in_force");
   CHECK(bench.reloader->config_hash() == first);
   CHECK(bench.reloader->status().files_in_force);
+}
+
+TEST_CASE(
+    "a reload takes no gains back that a person has set and no file has, unless it is told to",
+    "[app][reload]") {
+  Bench bench;
+  const auto tune = [&](double kp, bool person) {
+    bench.loops[0].channels->operator_orders.orders.try_push({.number = 1, .kp = kp});
+    bench.run(1);
+    bench.loops[0].settings->gains_ordered(
+        {.by = "ella by page", .utc_ms = 1'800'000'000'000, .person = person});
+  };
+  const auto not_in_file = [&] { return bench.loops[0].settings->gains_not_in_file(); };
+  tune(0.5, true);
+  REQUIRE(not_in_file());
+  CHECK(not_in_file()->file.kp == 0.35);
+
+  SECTION("refused, with who set them, and nothing else is taken either") {
+    bench.write("loops.d/a.yaml", with(kLoop, "ki: 0.04", "ki: 0.05"));
+    bench.write("loopwardend.yaml", "log_level: debug\n");
+    const json dry = bench.done(bench.reloader->post("uid 1000", true, false));
+    CHECK(dry.at("outcome") == "refused");
+    CHECK(dry.at("take_file_needed") == true);
+    CHECK_THAT(dry.at("lines").back().get<std::string>(),
+               Catch::Contains("ella by page") && Catch::Contains("2027-01-15T08:00:00Z") &&
+                   Catch::Contains("controller.kp 0.5 -> 0.35, controller.ki 0.04 -> 0.05"));
+    CHECK(bench.reloader->status().refused.empty());
+    const json refused = bench.reload();
+    CHECK(refused.at("outcome") == "refused");
+    CHECK(refused.at("take_file_needed") == true);
+    CHECK_THAT(refused.at("why").get<std::string>(), Catch::Contains("--take-file"));
+    CHECK(bench.kp() == 0.5);
+    CHECK(bench.log_level.empty());
+    CHECK_FALSE(bench.reloader->status().files_in_force);
+
+    const json taken = bench.reload(true);
+    CHECK(taken.at("outcome") == "in_force");
+    CHECK(bench.kp() == 0.35);
+    CHECK_FALSE(not_in_file());
+  }
+  SECTION("a file that has them by now is taken, and they are in a file") {
+    bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
+    CHECK(bench.reload().at("outcome") == "in_force");
+    CHECK(bench.kp() == 0.5);
+    CHECK_FALSE(not_in_file());
+    // The next file with others is a change as any.
+    bench.write("loops.d/a.yaml", kLoop);
+    CHECK(bench.reload().at("outcome") == "in_force");
+    CHECK(bench.kp() == 0.35);
+  }
+  SECTION("a master's give way, as they always did") {
+    tune(0.6, false);
+    CHECK(bench.reload().at("outcome") == "in_force");
+    CHECK(bench.kp() == 0.35);
+  }
+  SECTION("gains that came while the file's were on their way are not in the file") {
+    bench.write("loops.d/a.yaml", with(kLoop, "limits: [1, 9]", "limits: [1, 4]"));
+    CHECK(bench.reload(true).at("outcome") == "waits");
+    tune(0.7, true);
+    bench.loops[0].channels->operator_orders.orders.try_push({.number = 2, .output = 3.0});
+    bench.run(2);
+    bench.reloader->step();
+    CHECK(bench.kp() == 0.7);
+    REQUIRE(not_in_file());
+    CHECK(not_in_file()->author.by == "ella by page");
+  }
 }
 
 TEST_CASE("limits that wait come into force with CO, unless a later reload says otherwise",
@@ -215,18 +281,19 @@ TEST_CASE("a master's gains are shown as what a reload takes back", "[app][reloa
 
 TEST_CASE("eight reloads wait at most, and signals are one", "[app][reload]") {
   Bench bench;
-  for (int i = 0; i < 7; ++i) bench.reloader->post("uid 1000", true);
+  for (int i = 0; i < 7; ++i) bench.reloader->post("uid 1000", true, false);
   for (int i = 0; i < 5; ++i) bench.reloader->by_signal();
-  CHECK_THROWS_WITH(bench.reloader->post("uid 1000", true), Catch::Contains("try again later"));
+  CHECK_THROWS_WITH(bench.reloader->post("uid 1000", true, false),
+                    Catch::Contains("try again later"));
   CHECK(bench.done(8).at("outcome") == "in_force");
   CHECK(bench.reloading == 1);
-  CHECK_NOTHROW(bench.reloader->post("uid 1000", true));
+  CHECK_NOTHROW(bench.reloader->post("uid 1000", true, false));
 }
 
 TEST_CASE("a loop whose next cycle is far away does not hold up the reload", "[app][reload]") {
   Bench bench;
   bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
-  const std::uint64_t number = bench.reloader->post("uid 1000", false);
+  const std::uint64_t number = bench.reloader->post("uid 1000", false, false);
   json state;
   REQUIRE(test::eventually([&] {
     bench.reloader->step();

@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "base/clock.hpp"
+#include "daemon/box/box_looker.hpp"
 #include "daemon/box/certificate_file.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -22,8 +24,16 @@ constexpr std::int64_t kStart_ms = 1'800'000'000'000;
 BoxLook healthy(std::int64_t monotonic_ms) {
   return {.monotonic_ms = monotonic_ms,
           .utc_ms = kStart_ms + monotonic_ms,
-          .room_bytes = 1'000'000'000,
+          .disk = box::DiskLook{.room_bytes = 1'000'000'000},
           .failed_services = std::vector<std::string>{}};
+}
+
+// A certificate of its own signature.
+void make_certificate(const std::string& file, int days) {
+  REQUIRE(tests::run("openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days " +
+                     std::to_string(days) + " -subj /CN=box -keyout /dev/null -out " + file +
+                     " 2>/dev/null")
+              .exit_code == 0);
 }
 
 bool on(const BoxReport& report, BoxAlarm kind) { return report.found[index_of(kind)].value(); }
@@ -45,15 +55,29 @@ TEST_CASE("a healthy box has no alarm", "[box]") {
 TEST_CASE("a disk without room, or one that the journal can't write on", "[box]") {
   BoxJudge judge;
   BoxLook look = healthy(0);
-  look.room_bytes = 99'999'999;
+  look.disk->room_bytes = 99'999'999;
   CHECK(on(judge.judge(look), BoxAlarm::disk_full));
   CHECK(why(judge.judge(look), BoxAlarm::disk_full) == "99 MB are left");
-  look.room_bytes = 1'000'000'000;
+  look.disk->room_bytes = 1'000'000'000;
   look.journal_error = "disk I/O error";
   CHECK(why(judge.judge(look), BoxAlarm::disk_full) == "the journal can't write: disk I/O error");
   look.journal_error.clear();
-  look.room_bytes.reset();
+  look.disk->room_bytes.reset();
   CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::disk_full)]);
+}
+
+TEST_CASE("a disk that hangs is told after 10 s; what it alone knows is not told meanwhile",
+          "[box]") {
+  BoxJudge judge;
+  BoxLook look = healthy(0);
+  look.disk.reset();
+  look.disk_wait_s = 9.9;
+  CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::disk_full)]);
+  look.disk_wait_s = 10.0;
+  CHECK(on(judge.judge(look), BoxAlarm::disk_full));
+  CHECK(why(judge.judge(look), BoxAlarm::disk_full) == "the disk has not answered for 10 s");
+  CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::certificate_expires)]);
+  CHECK_FALSE(on(judge.judge(look), BoxAlarm::feeder_lost));
 }
 
 TEST_CASE("a clock that is set is told for ten minutes; one that is slewed is not", "[box]") {
@@ -104,7 +128,7 @@ TEST_CASE("a certificate that ends within 14 days, has ended, or can't be read",
   BoxJudge judge;
   const auto told = [&](std::optional<std::int64_t> ends_s) {
     BoxLook look = healthy(0);
-    look.certificates = {{"box.pem", ends_s}};
+    look.disk->certificates = {{"box.pem", ends_s}};
     return why(judge.judge(look), BoxAlarm::certificate_expires);
   };
   constexpr std::int64_t kDay_s = 24 * 3600;
@@ -117,10 +141,7 @@ TEST_CASE("a certificate that ends within 14 days, has ended, or can't be read",
 TEST_CASE("the end of a certificate is read from its file", "[box]") {
   const tests::TemporaryFolder folder;
   const std::string file = (folder / "box.pem").string();
-  REQUIRE(tests::run("openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes "
-                     "-days 10 -subj /CN=box -keyout /dev/null -out " +
-                     file + " 2>/dev/null")
-              .exit_code == 0);
+  make_certificate(file, 10);
   const auto ends_s = box::end_of_certificate(file);
   REQUIRE(ends_s);
   const std::string end = tests::run("date -u -d \"$(openssl x509 -enddate -noout -in " + file +
@@ -130,6 +151,23 @@ TEST_CASE("the end of a certificate is read from its file", "[box]") {
   tests::write_file(folder / "no.pem", "no certificate\n");
   CHECK_FALSE(box::end_of_certificate((folder / "no.pem").string()));
   CHECK_FALSE(box::end_of_certificate((folder / "missing.pem").string()));
+}
+
+TEST_CASE("a certificate that was renewed is no longer told at the next look", "[box]") {
+  const tests::TemporaryFolder folder;
+  const std::string file = (folder / "box.pem").string();
+  BoxJudge judge;
+  const auto told = [&] {
+    BoxLook look = healthy(0);
+    look.utc_ms = base::utc_ms();
+    look.disk = box::look_at_disk(folder.path(), {file});
+    CHECK(look.disk->room_bytes);
+    return on(judge.judge(look), BoxAlarm::certificate_expires);
+  };
+  make_certificate(file, 10);
+  CHECK(told());
+  make_certificate(file, 100);
+  CHECK_FALSE(told());
 }
 
 }  // namespace loopwarden::daemon::box_judge_test

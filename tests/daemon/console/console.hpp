@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +16,8 @@
 
 #include "daemon/console/control_server.hpp"
 #include "daemon/console/status_server.hpp"
+#include "record/segment_format.hpp"
+#include "record/segment_reader.hpp"
 #include "tests/daemon/console/parts_of.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -22,10 +26,14 @@ namespace loopwarden::daemon::console_bench {
 
 using nlohmann::json;
 
-// A loop, its historian and its control server, without a real-time thread.
+// Of what is recorded, where something is: UTC.
+inline constexpr std::int64_t kOldest_ms = 1'799'000'000'000;
+
+// A loop, its historian and its control server, without a real-time thread. `recorded`: with what an earlier run has left.
 struct Console {
   explicit Console(const console::Rights& rights = {},
-                   control::OutputAction start = control::OutputAction::go_to(40.0))
+                   control::OutputAction start = control::OutputAction::go_to(40.0),
+                   bool recorded = false)
       : historian(loops, folder.path()) {
     LoopRuntime loop;
     loop.config.name = "FIC-101";
@@ -34,7 +42,8 @@ struct Console {
     loop.config.controller = tests::plain_settings().controller;
     loop.config.controller.jacket.form = control::JacketForm::paper;
     loop.config.io = hal::modbus::LoopModbusSettings{};
-    loop.config.recording.enabled = false;
+    loop.config.recording.enabled = recorded;
+    if (recorded) leave_segment(loop.config.name);
     const rt::LoopSettings settings = settings_of(loop.config, config::backing_of(loop.config.io));
     loop.channels = std::make_unique<rt::LoopChannels>(rt::LoopChannels::Room{});
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
@@ -52,6 +61,18 @@ struct Console {
     readers = std::make_unique<StatusServer>(folder.path(), parts());
   }
 
+  void leave_segment(const std::string& loop) const {
+    const std::filesystem::path segments = historian.recorder().segments_folder(loop);
+    std::filesystem::create_directories(segments);
+    const record::EncodedHeader header = record::encode({.sequence = 1,
+                                                         .run = 1,
+                                                         .loop = loop,
+                                                         .period_s = 0.1,
+                                                         .start_utc_ns = kOldest_ms * 1'000'000,
+                                                         .start_monotonic_ns = 0});
+    std::ofstream(segments / record::segment_name(1), std::ios::binary)
+        .write(header.bytes.data(), static_cast<std::streamsize>(header.bytes.size()));
+  }
   console::Parts parts() {
     return tests::parts_of(*this, [] { return protocol::DaemonStatus{.version = "test"}; });
   }
@@ -94,6 +115,7 @@ struct Console {
   journal::Journal journal{{.folder = folder.path()}};
   EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
   std::int64_t now_ms = 1'800'000'000'000;
+  reports::ReportDesk reports = tests::desk_in(folder.path(), [this] { return now_ms; });
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
   daemon::box::BoxBoard box_alarms{{}, journal, [this] { return now_ms; }};
   base::SpscRing<rt::Event> events{64};

@@ -10,12 +10,15 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <set>
+#include <string>
 #include <thread>
 
 #include "base/local_server.hpp"
 #include "base/local_socket.hpp"
 #include "tests/daemon/console/console_bench.hpp"
 #include "tests/support/device/foreign_process.hpp"
+#include "tests/support/fake_source.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::daemon::control_server_test {
@@ -97,6 +100,103 @@ TEST_CASE("an order reaches the loop's mailbox as it was given") {
   CHECK(orders[0].set_point == 42.5);
   CHECK(orders[0].mode == control::Mode::automatic);
   CHECK_FALSE(orders[0].output);
+}
+
+TEST_CASE("gains act from the next cycle on, and are said to be in no file until they are") {
+  Bench bench({.page = {.tuning = true}, .edge = {}});
+  bench.run(2);
+  record::RecordRow row;
+  REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
+  const auto gains = [&] {
+    const json loop = bench.ask(R"({"request": "loop", "loop": "FIC-101"})");
+    CHECK(bench.ask(R"({"request": "overview"})").at("not_in_file")[0] ==
+          (loop.at("gains").at("not_in_file") == true ? 1 : 0));
+    return loop.at("gains");
+  };
+  const json of_file{{"kp", 2.0}, {"ki", 0.5}, {"kd", 0.0}};
+  CHECK(gains().at("in_force") == of_file);
+  CHECK(gains().at("not_in_file") == false);
+  json tune{{"request", "tune"}, {"loop", "FIC-101"}, {"kp", 3.0},      {"ki", 0.25},
+            {"kd", 0.0},         {"expect", of_file}, {"user", "ella"}, {"address", "10.0.0.5"}};
+  const json sent = bench.ask(tune.dump(), console::SocketName::page);
+  REQUIRE(sent.at("ok") == true);
+  bench.run(1);
+  CHECK(bench.outcome(sent).at("state") == "done");
+  const json now = gains();
+  CHECK(now.at("in_force") == json{{"kp", 3.0}, {"ki", 0.25}, {"kd", 0.0}});
+  CHECK(now.at("file") == of_file);
+  CHECK(now.at("not_in_file") == true);
+  CHECK(now.at("by") == "ella@10.0.0.5 by page (uid 1000)");
+  CHECK(now.at("since_ms") == bench.now_ms);
+
+  // What was seen is no longer so.
+  const json late = bench.ask(tune.dump(), console::SocketName::page);
+  bench.run(1);
+  const json refused = bench.outcome(late);
+  CHECK(refused.at("state") == "refused");
+  CHECK(refused.at("now") == json{{"gains", {{"kp", 3.0}, {"ki", 0.25}, {"kd", 0.0}}}});
+  CHECK_THAT(refused.at("why").get<std::string>(),
+             Catch::Contains("kp 3 ki 0.25 kd 0 by now") && Catch::Contains("kp 2 ki 0.5 kd 0"));
+
+  // Back to what the file has.
+  tune["expect"] = now.at("in_force");
+  tune["kp"] = 2.0;
+  tune["ki"] = 0.5;
+  REQUIRE(bench.ask(tune.dump(), console::SocketName::page).at("ok") == true);
+  bench.run(1);
+  CHECK(test::eventually([&] {
+    bench.ask(R"({"request": "order", "loop": "FIC-101", "order": 3})");
+    return gains().at("not_in_file") == false;
+  }));
+  const auto lines = bench.lines(3);
+  CHECK(lines[0].at("what") == "gains");
+  CHECK(lines[0].at("old") == "kp 2 ki 0.5 kd 0");
+  CHECK(lines[0].at("new") == "kp 3 ki 0.25 kd 0");
+  CHECK(lines[0].at("result") == "done");
+  CHECK(lines[0].at("reason") == "not in file: a restart takes kp 2 ki 0.5 kd 0");
+  CHECK_THAT(lines[1].at("result").get<std::string>(), Catch::Contains("refused"));
+  CHECK(lines[2].at("reason") == "");
+}
+
+TEST_CASE("gains that no file could have, or that may not be ordered, are refused") {
+  Bench bench({.page = {.control = true}, .edge = {}});
+  bench.run(2);
+  json tune{{"request", "tune"}, {"loop", "FIC-101"}, {"kp", 3.0}, {"ki", 0.25}, {"kd", 0.0}};
+  auto socket = console::SocketName::control;
+  std::string why;
+  SECTION("below 0") {
+    tune["kd"] = -0.1;
+    why = "a gain must be a number of at least 0";
+  }
+  SECTION("nothing moves the output") {
+    tune["kp"] = tune["ki"] = 0.0;
+    why = "kp and ki are both 0";
+  }
+  SECTION("one is missing") {
+    tune.erase("ki");
+    why = "ki must be a number";
+  }
+  SECTION("half an expectation") {
+    tune["expect"] = {{"kp", 2.0}};
+    why = "expect is an object of kp, ki and kd";
+  }
+  SECTION("the page's right is another") {
+    socket = console::SocketName::page;
+    why = "needs page: {tuning: true}";
+  }
+  SECTION("the edge never may") {
+    bench.server->set_rights({.page = {}, .edge = {.tuning = true}});
+    socket = console::SocketName::edge;
+    why = "on control.sock, and on page.sock where allowed";
+  }
+  SECTION("another controller has the loop") {
+    bench.loops[0].source = std::make_unique<tests::FakeSource>();
+    why = "controlled elsewhere";
+  }
+  const json answer = bench.ask(tune.dump(), socket);
+  CHECK(answer.at("ok") == false);
+  CHECK_THAT(answer.at("error").get<std::string>(), Catch::Contains(why));
+  CHECK(bench.orders().empty());
 }
 
 TEST_CASE("manual and an output in one request: both, in one cycle, and both are in the journal") {
@@ -385,6 +485,25 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   CHECK(reason);
 }
 
+TEST_CASE("how the alarms are meant is told of all loops or of one") {
+  Bench bench;
+  const auto loops_of = [&](const json& request) {
+    std::set<std::string> loops;
+    const json answer = bench.ask(request.dump());
+    for (const json& one : answer.at("alarms")) loops.insert(one.at("loop"));
+    return loops;
+  };
+  const json all{{"request", "alarm_design"}};
+  json one = all;
+  one["loop"] = "FIC-101";
+  CHECK(loops_of(all).count("FIC-101") == 1);
+  CHECK(loops_of(one) == std::set<std::string>{"FIC-101"});
+  one["loop"] = "FIC-999";
+  CHECK(bench.ask(one.dump()).at("error") == "no loop 'FIC-999'");
+  one["loop"] = 7;
+  CHECK(bench.ask(one.dump()).at("ok") == false);
+}
+
 TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled as others") {
   using loopwarden::monitor::BoxAlarm;
   Bench bench;
@@ -411,6 +530,63 @@ TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled
   CHECK(std::any_of(alarms.begin(), alarms.end(), [](const json& one) {
     return one.at("loop") == "box" && one.at("alarm") == "disk_full";
   }));
+}
+
+TEST_CASE("an alarm of the box is acknowledged with all, counts as a change, and may be stale") {
+  using loopwarden::monitor::BoxAlarm;
+  Bench bench;
+  const auto changes = [&] {
+    return bench.ask(R"({"request": "registers"})").at("alarm_changes").get<int>();
+  };
+  const int before = changes();
+  daemon::box::BoxReport full;
+  full.found[index_of(BoxAlarm::disk_full)] = true;
+  bench.box_alarms.look(full, 0);
+  CHECK(changes() == before + 1);
+  const json all = bench.ask(R"({"request": "acknowledge_all"})").at("acknowledged");
+  REQUIRE(all.size() == 1);
+  CHECK(all.at(0).at("loop") == "box");
+  CHECK(all.at(0).at("alarm") == "disk_full");
+  CHECK(changes() == before + 2);
+  CHECK(bench.ask(R"({"request": "acknowledge_all"})").at("acknowledged").empty());
+  const auto stale = [&] {
+    return bench.ask(R"({"request": "alarm_figures", "hours": 1})").at("stale");
+  };
+  CHECK(stale().empty());
+  bench.now_ms += 24LL * 3'600'000 + 1;
+  REQUIRE(stale().size() == 1);
+  CHECK(stale().at(0).at("loop") == "box");
+  CHECK(stale().at(0).at("alarm") == "disk_full");
+}
+
+TEST_CASE(
+    "what an alarm of the box does under its shelf is remembered; its orders are as a loop's") {
+  using loopwarden::monitor::AlarmAction;
+  using loopwarden::monitor::BoxAlarm;
+  Bench bench;
+  daemon::box::BoxReport full;
+  auto& found = full.found[index_of(BoxAlarm::disk_full)];
+  const auto shelve = [&](std::int64_t ms) {
+    return bench.box_alarms.act({BoxAlarm::disk_full, AlarmAction::shelve, ms, "me", {}});
+  };
+  CHECK(shelve(9LL * 3'600'000).why ==
+        "an alarm is shelved for at least a minute, and for 480 min at most");
+  REQUIRE(shelve(3'600'000).accepted);
+  found = true;
+  bench.box_alarms.look(full, 0);
+  const auto newest = [&] {
+    const json lines =
+        bench.ask(R"({"request": "journal", "loop": "box", "kind": "alarm"})").at("lines");
+    return lines.empty() ? json{{"from", ""}} : lines.at(0);
+  };
+  REQUIRE(test::eventually([&] { return newest().at("from") == "shelved"; }));
+  CHECK(newest().at("to") == "shelved");
+  CHECK(bench.journal.status().lost == 0);
+  // As after a restart.
+  daemon::journal::Journal again({.folder = bench.folder.path()});
+  const auto states = again.open();
+  CHECK(states.memories.at({"box", "disk_full"}).raised ==
+        loopwarden::monitor::AlarmState::unacknowledged);
 }
 
 TEST_CASE(

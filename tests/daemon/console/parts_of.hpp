@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
@@ -9,6 +10,16 @@
 #include "daemon/console/parts.hpp"
 
 namespace loopwarden::tests {
+
+// Nobody makes what is asked for.
+inline daemon::reports::ReportDesk desk_in(const std::filesystem::path& folder,
+                                           std::function<std::int64_t()> now_ms) {
+  return {{.program = "/bin/true", .folder = folder / "reports", .socket = folder / "control.sock"},
+          {.now_ms = std::move(now_ms),
+           .wake = [] {},
+           .ended = [](const daemon::reports::Report&) {},
+           .in_use = [](const std::filesystem::path&) { return false; }}};
+}
 
 // What the sockets show of a test's bench.
 template <class Bench>
@@ -19,12 +30,14 @@ daemon::console::Parts parts_of(Bench& bench, std::function<protocol::DaemonStat
           .box_alarms = bench.box_alarms,
           .journal = bench.journal,
           .evidence = bench.evidence,
+          .reports = bench.reports,
           .severe_percent = 10.0,
           .daemon_status = std::move(status),
           .box_description = [] { return protocol::Description{.version = "test"}; },
           .config_hash = [] { return 17U; },
-          .reload = [](const std::string&, bool) { return std::uint64_t{1}; },
+          .reload = [](const std::string&, bool, bool) { return std::uint64_t{1}; },
           .reload_state = [](std::uint64_t) { return protocol::ReloadState{"reading"}; },
+          .twin = [](std::size_t) { return std::string(); },
           .box = [] { return daemon::gateway::BoxReading{.utc_ms = 1'800'000'000'123}; },
           .modbus_server = [] { return daemon::gateway::ServerState{}; }};
 }

@@ -30,7 +30,7 @@ using console_bench::stiction_on;
 
 constexpr std::chrono::seconds kPatience{30};
 
-const Rights kAll{.page = {.alarms = true, .control = true},
+const Rights kAll{.page = {.alarms = true, .control = true, .reports = true},
                   .edge = {.alarms = true, .control = true}};
 
 const char* const kReading[] = {
@@ -50,6 +50,8 @@ const char* const kSet = R"({"request": "set", "loop": "FIC-101", "set_point": 4
 const char* const kAcknowledgeAll = R"({"request": "acknowledge_all"})";
 const char* const kAcknowledge =
     R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})";
+const char* const kReport =
+    R"({"request": "report", "loop": "FIC-101", "kind": "gap", "from_ms": 1, "to_ms": 2})";
 const char* const kVeto = R"({"request": "veto", "loop": "FIC-101", "veto": true})";
 const char* const kRecord = R"({"request": "record", "loop": "FIC-101", "start": "trial"})";
 const char* const kOutcome =
@@ -78,7 +80,7 @@ TEST_CASE("status.sock reads, and orders nothing", "[console][sockets]") {
     CHECK(bench.ask_status(request).at("ok") == true);
     CHECK(bench.ask(request).at("ok") == true);
   }
-  for (const char* request : {kSet, kAcknowledge, kVeto, kRecord, kOutcome, kOrder}) {
+  for (const char* request : {kSet, kAcknowledge, kVeto, kReport, kRecord, kOutcome, kOrder}) {
     INFO(request);
     CHECK_THAT(error_of(bench.ask_status(request)), Catch::Contains("status.sock does not offer"));
   }
@@ -93,10 +95,13 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
   const SocketName socket = GENERATE(SocketName::page, SocketName::edge);
   const bool alarms = GENERATE(false, true);
   const bool control = GENERATE(false, true);
+  const bool reports = GENERATE(false, true);
   Rights rights;
-  (socket == SocketName::page ? rights.page : rights.edge) = {.alarms = alarms, .control = control};
+  (socket == SocketName::page ? rights.page : rights.edge) = {
+      .alarms = alarms, .control = control, .reports = reports};
   // What the other one may does not help.
-  (socket == SocketName::page ? rights.edge : rights.page) = {.alarms = true, .control = true};
+  (socket == SocketName::page ? rights.edge : rights.page) = {
+      .alarms = true, .control = true, .reports = true};
   Bench bench(rights);
   bench.run(1);
   bench.board.window_judged(0, {}, {}, stiction_on());
@@ -121,9 +126,17 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
       CHECK_THAT(error_of(bench.ask(request, socket)), Catch::Contains(name + ": {alarms: true}"));
     }
   }
+  const std::string about_report = error_of(bench.ask(kReport, socket));
+  if (socket == SocketName::edge) {
+    CHECK_THAT(about_report, Catch::Contains("control.sock, and on page.sock where allowed"));
+  } else if (!reports) {
+    CHECK_THAT(about_report, Catch::Contains("page: {reports: true}"));
+  } else {
+    CHECK(about_report == "nothing is recorded of FIC-101");
+  }
   const json order = bench.ask(kOrder, socket);
   CHECK(order.at("ok") == control);
-  if (!control && !alarms) {
+  if (!control && !alarms && !reports) {
     CHECK_THAT(error_of(order), Catch::Contains("not allowed"));
   }
 }

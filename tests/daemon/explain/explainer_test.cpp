@@ -2,6 +2,7 @@
 // What stands for `loopwarden` here is a script: what it is given, how it ends, how long it takes.
 #include "daemon/explain/explainer.hpp"
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <condition_variable>
@@ -16,6 +17,7 @@
 #include "daemon/explain/explanation_file.hpp"
 #include "daemon/explain/pending_explanation.hpp"
 #include "record/record_csv.hpp"
+#include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::daemon::explainer_test {
@@ -300,6 +302,61 @@ TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {
   REQUIRE(Bench::wait_until([&] { return explainer.status().waiting == 2; }));
   CHECK(explainer.stop_for(std::chrono::seconds(60)));
   CHECK(bench.reports.empty());
+}
+
+TEST_CASE("other work is done between explanations, and makes room for one that comes due",
+          "[explain]") {
+  Bench bench("echo explained >> \"$3/../log\"; exit 1");
+  std::atomic<int> left = 2;
+  std::atomic<bool> at_work = false;
+  const auto spare = [&](const StopWork& stop) {
+    if (left == 0) return false;
+    std::ofstream(bench.folder / "log", std::ios::app) << "begun\n";
+    at_work = true;
+    // The first lasts until it is in the way.
+    if (left-- == 2) {
+      while (!stop(std::chrono::milliseconds(100))) {
+      }
+    }
+    return true;
+  };
+  Explainer explainer = bench.make({.program = {}, .spare = spare});
+  ExplainJob late = bench.job(1);
+  late.wait = std::chrono::hours(1);
+  explainer.post(late);
+  explainer.start();
+  CHECK(test::eventually([&] { return at_work.load(); }));
+  explainer.post(bench.job(2));
+  REQUIRE(bench.wait(1));
+  CHECK(test::eventually([&] { return left == 0; }));
+  explainer.stop();
+  CHECK(bench.reports.size() == 1);
+  CHECK(tests::read_file(bench.folder / "log") == "begun\nexplained\nbegun\n");
+}
+
+TEST_CASE("other work begins when it is told of, and minutes that wait are saved beside it",
+          "[explain]") {
+  Bench bench("exit 1");
+  std::atomic<bool> wanted = false;
+  std::atomic<bool> at_work = false;
+  const auto spare = [&](const StopWork& stop) {
+    if (!wanted.exchange(false)) return false;
+    at_work = true;
+    while (!stop(std::chrono::milliseconds(1))) {
+    }
+    return true;
+  };
+  Explainer explainer =
+      bench.make({.program = {}, .save = std::chrono::milliseconds(10), .spare = spare});
+  explainer.start();
+  wanted = true;
+  explainer.wake();
+  CHECK(test::eventually([&] { return at_work.load(); }));
+  ExplainJob late = bench.job();
+  late.wait = std::chrono::hours(1);
+  explainer.post(late);
+  CHECK(test::eventually([&] { return read_pending(bench.folder / "evidence").has_value(); }));
+  CHECK(explainer.stop_for(std::chrono::seconds(60)));
 }
 
 TEST_CASE("without the workbench nothing is explained", "[explain]") {

@@ -553,10 +553,33 @@ TEST_CASE("what corrective action offers is begun by a register, and what it gai
   const auto calm = [&](std::uint16_t value) {
     return bench.bank.write(Table::holding_register, 32768 + 32 + 9, Words{value}, kMaster);
   };
+  using Begun = std::vector<std::size_t>;
+  using loopwarden::monitor::CorrectiveState;
+  auto& corrective = bench.plant.readings[1].watch.corrective;
+  CHECK(calm(0) == Exception::none);
+  CHECK(calm(1) == Exception::none);  // nothing is offered
+  CHECK(bench.plant.begun.empty());
+  corrective = CorrectiveState::offered;
   CHECK(calm(0) == Exception::none);
   CHECK(bench.plant.begun.empty());
+  // A master that writes it each second orders it once, and not what is offered later.
+  for (int second = 0; second < 60; ++second) {
+    CHECK(calm(1) == Exception::none);
+    if (second == 5) corrective = CorrectiveState::off;
+    if (second == 20) corrective = CorrectiveState::offered;
+    bench.plant.box_reading.uptime_s += 1.0;
+  }
+  CHECK(bench.plant.begun == Begun{1});
+  bench.plant.box_reading.uptime_s += 30.0;
   CHECK(calm(1) == Exception::none);
-  CHECK(bench.plant.begun == std::vector<std::size_t>{1});
+  CHECK(bench.plant.begun == Begun{1, 1});
+  CHECK(calm(0) == Exception::none);
+  bench.plant.readings[1].watch.ordered = true;  // by a person: it is not yet taken
+  CHECK(calm(1) == Exception::none);
+  CHECK(calm(0) == Exception::none);
+  bench.plant.readings[1].watch.ordered = false;
+  CHECK(calm(1) == Exception::none);
+  CHECK(bench.plant.begun == Begun{1, 1, 1});
   const auto gain = [&] { return bench.read(Table::holding_register, 32 + 32 + 19, 2); };
   CHECK(gain() == Words{0, 0});
   bench.plant.readings[1].moves =
@@ -627,9 +650,10 @@ TEST_CASE("process alarms are bits of the third block, acknowledged and unshelve
   alarms.fit(model_kind::pv_high);
   const auto masks = [&] { return bench.read(Table::holding_register, 0x8000 + 32 + 28, 4); };
   CHECK(masks() == Words{0, 0, 0, 0});
-  alarms.process_changed(1, model_kind::output_lost, true);
-  alarms.process_changed(2, model_kind::not_normal_mode, true);
-  alarms.process_changed(2, model_kind::pv_high, true);
+  using Changes = std::vector<loopwarden::monitor::ProcessChange>;
+  alarms.process_changed(1, Changes{{model_kind::output_lost, true}});
+  alarms.process_changed(2,
+                         Changes{{model_kind::not_normal_mode, true}, {model_kind::pv_high, true}});
   REQUIRE(alarms.act(model_kind::pv_high, AlarmAction::shelve, 3, 60'000).accepted);
   // 2 output_lost, 4 output_unknown and 8 not_normal_mode follow from it, 256 pv_high.
   CHECK(masks() == Words{2 + 8 + 256, 2, 256, 4 + 8});

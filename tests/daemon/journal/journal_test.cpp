@@ -142,6 +142,61 @@ TEST_CASE("lines are searched by what stands in them, and by nothing else", "[jo
   CHECK(ids({.most = 0}).empty());
 }
 
+TEST_CASE("what came is found by its time, in a journal from before there was an index for it, too",
+          "[journal]") {
+  const tests::TemporaryFolder folder;
+  const auto post = [](Journal& journal, std::int64_t utc_ms, const std::string& from,
+                       const std::string& to) {
+    JournalEntry line;
+    line.kind = Kind::alarm;
+    line.utc_ms = utc_ms;
+    line.loop = "FIC-101";
+    line.alarm = "bad_pv";
+    line.from = from;
+    line.to = to;
+    return journal.post(line);
+  };
+  {
+    Journal journal(settings_in(folder));
+    journal.open();
+    journal.start();
+    post(journal, 1000, "normal", "unacknowledged");
+    post(journal, 2000, "unacknowledged", "acknowledged");
+    post(journal, 3000, "shelved", "unacknowledged");
+    post(journal, 3500, "acknowledged", "unacknowledged");
+    post(journal, 3600, "unacknowledged", "unacknowledged");
+    // A clock that was set back.
+    post(journal, 900, "suppressed", "unacknowledged");
+    JournalEntry order;
+    order.kind = Kind::operator_action;
+    order.utc_ms = 1500;
+    REQUIRE(journal.wait_written(journal.post(order), kPatience));
+  }
+  sqlite::Database(folder / "journal.sqlite", sqlite::Access::write, std::chrono::seconds(1))
+      .execute("DROP INDEX journal_came");
+  Journal journal(settings_in(folder));
+  journal.open();
+  journal.start();
+  REQUIRE(journal.wait_written(post(journal, 4000, "returned_unacknowledged", "unacknowledged"),
+                               kPatience));
+  const auto times = [&](std::int64_t from_ms, std::int64_t to_ms, std::size_t most) {
+    std::vector<std::int64_t> found;
+    for (const auto& one : journal.came(from_ms, to_ms, most)) {
+      CHECK((one.source == "FIC-101" && one.alarm == "bad_pv"));
+      found.push_back(one.utc_ms);
+    }
+    return found;
+  };
+  using Times = std::vector<std::int64_t>;
+  CHECK(times(0, 5000, 10) == Times{4000, 1000, 900});
+  CHECK(times(0, 5000, 2) == Times{4000, 1000});
+  CHECK(times(900, 4000, 10) == Times{1000, 900});
+  CHECK(times(901, 4001, 10) == Times{4000, 1000});
+  const sqlite::Database file(journal.path(), sqlite::Access::read, std::chrono::seconds(1));
+  sqlite::Statement index(file, "SELECT 1 FROM sqlite_master WHERE name = 'journal_came'");
+  CHECK(index.step());
+}
+
 TEST_CASE("lines can't be changed, and the oldest go beyond the limit", "[journal]") {
   const tests::TemporaryFolder folder;
   JournalSettings settings = settings_in(folder);

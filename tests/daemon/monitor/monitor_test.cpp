@@ -322,7 +322,7 @@ TEST_CASE("a limit that PV passes is told with both; a deviation rests in manual
   CHECK(bench.board->watch(0).priority[model::index_of(AlarmKind::pv_high)] ==
         model::Priority::critical);
   CHECK(bench.board->watch(0).flaps[model::index_of(AlarmKind::pv_high)] == 1);
-  bench.run_spoilt(110, [&](RecordRow& row) {
+  bench.run_spoilt(610, [&](RecordRow& row) {
     high(row);
     row.mode = static_cast<std::uint8_t>(control::Mode::manual);
   });

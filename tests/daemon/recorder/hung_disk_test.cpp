@@ -13,14 +13,17 @@
 #include <nlohmann/json.hpp>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <memory>
 #include <sstream>
 #include <string>
 #include <thread>
 
+#include "daemon/box/box_looker.hpp"
 #include "daemon/console/control_server.hpp"
-#include "daemon/recorder/disk_errand.hpp"
+#include "base/errand/disk_errand.hpp"
 #include "daemon/app/log_queue.hpp"
+#include "base/clock.hpp"
 #include "base/local_socket.hpp"
 #include "record/record_csv.hpp"
 #include "tests/daemon/console/parts_of.hpp"
@@ -104,6 +107,7 @@ struct Bench {
       {.folder = folder / "evidence"},
       {},
       [](const evidence::Evidence&, const std::filesystem::path&, const std::string&) {}};
+  reports::ReportDesk reports = tests::desk_in(folder.path(), base::utc_ms);
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
   daemon::box::BoxBoard box_alarms{{}, journal, [] { return std::int64_t{1}; }};
   std::unique_ptr<ControlServer> server;
@@ -270,7 +274,7 @@ TEST_CASE("while the metrics' disk hangs the operator is answered and nothing st
 TEST_CASE("an errand: nobody waits behind one that hangs, and its result may come too late",
           "[disk]") {
   std::atomic<bool> hangs{true};
-  DiskErrand errand("lw-test");
+  loopwarden::base::DiskErrand errand("lw-test");
   const std::function<int()> slow = [&hangs] {
     while (hangs) std::this_thread::sleep_for(milliseconds(1));
     return 1;
@@ -326,6 +330,52 @@ TEST_CASE(
     if (one.find(" lines of the log found no room") != std::string::npos) said += std::stoull(one);
   }
   CHECK(said == queue->lost());
+}
+
+TEST_CASE("while the box's look at the disk hangs its other alarms come, and one of the disk",
+          "[disk][box]") {
+  using loopwarden::monitor::BoxAlarm;
+  Bench bench;
+  std::promise<void> answers;
+  std::atomic<double> wait_s{0.0};
+  std::atomic<std::uint64_t> dropped{0};
+  box::BoxLooker looker({.disk =
+                             [until = answers.get_future().share()] {
+                               until.wait();
+                               return box::DiskLook{.room_bytes = 1'000'000'000};
+                             },
+                         .status =
+                             [&] {
+                               protocol::DaemonStatus status;
+                               status.recorder.disk_wait_s = wait_s;
+                               return status;
+                             },
+                         .dropped = [&] { return dropped++; },
+                         .period = milliseconds(20)},
+                        bench.box_alarms);
+  const auto on = [&](BoxAlarm kind) { return bench.box_alarms.alarms().alarm(kind).active(); };
+  looker.start();
+  CHECK(eventually([&] { return on(BoxAlarm::records_dropped); }));
+  CHECK_FALSE(on(BoxAlarm::disk_full));
+  wait_s = 12.0;  // the recorder's, of the same disk
+  CHECK(eventually([&] { return on(BoxAlarm::disk_full); }));
+  CHECK(bench.box_alarms.why(BoxAlarm::disk_full) == "the disk has not answered for 12 s");
+  CHECK_FALSE(looker.stop_for(milliseconds(20)));
+  answers.set_value();
+  CHECK(looker.stop_for(std::chrono::seconds(10)));
+}
+
+TEST_CASE("what recorder and monitor were too slow for counts as dropped", "[disk][box]") {
+  Bench bench;
+  rt::LoopChannels& channels = *bench.loops.front().channels;
+  for (std::size_t i = 0; i < channels.watched.capacity() + 3; ++i) channels.watched.try_push({});
+  CHECK(bench.historian.dropped() == 3);  // nobody takes from the monitor's ring here
+  const tests::HungDisk disk(bench.folder.path());
+  REQUIRE(bench.take(1));
+  REQUIRE(eventually([&] { return disk.waiting() > 0; }));
+  REQUIRE(bench.take(kQueue + 10));
+  CHECK(bench.historian.dropped() == 3 + bench.historian.status(0).queue_dropped);
+  CHECK(bench.historian.status(0).queue_dropped >= 10);
 }
 
 }  // namespace

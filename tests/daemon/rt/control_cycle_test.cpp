@@ -784,6 +784,50 @@ TEST_CASE("a master's gains are in force and shown before he is answered") {
   CHECK(shown.controller.pid.gains.ki == 0.5);
 }
 
+TEST_CASE("ordered gains take over where CO is, with PV off its set point") {
+  Loop tuned;
+  Loop left;
+  for (Loop* loop : {&tuned, &left}) {
+    loop->run_for(1.0);
+    loop->io.set_pv(46.0);
+    loop->run_for(2.0);
+  }
+  tuned.order({.kp = 6.0, .ki = 0.1, .kd = 0.5});
+  const double before = tuned.row.co;
+  // The first cycle is that of the old gains, then the new integral acts alone: ki e h a cycle.
+  CHECK(tuned.run(1).co == Approx(left.run(1).co));
+  CHECK(tuned.row.co > before);
+  const double taken = tuned.row.co;
+  CHECK(tuned.run(10).co - taken == Approx(10 * 0.1 * 4.0 * kPeriod));
+  CHECK(left.run(10).co - taken == Approx(10 * 0.5 * 4.0 * kPeriod));
+}
+
+TEST_CASE("an order of gains holds for those that its sender has seen") {
+  Loop loop;
+  loop.run(2);
+  Order order{.kp = 3.0, .ki = 0.7, .kd = 0.1};
+  order.expected.kp = 2.0;
+  order.expected.ki = 0.5;
+  order.expected.kd = 0.0;
+  const auto told = [&] {
+    loop.order(order);
+    loop.run(1);
+    return loop.answer();
+  };
+  SECTION("they are in force") {
+    CHECK(told() == Refusal::none);
+    LoopSettings shown;
+    REQUIRE(loop.channels.in_force.fetch(shown));
+    CHECK(shown.controller.pid.gains.kd == 0.1);
+    CHECK(told() == Refusal::gains_changed);
+  }
+  SECTION("another has changed kp") { loop.order({.kp = 2.0001}); }
+  SECTION("another has changed ki") { loop.order({.ki = 0.5001}); }
+  SECTION("another has changed kd") { loop.order({.kd = 0.0001}); }
+  loop.run(1);
+  CHECK(told() == Refusal::gains_changed);
+}
+
 TEST_CASE("the jacket of the paper form acts only where that is allowed") {
   auto settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::paper;

@@ -602,6 +602,24 @@ TEST_CASE("an alarm that comes and goes within one batch has gone", "[plant]") {
   CHECK(plant.database.ask("SELECT state FROM alarm_now") == "normal");
 }
 
+TEST_CASE("an alarm that was suppressed before it came is counted, as on the box", "[plant]") {
+  if (!installed()) return;
+  using monitor::AlarmState;
+  Written plant;
+  plant.write({plant.edge.nbirth(), plant.edge.dbirth()});
+  std::uint64_t at_ms = plant.edge.time_ms;
+  const auto raised_after = [&](AlarmState before) {
+    for (const AlarmState state : {before, AlarmState::unacknowledged}) {
+      plant.write({plant.alarm(static_cast<std::uint64_t>(state), at_ms += 100)});
+    }
+    return plant.database.ask("SELECT raised FROM alarm_raised ORDER BY time DESC LIMIT 1");
+  };
+  CHECK(raised_after(AlarmState::suppressed) == "t");
+  CHECK(raised_after(AlarmState::normal) == "t");
+  CHECK(raised_after(AlarmState::shelved) == "f");
+  CHECK(raised_after(AlarmState::acknowledged) == "f");
+}
+
 TEST_CASE("a birth that takes a value back within one batch is the newest", "[plant]") {
   if (!installed()) return;
   Written plant;

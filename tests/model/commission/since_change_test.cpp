@@ -102,7 +102,7 @@ TEST_CASE("a stick is found however long the valve cycles on a set point that st
 
 TEST_CASE("what closes next to nothing beside a change is not named", "[commission][since]") {
   const auto sticks = named({{{"stiction", {{"s", 0.9}, {"j", 0.4}}}, Block::valve},
-                             {{"hysteresis", {{"width", 0.08}}}, Block::valve}});
+                             {{"hysteresis", {{"width", 0.03}}}, Block::valve}});
   REQUIRE(sticks.effects.size() == 1);
   CHECK(sticks.effects[0].spec.name == "stiction");
 }

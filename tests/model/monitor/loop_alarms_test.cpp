@@ -3,6 +3,7 @@
 
 #include "model/monitor/alarm_guide.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
@@ -22,6 +23,10 @@ AlarmConditions with(std::initializer_list<std::pair<K, double>> on) {
   AlarmConditions conditions{};
   for (const auto& [kind, severity] : on) conditions[index_of(kind)] = {true, severity};
   return conditions;
+}
+
+std::array<ProcessChange, 1> one(K kind, bool on, std::uint64_t began = 0) {
+  return {ProcessChange{kind, on, began}};
 }
 
 LoopAlarms healthy() {
@@ -119,7 +124,7 @@ TEST_CASE(
     "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   CHECK(alarms.alarm(K::bad_pv).state() == S::normal);  // it needs no window to come
-  const AlarmTransitions came = alarms.process_changed(5, K::bad_pv, true);
+  const AlarmTransitions came = alarms.process_changed(5, one(K::bad_pv, true));
   REQUIRE(came.view().size() == 2);
   CHECK(came.view()[0].kind == K::bad_pv);
   CHECK(came.view()[0].to == S::unacknowledged);
@@ -140,7 +145,7 @@ TEST_CASE(
   CHECK(after.alarm(K::bad_pv).state() == S::acknowledged);
   CHECK(after.alarm(K::output_unknown).state() == S::normal);
   REQUIRE(after.act(K::bad_pv, AlarmAction::shelve, 9, 1000).accepted);
-  after.process_changed(10, K::bad_pv, false);
+  after.process_changed(10, one(K::bad_pv, false));
   CHECK(after.alarm(K::bad_pv).state() == S::shelved);
   after.pass_time(1000);
   CHECK(after.alarm(K::bad_pv).state() == S::normal);
@@ -150,18 +155,18 @@ TEST_CASE("what follows from another alarm is suppressed while that one is on, a
           "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::deviation);
-  alarms.process_changed(1, K::deviation, true);
-  const AlarmTransitions lost = alarms.process_changed(2, K::output_lost, true);
+  alarms.process_changed(1, one(K::deviation, true));
+  const AlarmTransitions lost = alarms.process_changed(2, one(K::output_lost, true));
   CHECK(lost.view().size() == 4);  // itself, the deviation, and two that could come of it
   CHECK(alarms.alarm(K::deviation).state() == S::suppressed);
   CHECK(alarms.cause_of(K::deviation) == K::output_lost);
   CHECK_FALSE(alarms.cause_of(K::bad_pv));
-  alarms.process_changed(3, K::not_normal_mode, true);
+  alarms.process_changed(3, one(K::not_normal_mode, true));
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
   // A shelf hides the cause, not what follows from it.
   REQUIRE(alarms.act(K::output_lost, AlarmAction::shelve, 4, 1000).accepted);
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
-  alarms.process_changed(5, K::output_lost, false);
+  alarms.process_changed(5, one(K::output_lost, false));
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::unacknowledged);
   CHECK(alarms.alarm(K::deviation).state() == S::unacknowledged);
 }
@@ -195,26 +200,48 @@ TEST_CASE("what follows from what ends where nothing follows from itself", "[mon
 
 TEST_CASE("of several process alarms the one that came first is marked", "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
-  alarms.process_changed(5, K::output_lost, true);
+  alarms.process_changed(5, one(K::output_lost, true));
   CHECK_FALSE(alarms.first_out(K::output_lost));  // it is alone
-  alarms.process_changed(6, K::bad_pv, true);
+  alarms.process_changed(6, one(K::bad_pv, true));
   CHECK(alarms.first_out(K::output_lost));
   CHECK_FALSE(alarms.first_out(K::bad_pv));
   // Gone, but not seen yet, it still is the first.
-  alarms.process_changed(7, K::output_lost, false);
+  alarms.process_changed(7, one(K::output_lost, false));
   CHECK(alarms.first_out(K::output_lost));
   alarms.act(K::output_lost, AlarmAction::acknowledge, 8);
   CHECK_FALSE(alarms.first_out(K::output_lost));
 }
 
+TEST_CASE("first is what began first, whatever its delay, and what is older than the start",
+          "[monitor][alarm]") {
+  LoopAlarms alarms{AlarmSettings{}};
+  alarms.fit(K::enable_open);
+  alarms.fit(K::pv_low_low);
+  alarms.process_changed(5, one(K::pv_low_low, true, 130));
+  alarms.process_changed(9, one(K::enable_open, true, 100));
+  CHECK(alarms.first_out(K::enable_open));
+  CHECK_FALSE(alarms.first_out(K::pv_low_low));
+  alarms.process_changed(10, one(K::bad_pv, true, 100));  // of one period: the first of the list
+  CHECK(alarms.first_out(K::bad_pv));
+  alarms.process_changed(11, one(K::not_normal_mode, true, 1));  // follows from them
+  CHECK(alarms.first_out(K::bad_pv));
+  CHECK_FALSE(alarms.first_out(K::not_normal_mode));
+  AlarmMemory old;
+  old.raised = S::acknowledged;
+  old.raised_ms = 4;
+  alarms.restore(K::output_lost, old);
+  CHECK(alarms.first_out(K::output_lost));
+  CHECK_FALSE(alarms.first_out(K::bad_pv));
+}
+
 TEST_CASE("a deviation that rests shows suppressed while it is off", "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::deviation);
-  alarms.process_changed(1, K::deviation, true);
+  alarms.process_changed(1, one(K::deviation, true));
   alarms.deviation_rests(true);
   CHECK(alarms.alarm(K::deviation).state() == S::unacknowledged);
   REQUIRE(alarms.act(K::deviation, AlarmAction::acknowledge, 2).accepted);
-  alarms.process_changed(3, K::deviation, false);
+  alarms.process_changed(3, one(K::deviation, false));
   CHECK(alarms.alarm(K::deviation).state() == S::suppressed);
   alarms.deviation_rests(false);
   CHECK(alarms.alarm(K::deviation).state() == S::normal);
@@ -223,7 +250,7 @@ TEST_CASE("a deviation that rests shows suppressed while it is off", "[monitor][
 TEST_CASE("an alarm that is not fitted is not restored", "[monitor][alarm]") {
   LoopAlarms before{AlarmSettings{}};
   before.fit(K::pv_high);
-  before.process_changed(1, K::pv_high, true);
+  before.process_changed(1, one(K::pv_high, true));
   LoopAlarms after{AlarmSettings{}};
   after.restore(K::pv_high, before.alarm(K::pv_high).memory());
   CHECK_FALSE(after.fitted(K::pv_high));
@@ -232,8 +259,8 @@ TEST_CASE("an alarm that is not fitted is not restored", "[monitor][alarm]") {
 
 TEST_CASE("a latching process alarm stays until it is reset", "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{.latching = true}};
-  alarms.process_changed(1, K::not_normal_mode, true);
-  alarms.process_changed(2, K::not_normal_mode, false);
+  alarms.process_changed(1, one(K::not_normal_mode, true));
+  alarms.process_changed(2, one(K::not_normal_mode, false));
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::latched_unacknowledged);
 }
 
@@ -272,7 +299,7 @@ TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
                   kSevere) == Ne107::failure);
 
   // A loop that is not in its normal mode, and is not in manual either, is no sick device.
-  alarms.process_changed(1, K::not_normal_mode, true);
+  alarms.process_changed(1, one(K::not_normal_mode, true));
   CHECK(condensed({}, alarms, kSevere) == Ne107::normal);
 
   alarms.window_judged(1, with({{K::stiction, 9.9}}));

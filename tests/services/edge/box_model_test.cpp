@@ -83,6 +83,8 @@ TEST_CASE("every field of the map is one metric, with the loop's units and range
   CHECK(severity.high == 100.0);
   CHECK(spec(seen.specs(), "sequence_head").slow);
   CHECK(seen.of_loop("tag") == Value(std::string("FIC-101")));
+  CHECK(seen.of_loop("area") == Value(std::string("Utilities")));
+  CHECK(seen.of_loop("description") == Value(std::string()));
   CHECK(seen.of_loop("pv") == Value(5.0));
   CHECK(seen.of_loop("mode") == Value(std::uint64_t{1}));
   CHECK(seen.of_loop("acknowledge_stiction") == Value(false));

@@ -112,6 +112,40 @@ TEST_CASE("of an alarm never seen before only what is there is news", "[notify][
         "came");
 }
 
+TEST_CASE("an event that has waited is told with what is known by then", "[notify][changes]") {
+  AlarmReading gap = reading("unacknowledged", 1);
+  gap.key = {"F", "model_gap"};
+  gap.incident = "F-1";
+  gap.severity_percent.reset();
+  gap.why = "something has changed";
+  AlarmReading sticks = reading("normal", 0, 7.5);
+  sticks.key = {"F", "stiction"};
+  sticks.incident = "F-1";
+  sticks.why = "the valve sticks";
+  sticks.action = "repack it";
+  const auto told_now = [&](Change change = Change::came) {
+    Event event{.utc_ms = 5, .loop = "F", .alarm = "model_gap", .change = change};
+    const std::array all{gap, sticks};
+    bring_up_to_date(event, all);
+    return event;
+  };
+  CHECK(told_now().alarm == "model_gap");
+  CHECK(told_now().why == "something has changed");
+  sticks.state = "unacknowledged";
+  const Event named = told_now();
+  CHECK(named.utc_ms == 5);
+  CHECK(named.alarm == "stiction");
+  CHECK(named.why == "the valve sticks");
+  CHECK(named.action == "repack it");
+  CHECK(named.severity_percent == 7.5);
+  CHECK(told_now(Change::went).alarm == "model_gap");
+  sticks.incident = "F-2";
+  CHECK(told_now().alarm == "model_gap");
+  // What has gone meanwhile stays as it was.
+  gap.state = "normal";
+  CHECK(told_now().why.empty());
+}
+
 TEST_CASE("the worst size since it came is remembered, a new coming begins anew",
           "[notify][changes]") {
   AlarmPicture picture;

@@ -54,6 +54,20 @@ TEST_CASE("the example is accepted", "[notify][config]") {
   CHECK(config->rules.quiet_hours.front().from_min == 22 * 60);
 }
 
+TEST_CASE("mails have pictures, webhooks where they are asked for, logs never",
+          "[notify][config]") {
+  const auto usual = read_notify_text("notify.yaml", kWhole);
+  REQUIRE(usual->channels.size() == 3);
+  CHECK(usual->channels[0].picture == false);
+  CHECK(usual->channels[1].picture == true);
+  CHECK(usual->channels[2].picture == false);
+  const auto other =
+      read_notify_text("notify.yaml", with("kind: webhook", "kind: webhook, picture: true"));
+  CHECK(other->channels[2].picture == true);
+  CHECK_THAT(said(with("kind: journal", "kind: journal, picture: true")),
+             Catch::Contains("unknown key 'picture'"));
+}
+
 TEST_CASE("a route names process alarms as any other", "[notify][config]") {
   const auto config = read_notify_text(
       "notify.yaml",
@@ -61,6 +75,24 @@ TEST_CASE("a route names process alarms as any other", "[notify][config]") {
   REQUIRE(config);
   CHECK(config->rules.routes[1].alarms ==
         std::vector<std::string>{"bad_pv", "output_lost", "output_unknown", "not_normal_mode"});
+}
+
+TEST_CASE("a file whose routes forget the box is told so", "[notify][config]") {
+  const std::string everybody = "- {channels: [log, mail]}";
+  const std::string all =
+      "disk_full, clock_stepped, feeder_lost, service_failed, "
+      "certificate_expires, records_dropped";
+  CHECK(said(with(everybody, "- {channels: [log, mail], loops: [\"FIC-*\"]}")) ==
+        "notify.yaml:10:3: warning: routes: no route to people has the box's " + all +
+            ": all routes tell them; name box in the `loops` of one\n");
+  CHECK(said(with(everybody, "- {channels: [log, mail], loops: [\"FIC-*\", box]}")).empty());
+  // A log is nobody.
+  CHECK_THAT(
+      said(with(everybody, "- {channels: [log]}\n  - {channels: [mail], loops: [\"FIC-*\"]}")),
+      Catch::Contains("all routes tell them"));
+  CHECK_THAT(said(with(everybody, "- {channels: [log, mail], alarms: [stiction, disk_full]}")),
+             Catch::Contains("no route has the box's clock_stepped, feeder_lost,") &&
+                 Catch::Contains("nobody is told"));
 }
 
 TEST_CASE("defaults of each kind of channel", "[notify][config]") {

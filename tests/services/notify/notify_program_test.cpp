@@ -295,6 +295,31 @@ TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs 
   CHECK(program.end(SIGTERM) == 0);
 }
 
+TEST_CASE("a picture goes where it is wanted; what is refused with one is sent without it",
+          "[notify][program][picture]") {
+  const TemporaryFolder folder;
+  ForeignProcess web = server("web_server.py", {(folder / "log").string()});
+  web.command("answer 413 200");
+  Program program(hook(web, "group: 0, picture: true"));
+  FakeDaemon daemon(program.socket());
+  nlohmann::json trend = {{"ok", true}, {"period", {1, 2}}, {"mode", {"AUTO", "AUTO"}}};
+  for (const char* name : {"sp", "pv", "co", "stem", "jacket", "compensator"}) trend[name] = {5, 6};
+  daemon.set_trend(trend);
+  daemon.set("FIC-101", "unacknowledged", true);
+  program.start();
+  REQUIRE(has(folder / "log", 2));
+  const auto event = [&](std::size_t i) {
+    return nlohmann::json::parse(lines_of(folder / "log").at(i).at("body").get<std::string>())
+        .at("events")
+        .at(0);
+  };
+  CHECK(event(0).at("picture").get<std::string>().starts_with("iVBORw0KGgo"));
+  CHECK_FALSE(event(1).contains("picture"));
+  CHECK(eventually([&] { return program.list().front().at("state") == "sent"; }));
+  CHECK(program.list().front().at("attempts") == 1);
+  CHECK(program.end(SIGTERM) == 0);
+}
+
 TEST_CASE("--test says what came of each channel", "[notify][program]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});

@@ -133,18 +133,33 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     journal_.insert(journal_.begin(), line);
   }
+  // Its only loop, and the answer with the loop's newest cycles.
+  void describe(const nlohmann::json& loop) {
+    const std::lock_guard lock(mutex_);
+    loop_ = loop;
+  }
+  void set_trend(const nlohmann::json& trend) {
+    const std::lock_guard lock(mutex_);
+    trend_ = trend;
+  }
   int asked() const { return asked_; }
+  // How long each explanation takes, and how many were asked for.
+  std::atomic<int> explain_ms{0};
+  std::atomic<int> explained{0};
 
  private:
   std::string answer(std::string_view line) {
     const std::lock_guard lock(mutex_);
     ++asked_;
-    if (nlohmann::json::parse(line).at("request") == "describe") {
-      return R"({"ok": true, "loops": [{"tag": "FIC-101", "description": "cooling water"}]})";
+    const std::string request = nlohmann::json::parse(line).at("request");
+    if (request == "explain") {
+      ++explained;
+      std::this_thread::sleep_for(std::chrono::milliseconds(explain_ms.load()));
     }
-    if (nlohmann::json::parse(line).at("request") == "journal") {
-      return nlohmann::json{{"ok", true}, {"lines", journal_}}.dump();
-    }
+    if (request == "describe")
+      return nlohmann::json{{"ok", true}, {"loops", nlohmann::json::array({loop_})}}.dump();
+    if (request == "trend") return trend_.dump();
+    if (request == "journal") return nlohmann::json{{"ok", true}, {"lines", journal_}}.dump();
     nlohmann::json all = nlohmann::json::array();
     for (const auto& [key, alarm] : alarms_) all.push_back(alarm);
     return nlohmann::json{{"ok", true}, {"now_ms", kNoon}, {"alarms", all}}.dump();
@@ -154,6 +169,8 @@ class FakeDaemon {
   std::mutex mutex_;
   std::map<AlarmKey, nlohmann::json> alarms_;
   nlohmann::json journal_ = nlohmann::json::array();
+  nlohmann::json loop_ = {{"tag", "FIC-101"}, {"description", "cooling water"}};
+  nlohmann::json trend_ = {{"ok", false}, {"error", "none"}};
   std::atomic<int> asked_{0};
   std::atomic<bool> quit_{false};
   std::optional<base::LocalServer> server_;

@@ -67,6 +67,8 @@ TEST_CASE("sentences, headlines and letters", "[notify][text]") {
   seen.peer = "uid 1000";
   seen.reason = "seen";
   CHECK(sentence(seen, box) == "FIC-101: Stiction acknowledged, by uid 1000 (seen)");
+  seen.peer = "anna@10.0.0.5 by page (uid 997)";
+  CHECK(sentence(seen, box) == "FIC-101: Stiction acknowledged, by anna (seen)");
   CHECK(headline(message_with({event_of("FIC-101")}), box) ==
         "box 12: FIC-101: Stiction came, 6.1 %");
   const std::string text = letter(message_with({event_of("FIC-101")}), sender());
@@ -76,6 +78,15 @@ TEST_CASE("sentences, headlines and letters", "[notify][text]") {
                                    "  size:        6.1 % of the output's span\n"
                                    "  why:         the stem sticks"));
   CHECK(rfc3339(kNoon + 7) == "2026-11-24T12:00:00.007Z");
+}
+
+TEST_CASE("a headline of several changes names their loops, where they are few", "[notify][text]") {
+  const Event a = event_of("A");
+  CHECK(headline(message_with({a, a}), sender()) == "box 12: 2 changes of alarms of A: 2 came");
+  CHECK(headline(message_with({a, event_of("B"), event_of("C", Change::went)}), sender()) ==
+        "box 12: 3 changes of alarms of A, B and C: 2 came, 1 went");
+  CHECK(headline(message_with({a, event_of("B"), event_of("C"), event_of("D")}), sender()) ==
+        "box 12: 4 changes of alarms: 4 came");
 }
 
 TEST_CASE("a process alarm is told with its reason and its guide, as urgently as it is",

@@ -71,6 +71,52 @@ TEST_CASE("loops, alarms, states and sizes decide who is told", "[notify][routes
   CHECK(all.read(reading("FIC-102", "unacknowledged", 25.0), kStart) == "log:came mail:came");
 }
 
+TEST_CASE("an alarm of the box goes where the box is named, or to all", "[notify][routes]") {
+  AlarmReading full = reading("box", "unacknowledged");
+  full.key.second = "disk_full";
+  full.severity_percent.reset();
+  Route log = route({"log"});
+  log.logs_only = true;
+  Route operators = route({"mail"});
+  operators.loops = {"FIC-*"};
+  Route shop = route({"shop"});
+  shop.alarms = {"stiction"};
+  Rules all;
+  SECTION("no route to people has it: all that have the alarm do") {
+    all.settings.routes = {log, operators, shop};
+    CHECK(box_way(all.settings.routes, "disk_full") == BoxWay::all);
+    CHECK(all.read(full, kStart) == "log:came mail:came");
+    full.state = "normal";
+    full.unacknowledged = false;
+    CHECK(all.read(full, kStart + 1000) == "log:went mail:went");
+  }
+  SECTION("one that names it has it alone") {
+    Route it = route({"it"});
+    it.loops = {"LIC-1", "box"};
+    all.settings.routes = {log, operators, it};
+    CHECK(box_way(all.settings.routes, "disk_full") == BoxWay::own);
+    CHECK(all.read(full, kStart) == "it:came log:came");
+  }
+  SECTION("one that does not tell of its coming is no way to people") {
+    Route it = route({"it"});
+    it.loops = {"box"};
+    it.changes = {false, false, true, false};
+    all.settings.routes = {operators, it};
+    CHECK(box_way(all.settings.routes, "disk_full") == BoxWay::all);
+    CHECK(all.read(full, kStart) == "mail:came");
+  }
+  SECTION("where there are logs alone, or routes of other alarms alone") {
+    CHECK(box_way({log}, "disk_full") == BoxWay::logs);
+    CHECK(box_way({shop}, "disk_full") == BoxWay::none);
+    all.settings.routes = {shop};
+    CHECK(all.read(full, kStart).empty());
+  }
+  SECTION("no other tag goes beyond its patterns") {
+    all.settings.routes = {operators};
+    CHECK(all.read(reading("LIC-1", "unacknowledged"), kStart).empty());
+  }
+}
+
 TEST_CASE("a route with a least size hears of an alarm when it has grown to it, and of its end",
           "[notify][routes]") {
   Rules all;

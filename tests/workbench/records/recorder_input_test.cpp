@@ -11,7 +11,9 @@
 #include "base/local_server.hpp"
 #include "base/thread.hpp"
 #include "config/loop_model_reader.hpp"
+#include "record/import/time_text.hpp"
 #include "record/record_csv.hpp"
+#include "record/segment_reader.hpp"
 #include "record/segment_ring.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -61,6 +63,12 @@ class RecordedLoop {
   ShellOutcome loopwarden(const std::string& arguments) const {
     return run("LOOPWARDEN_SOCKET=" + path("s.sock") + " " LOOPWARDEN_CLI " " + arguments +
                " 2>&1");
+  }
+  // UTC, so many seconds after the first sample.
+  std::string at(std::int64_t seconds) const {
+    const record::Segment first =
+        record::read_segment(folder_ / "FIC-205" / record::segment_name(1));
+    return record::iso_text(first.header.start_utc_ns / 1'000'000'000 + seconds, 0.0, true);
   }
   ShellOutcome of_recorder(const std::string& command) const {
     return loopwarden(command + " --loop FIC-205 --last 4h --out " + path("out"));
@@ -127,6 +135,59 @@ TEST_CASE("commission measures moves by the range that the daemon knows", "[reco
   INFO(made.text);
   CHECK(made.exit_code == 0);
   CHECK(made.text.find("not_enough_movement: SP moves never by") != std::string::npos);
+}
+
+TEST_CASE("a time of the clock has its zone", "[records]") {
+  CHECK(utc_ns_of("1970-01-01T00:00:01.5Z") == 1'500'000'000);
+  CHECK(utc_ns_of("1970-01-01T01:00:01+01:00") == 1'000'000'000);
+  for (const char* wrong : {"", "2026-11-26T10:00:00", "4h", "10:00Z", "2026-13-01T00:00:00Z"}) {
+    INFO(wrong);
+    CHECK_FALSE(utc_ns_of(wrong));
+  }
+}
+
+TEST_CASE("of what is recorded the time that was asked for is taken", "[records][program]") {
+  const RecordedLoop loop({0.0, 40.0});
+  const std::string from = " --loop FIC-205 --since " + loop.at(100);
+  const std::string out = " --out " + loop.path("out");
+  REQUIRE(loop.loopwarden("gap" + from + " --until " + loop.at(900) + out).exit_code == 0);
+  std::filesystem::path file;
+  for (const auto& one : std::filesystem::directory_iterator(loop.path("out/records"))) {
+    file = one.path();
+  }
+  const std::size_t rows = record::read_record(file).size();
+  CHECK(rows >= 799);
+  CHECK(rows <= 801);
+  for (const std::string& wrong :
+       {from + " --last 4h", " --loop FIC-205 --until " + loop.at(900), " --since " + loop.at(0),
+        from + " --until tomorrow", from + " " + loop.path("r.csv")}) {
+    INFO(wrong);
+    CHECK(loop.loopwarden("gap" + wrong + out).exit_code == 64);
+  }
+}
+
+TEST_CASE("in the background a command says one sentence, and how far it is",
+          "[records][program]") {
+  const RecordedLoop loop({0.0, 40.0});
+  const std::string page = loop.path("page.html");
+  const ShellOutcome made =
+      loop.loopwarden("diagnose --background --loop FIC-205 --last 4h --report " + page);
+  INFO(made.text);
+  CHECK(made.exit_code == 0);
+  CHECK(made.text.find("progress: diagnose 100 %\n") != std::string::npos);
+  CHECK(made.text.find("probability of a valve effect") != std::string::npos);
+  CHECK(made.text.find("because: ") == std::string::npos);
+  CHECK(std::filesystem::exists(page));
+}
+
+TEST_CASE("a survey takes a loop from the recorder under its own name", "[records][program]") {
+  const RecordedLoop loop({0.0, 40.0});
+  const ShellOutcome made = loop.of_recorder("survey --json");
+  INFO(made.text);
+  REQUIRE(made.exit_code == 0);
+  CHECK(made.text.find("\"tag\": \"FIC-205\"") != std::string::npos);
+  CHECK(loop.loopwarden("survey --loop FIC-205 --out " + loop.path("o") + " " + loop.path("r.csv"))
+            .exit_code == 64);
 }
 
 }  // namespace loopwarden::workbench::recorder_input_test

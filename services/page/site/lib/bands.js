@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// When an alarm's condition was on, from the journal's lines of one loop. Pure.
+// When an alarm's condition was on, from the journal's lines. Pure.
+import {priority} from './codes.js';
 
 const ON = new Set(['unacknowledged', 'acknowledged']);
 // What lies under shelf and suppression is not in the line: the condition stays as it was.
@@ -40,4 +41,16 @@ export function lanes(bands) {
     band.lane = lane;
   }
   return ends.length;
+}
+
+// What is seen of some loops in a span, each with `lane`, `label` and `priority`. lines: by tag; standing: all alarms that are there.
+export function bandsIn(tags, lines, standing, [from, to], severe_percent, nameOf) {
+  const bands = tags.flatMap((tag) => {
+    const its = standing.filter((alarm) => alarm.loop === tag);
+    return bandsOf(lines.get(tag) ?? [], its).map((band) => ({...band, label: nameOf(tag, band.alarm),
+      priority: priority(its.find((alarm) => alarm.alarm === band.alarm) ?? band, severe_percent)}));
+  });
+  const seen = bands.filter((band) => (band.to_ms ?? Infinity) >= from && band.from_ms <= to).sort((a, b) => a.from_ms - b.from_ms);
+  lanes(seen);
+  return seen;
 }

@@ -2,14 +2,14 @@
 // Sound and notification for alarms that wait, as this browser's reader wishes. Pure: `out` sounds and notifies, `memory` keeps.
 
 export const PRIORITIES = ['off', 'high', 'low']; // none; what is acted on now; every alarm
-const EACH_MS = 5000;
+const EACH_MS = 10_000; // between two sounds, whatever comes meanwhile: who mutes the browser hears nothing
 const WISH = 'bell', SILENT = 'bell-silent-until';
 
 export class Bell {
   #told = null; // keys of what has been notified; null: nothing is known yet
   #rang_ms = -Infinity;
 
-  // memory: {recall(key), remember(key, text or null)}; out: {sound(), notify(call)}.
+  // memory: {recall(key), remember(key, text or null)}; out: {sound(): whether it was heard, notify(call)}.
   constructor(memory, out) { Object.assign(this, {memory, out}); }
 
   get asked() { return PRIORITIES.includes(this.memory.recall(WISH)); }
@@ -31,8 +31,7 @@ export class Bell {
     this.#told = new Set(due.map(({key}) => key));
     if (!due.length || this.silentUntil(now_ms) !== null) return;
     for (const call of fresh) this.out.notify(call);
-    if (!fresh.length && now_ms - this.#rang_ms < EACH_MS) return;
-    this.#rang_ms = now_ms;
-    this.out.sound();
+    if (now_ms - this.#rang_ms < EACH_MS && now_ms >= this.#rang_ms) return;
+    if (this.out.sound()) this.#rang_ms = now_ms;
   }
 }

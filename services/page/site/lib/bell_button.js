@@ -19,8 +19,8 @@ export class BellButton {
     this.node = el('button', {type: 'button', class: 'bell plain', hidden: true, click: () => this.#choose()}, icon('alarms'), this.word);
     this.question = el('div', {class: 'question', hidden: true, role: 'region', 'aria-label': t.title}, el('span', {}, t.question),
       el('button', {type: 'button', click: () => this.#choose()}, t.choose), el('button', {type: 'button', class: 'plain', click: () => this.#wish('off')}, t.no));
-    // A browser that was told before may sound again with the first click in this tab.
-    addEventListener('pointerdown', () => { if (this.bell.wish !== 'off') allowSound().then(() => this.show()); }, {once: true, capture: true});
+    // A browser that was told before may sound again with the first click or key in this tab, and after it took that back with the next.
+    for (const hand of ['pointerup', 'keydown']) addEventListener(hand, () => { if (this.bell.wish !== 'off' && !maySound()) this.#wake(); }, {capture: true});
   }
 
   // calls: as Bell.take() has them. there: whether somebody is logged in at a box.
@@ -37,8 +37,13 @@ export class BellButton {
     const text = wish === 'off' ? t.off : until ? fill(t.silent, {time: this.timeText(until)}) : maySound() ? t.on[wish] : t.blocked;
     setText(this.word, text);
     setAttribute(this.node, 'aria-label', `${t.title}: ${text}`);
-    setAttribute(this.node, 'data-state', wish === 'off' ? 'off' : until || !maySound() ? 'quiet' : 'on');
+    setAttribute(this.node, 'data-state', wish === 'off' ? 'off' : until ? 'quiet' : maySound() ? 'on' : 'blocked');
     this.node.title = mayNotify() || wish === 'off' ? text : `${text}. ${t.noNotification}`;
+  }
+
+  async #wake() {
+    await allowSound(() => this.show());
+    this.show();
   }
 
   #wish(priority) {
@@ -56,7 +61,7 @@ export class BellButton {
       accept: async (data) => {
         const wish = String(data.get('wish')), minutes = data.get('silence');
         if (wish !== 'off') {
-          await allowSound();
+          this.#wake(); // not waited for: where no device is a browser may never answer
           await askToNotify();
         }
         if (minutes !== 'as') this.bell.silence(minutes === '0' ? null : Date.now() + 60_000 * Number(minutes));

@@ -1,22 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a browser sounds and notifies with. Both need a click of the reader's first.
+// What a browser sounds and notifies with. Both need a hand of the reader's first.
 
 let audio = null;
 
-// By a click: browsers let no page sound without one.
-export async function allowSound() {
-  audio ??= new AudioContext();
-  await audio.resume();
+// By a click or key: browsers let no page sound without one. changed(): whether it may sound is another by now, also since the browser
+// took it back. Where there is no sound at all nothing happens.
+export async function allowSound(changed = () => {}) {
+  try {
+    if (!audio) {
+      audio = new AudioContext();
+      audio.addEventListener('statechange', changed);
+    }
+    await audio.resume();
+  } catch {
+    // maySound() says so.
+  }
 }
 
-// What a browser that was told once remembers: whether it may sound in this tab, and notify.
 export const maySound = () => audio?.state === 'running';
 export const mayNotify = () => globalThis.Notification?.permission === 'granted';
 export const askToNotify = async () => { if (globalThis.Notification?.permission === 'default') await Notification.requestPermission(); };
 
 // Two tones, the second higher: heard beside machines, and no word.
 export function sound() {
-  if (!maySound()) return;
+  if (!maySound()) return false;
   [[0, 660], [0.22, 880]].forEach(([after_s, hertz]) => {
     const tone = audio.createOscillator(), loud = audio.createGain(), begin = audio.currentTime + after_s;
     tone.frequency.value = hertz;
@@ -27,14 +34,19 @@ export function sound() {
     tone.start(begin);
     tone.stop(begin + 0.21);
   });
+  return true;
 }
 
 export function notify({title, body, key, href}) {
   if (!mayNotify()) return;
-  const note = new Notification(title, {body, tag: key});
-  note.onclick = () => {
-    window.focus();
-    location.hash = href;
-    note.close();
-  };
+  try {
+    const note = new Notification(title, {body, tag: key});
+    note.onclick = () => {
+      window.focus();
+      location.hash = href;
+      note.close();
+    };
+  } catch {
+    // Chrome on Android takes notifications of service workers alone.
+  }
 }

@@ -10,8 +10,10 @@ const VALVE_ALARMS = ['stiction', 'backlash', 'hysteresis', 'low_air_supply', 'u
 const PROCESS_ALARMS = ['bad_pv', 'output_lost', 'output_unknown', 'not_normal_mode', 'enable_open', 'source_lost', 'deviation',
   'pv_high_high', 'pv_high', 'pv_low', 'pv_low_low', 'rate_of_change'];
 export const ALARM_KINDS = [...VALVE_ALARMS, ...PROCESS_ALARMS];
-// The loop does not do its work. No twin explains that, and it leaves no evidence.
-export const ofProcess = (kind) => PROCESS_ALARMS.includes(kind);
+// Of these alone a twin explains why, and evidence is kept.
+export const ofValve = (kind) => VALVE_ALARMS.includes(kind);
+// What stands in an alarm of the box where others have their loop.
+export const BOX = 'box';
 export const NE107 = ['normal', 'maintenance_required', 'out_of_specification', 'function_check', 'failure'];
 export const CONDITIONS = ['control_performance', 'valve', 'actuator', 'positioner', 'environment'];
 export const FLAGS = {at_low: 1, at_high: 2, rate_limited: 4, late_cycle: 8, jacket_acts: 16, output_lost: 32,

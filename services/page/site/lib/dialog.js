@@ -7,7 +7,7 @@ import {texts} from '../texts.js';
 export const actions = {say: () => {}};
 
 // Shows a form. `accept(data, dialog)` returns a promise; what it throws is shown, and the form stays.
-export function ask({title, body, accept, label, grave = false, onCancel}) {
+export function ask({title, body, accept, label, grave = false}) {
   const trouble = el('p', {class: 'trouble', role: 'alert', hidden: true});
   const go = el('button', {type: 'submit', class: grave ? 'grave' : 'main'}, label);
   const form = el('form', {}, el('h2', {id: 'dialog-title'}, title), body, trouble,
@@ -27,13 +27,19 @@ export function ask({title, body, accept, label, grave = false, onCancel}) {
       go.disabled = false;
     }
   });
-  dialog.addEventListener('close', () => {
-    dialog.remove();
-    if (dialog.returnValue !== 'done') onCancel?.();
-  });
+  dialog.addEventListener('close', () => dialog.remove());
   document.body.append(dialog);
   dialog.showModal();
   return dialog;
+}
+
+// A word on what was done, seen and heard, that goes by itself.
+export function toast(text) {
+  document.querySelector('.toast')?.remove();
+  const node = el('div', {class: 'toast'}, text);
+  document.body.append(node);
+  actions.say(text);
+  setTimeout(() => node.remove(), 6000);
 }
 
 export const field = (label, input, hint) => {

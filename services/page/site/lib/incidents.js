@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lines that an operator sees: an incident with the alarms that it raised is one, any other alarm is its own. Pure.
-import {priority, shown, waits} from './codes.js';
+import {BOX, priority, shown, waits} from './codes.js';
 
 // A line: loop, state, what it is about (`incident` or `alarm`), and the alarms that hang on it, the newest first.
 function incidentLine(incident, alarms) {
@@ -24,9 +24,13 @@ export function linesOf(alarms, incidents) {
     lines.push(incidentLine(incident, its));
   }
   const all = lines.concat(seen.filter((alarm) => !told.has(alarm) && shown(alarm.state)).map(alarmLine));
-  // First is only what something else has followed.
-  return all.map((line) => ({...line, firstOut: line.firstOut && all.some((other) => other !== line && other.loop === line.loop)}));
+  // First is only what something else has followed; what the box has does not follow from each other.
+  return all.map((line) => ({...line, firstOut: line.firstOut && line.loop !== BOX && all.some((other) => other !== line && other.loop === line.loop)}));
 }
+
+// Where the loop of a line or alarm is shown, or the box that has it.
+export const ownerHref = (loop) => (loop === BOX ? '#/system' : `#/loop/${encodeURIComponent(loop)}`);
+export const ofBox = ({loop}) => loop === BOX;
 
 // Of the line in the address: a loop's incident, or one of its alarms.
 export const INCIDENT = 'incident';

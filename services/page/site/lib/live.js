@@ -11,7 +11,7 @@ const STEPS = 60;
 export class Live extends EventTarget {
   session = null;
   describe = null; // the daemon's, with `loops`
-  overview = null; // columns in the order of describe.loops
+  overview = null; // columns in the order of describe.loops; `stands`: whether a loop's cycle no longer moves on, though the daemon answers
   alarms = [];
   incidents = []; // of each loop the newest, where it is on or waits
   alarmsKnown = false; // whether `alarms` is what the box said
@@ -29,6 +29,9 @@ export class Live extends EventTarget {
   #sparks_due = 0;
   #asked = 0; // when the description was asked for last
   #told_ms = -Infinity; // and the session
+
+  // An alarm of a valve that is that great is acted on now, % of CO's span.
+  get severe_percent() { return this.describe?.alarms?.severe_percent ?? 5; }
 
   async start() {
     this.session = await get('/api/session');
@@ -165,16 +168,16 @@ export class Live extends EventTarget {
       if (o.period[i] !== null) this.sparks[i].add(o.period[i] * loops[i].sample_time_s, o.pv[i]);
     }
     this.#periods = o.period;
+    o.stands = loops.map((_, i) => o.period[i] !== null && this.#stands(i, now));
     this.overview = o;
     if (this.stale) this.#watch();
     this.#soon('overview');
     if (now > this.#sparks_due) this.#fetchSparks().catch(() => {});
   }
 
-  // A loop whose cycle no longer moves on, though the daemon answers.
-  stands(i) {
+  #stands(i, now) {
     const limit = 2000 + 3000 * this.describe.loops[i].sample_time_s / (this.describe.accelerate || 1);
-    return performance.now() - (this.#moved[i] ?? 0) > limit;
+    return now - (this.#moved[i] ?? 0) > limit;
   }
 
   #watch() {

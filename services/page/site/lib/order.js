@@ -5,16 +5,17 @@ import {ALARM_STATES, FAULTS, MODES, NE107, named, quality, shown, waits} from '
 const STATE_RANK = {unacknowledged: 90, latched_unacknowledged: 80, acknowledged: 60, returned_unacknowledged: 50,
   latched_acknowledged: 30, other: 60, shelved: 8};
 const NE107_RANK = {failure: 70, other: 20, not_known: 4, out_of_specification: 20, maintenance_required: 10, function_check: 2, normal: 0};
-// A loop that starts or has been told to stop is as it should be; of one that is not known nothing is said.
-const CALM_FAULTS = new Set(['none', 'starting', 'stop', 'not_known']);
+// A loop that starts is as it should be; of one that is not known nothing is said.
+const CALM_FAULTS = new Set(['none', 'starting', 'not_known']);
 
-export const faulty = (o, i) => !CALM_FAULTS.has(named(FAULTS, o.fault[i]));
+export const faulty = (o, i) => !CALM_FAULTS.has(named(FAULTS, o.fault[i])) || Boolean(o.stands?.[i]);
+const unknown = (o, i) => typeof o.fault[i] !== 'number';
 export const alarmed = (o, i) => shown(named(ALARM_STATES, o.alarm[i])) && ALARM_STATES[o.alarm[i]] !== 'shelved';
 export const notAutomatic = (o, i) => o.mode[i] !== null && MODES[o.mode[i]] !== 'automatic';
 export const badQuality = (o, i) => o.quality[i] !== null && quality(o.quality[i]) !== 'good';
 export const poor = (o, i) => o.condition[i] !== null && o.condition[i] < 50;
 export const abnormal = (o, i) =>
-  faulty(o, i) || alarmed(o, i) || notAutomatic(o, i) || badQuality(o, i) || poor(o, i);
+  unknown(o, i) || faulty(o, i) || alarmed(o, i) || notAutomatic(o, i) || badQuality(o, i) || poor(o, i);
 
 // The greater the sooner. Condition counts in steps of ten, so that loops don't change places with every window.
 export function urgency(o, i) {

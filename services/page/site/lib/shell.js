@@ -10,7 +10,7 @@ import {live} from './live.js';
 import {remember} from './memory.js';
 import {readColours} from './spark.js';
 import {tabIcon, tabTitle} from './tab.js';
-import {changeName, fill, texts} from '../texts.js';
+import {changeName, fill, ownerName, texts} from '../texts.js';
 
 const VIEWS = [['', 'overview'], ['alarms', 'alarms'], ['trends', 'trends'], ['journal', 'journal'], ['reports', 'reports'], ['system', 'system'], ['fleet', 'fleet']];
 
@@ -116,7 +116,7 @@ export class Shell {
     this.#tick();
     this.user.replaceChildren();
     if (s.user) {
-      this.user.append(el('span', {class: 'who'}, fill(texts.head.user, {user: s.user, role: texts.roles[s.role] ?? s.role})),
+      this.user.append(el('span', {class: 'who'}, fill(s.source === 'directory' ? texts.head.ofDirectory : texts.head.user, {user: s.user, role: texts.roles[s.role] ?? s.role})),
         el('button', {class: 'plain', click: () => live.logOut()}, texts.head.logout));
     } else if (s.login) {
       this.user.append(el('a', {class: 'button plain', href: '#/login'}, texts.head.login));
@@ -189,7 +189,7 @@ export class Shell {
     const lines = linesOf(live.alarms, live.incidents);
     const wait = lines.filter((line) => waits(line.state)), active = lines.filter((line) => line.active && line.state !== 'shelved');
     // In the shape and colour of the gravest that waits, else of the gravest that is on.
-    const severe = live.describe?.alarms?.severe_percent ?? 5, grave = (wait.length ? wait : active).some((line) => line.grave(severe) === 'high') ? 'high' : 'low';
+    const severe = live.severe_percent, grave = (wait.length ? wait : active).some((line) => line.grave(severe) === 'high') ? 'high' : 'low';
     const parts = [wait.length ? fill(texts.head.alarmsWait, {n: wait.length}) : null, active.length ? fill(texts.head.alarmsActive, {n: active.length}) : null].filter(Boolean).join(', ');
     const old = parts ? fill(texts.head.alarmsLast, {alarms: parts}) : texts.head.alarmsOld;
     this.summary.replaceChildren(icon(live.stale ? 'bad' : parts ? grave : 'ok'), el('span', {}, live.stale ? old : parts || texts.head.alarmsNone));
@@ -197,14 +197,14 @@ export class Shell {
     this.badge.className = `badge ${grave}`;
     this.badge.hidden = !wait.length;
     setText(this.badge, String(wait.length));
-    this.#calls = wait.map((line) => ({key: keyOf(line), grave: line.grave(severe), title: `${line.loop}: ${changeName(line.name)}`, body: clock.dateTime(line.raised_ms),
+    this.#calls = wait.map((line) => ({key: keyOf(line), grave: line.grave(severe), title: `${ownerName(line.loop)}: ${changeName(line.name)}`, body: clock.dateTime(line.raised_ms),
       href: `#/alarms/${encodeURIComponent(line.loop)}/${encodeURIComponent(partOf(line))}`}));
     this.title(this.#title);
     this.#ring();
     const keys = new Map(wait.map((line) => [keyOf(line), line]));
     const fresh = this.#known ? [...keys].filter(([key]) => !this.#known.has(key)).map(([, line]) => line) : [];
     this.#known = live.alarmsKnown ? new Set(keys.keys()) : null;
-    if (fresh.length === 1) this.say(fill(texts.announce.alarm, {loop: fresh[0].loop, alarm: changeName(fresh[0].name)}));
+    if (fresh.length === 1) this.say(fill(texts.announce.alarm, {loop: ownerName(fresh[0].loop), alarm: changeName(fresh[0].name)}));
     else if (fresh.length) this.say(fill(texts.announce.alarms, {n: fresh.length}));
   }
 

@@ -161,14 +161,14 @@ export class Trend {
     ctx.font = `600 ${11 * dots}px system-ui, sans-serif`;
     ctx.lineWidth = dots;
     ctx.setLineDash([2 * dots, 3 * dots]);
-    for (const {at_ms, number} of this.notes) {
+    for (const {at_ms, number, on_disk} of this.notes) {
       if (at_ms < from || at_ms > to) continue;
       const x = Math.round(u.valToPos(at_ms, 'x', true));
       ctx.beginPath();
       ctx.moveTo(x, bbox.top);
       ctx.lineTo(x, bbox.top + bbox.height);
       ctx.stroke();
-      ctx.fillText(String(number), x + 3 * dots, bbox.top + bbox.height - 4 * dots);
+      ctx.fillText(on_disk === false ? `${number} …` : String(number), x + 3 * dots, bbox.top + bbox.height - 4 * dots);
     }
     ctx.restore();
   }

@@ -1,24 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 // Notes below a trend, and the dialog that makes one.
-import {ask, field} from './dialog.js';
+import {ask, field, toast} from './dialog.js';
 import {el} from './dom.js';
 import {get, loopPath, post, query} from './api.js';
 import {live} from './live.js';
-import {notesIn, notesOf} from './notes.js';
+import {notesIn, notesOf, waitingStill, withWaiting} from './notes.js';
 import {wall} from './shell.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.notes;
 const MOST_LINES = 200, FRESH_MS = 15_000;
 let newest = {tags: null, at_ms: -Infinity, notes: []};
+let waiting = []; // for the journal's disk
 
 // Of some loops together, numbered over all of them. A trend that follows asks each few seconds; the journal is not read as often.
 export async function fetchNotes(tags, signal) {
   const now_ms = performance.now(), key = tags.join();
-  if (newest.tags === key && now_ms - newest.at_ms < FRESH_MS) return newest.notes;
+  if (newest.tags === key && now_ms - newest.at_ms < FRESH_MS && !waiting.length) return newest.notes;
   const answers = await Promise.all(tags.map((loop) => get(`/api/journal${query({loop, kind: 'operator', text: 'note', most: MOST_LINES})}`, signal)));
   newest = {tags: key, at_ms: now_ms, notes: notesOf(answers.flatMap(({lines}) => lines))};
-  return newest.notes;
+  const here = ({loop}) => tags.includes(loop);
+  waiting = waiting.filter((note) => !here(note)).concat(waitingStill(newest.notes, waiting.filter(here)));
+  return withWaiting(newest.notes, waiting.filter(here));
 }
 
 // Written anew only where another note is in the span: a reader's selection stays.
@@ -26,7 +29,7 @@ export function showNotes(place, notes, span, withLoop = false) {
   const seen = notesIn(notes, span), key = JSON.stringify(seen);
   if (place.shown === key) return;
   place.shown = key;
-  const lineOf = (note) => el('li', {value: note.number}, el('span', {class: 'soft'}, [wall().dateTime(note.at_ms), withLoop ? note.loop : null, note.who].filter(Boolean).join(' · ')), ` ${note.text}`);
+  const lineOf = (note) => el('li', {value: note.number}, el('span', {class: 'soft'}, [wall().dateTime(note.at_ms), withLoop ? note.loop : null, note.who].filter(Boolean).join(' · ')), ` ${note.text}`, note.on_disk === false ? el('small', {class: 'soft'}, ` (${t.notOnDisk})`) : null);
   place.replaceChildren(seen.length ? el('ol', {class: 'trend-notes', 'aria-label': t.title}, seen.map(lineOf)) : '');
 }
 
@@ -38,8 +41,12 @@ export function askNote(tag, at_ms, then) {
   ask({
     title: fill(t.ask, {tag}), label: t.write, body: [el('p', {}, fill(t.about, {time: wall().dateTime(at_ms)})), field(t.text, text)],
     accept: async (data) => {
-      await post(loopPath(tag, 'notes'), {text: String(data.get('text')), about_ms: Math.floor(at_ms)});
+      const words = String(data.get('text')), answer = await post(loopPath(tag, 'notes'), {text: words, about_ms: Math.floor(at_ms)});
       newest.tags = null;
+      if (answer.on_disk === false) {
+        waiting.push({loop: tag, at_ms: Math.floor(at_ms), said_ms: live.overview?.now_ms ?? Date.now(), who: live.session.user, text: words});
+        toast(texts.alarm.notOnDisk);
+      }
       await then();
     },
   });

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // An operator's hand on a loop or an alarm. Nothing acts on the process before tag, old and new value were read once more.
-import {actions, ask, field} from '../lib/dialog.js';
+import {ask, field, toast} from '../lib/dialog.js';
 import {decimalsFor, fixed} from '../lib/format.js';
 import {el, facts, unit} from '../lib/dom.js';
 import {get, loopPath, post, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
+import {GAINS} from '../lib/tuning.js';
 import {MODES} from '../lib/codes.js';
 import {wall} from '../lib/shell.js';
-import {fill, texts} from '../texts.js';
+import {changeName, fill, ownerName, texts} from '../texts.js';
 
 const t = texts.acting;
 const ta = texts.alarm;
@@ -72,14 +73,17 @@ export async function order(loop, what) {
   });
 }
 
-// Who set what is in force, by the journal's newest line of it; null: it does not say.
-async function authorOf(tag, what) {
+// Shows in `node`, a fact that was hidden, who set what is in force, by the journal's newest line of it.
+async function nameAuthor(node, tag, what) {
+  let line = null;
   try {
     const {lines} = await get(`/api/journal${query({loop: tag, most: 50})}`);
-    return lines.find((line) => line.what.replaceAll(' ', '_') === what && line.result === 'done') ?? null;
+    line = lines.find((one) => one.what.replaceAll(' ', '_') === what && one.result === 'done');
   } catch {
-    return null;
+    // Then it is not known.
   }
+  node.textContent = line ? fill(t.setBy, {who: line.peer || texts.journal.daemon, time: wall().dateTime(line.utc_ms)}) : texts.notKnown;
+  node.closest('.facts > div').hidden = false;
 }
 
 // The value in force, who set it, and the one that was asked for.
@@ -98,9 +102,7 @@ function confirm(loop, q, value) {
         // The operator decides anew, on the value that is in force now.
         q.now = error.body.now;
         old.textContent = shownValue(q, q.now);
-        const line = await authorOf(loop.tag, q.what);
-        author.textContent = line ? fill(t.setBy, {who: line.peer || texts.journal.daemon, time: wall().dateTime(line.utc_ms)}) : texts.notKnown;
-        author.closest('.facts > div').hidden = false;
+        await nameAuthor(author, loop.tag, q.what);
         throw new Error(fill(t.conflict, {value: shownValue(q, q.now)}));
       }
       if (answer.state === 'refused') throw new Error(fill(t.refused, {why: answer.why}));
@@ -109,11 +111,36 @@ function confirm(loop, q, value) {
   });
 }
 
+// Gains: old and new once more, then they act. `after`: they are in force.
+export function tune(loop, old, wanted, after) {
+  const tt = texts.tuning, text = (gains) => GAINS.map((name) => `${name} ${gains[name]}`).join(', ');
+  const was = el('span', {}, text(old)), author = el('span', {}), rows = facts([[t.tag, loop.tag], [tt.old, was], [t.author, author], [tt.new, el('strong', {}, text(wanted))]]);
+  author.closest('.facts > div').hidden = true;
+  ask({
+    title: t.confirmTitle, grave: true, label: fill(tt.set, {tag: loop.tag}), body: [el('p', {}, tt.confirm), rows],
+    accept: async () => {
+      let answer;
+      try {
+        answer = await post(loopPath(loop.tag, 'tuning'), {set: wanted, confirm: {tag: loop.tag, old, new: wanted}});
+      } catch (error) {
+        if (error.status !== 409 || error.body.now === undefined) throw error;
+        old = error.body.now;
+        was.textContent = text(old);
+        await nameAuthor(author, loop.tag, 'gains');
+        throw new Error(fill(tt.conflict, {gains: text(old)}));
+      }
+      if (answer.state === 'refused') throw new Error(fill(t.refused, {why: answer.why}));
+      toast(answer.state === 'done' ? fill(tt.done, {tag: loop.tag}) : t.waiting);
+      after();
+    },
+  });
+}
+
 const MINUTES = [15, 30, 60, 120, 240, 480];
 
 // Acknowledge, reset, shelve, unshelve.
 export function act(loop, alarm, action) {
-  const names = {loop, alarm: texts.alarms[alarm] ?? alarm}, shelve = action === 'shelve';
+  const names = {loop: ownerName(loop), alarm: changeName(alarm)}, shelve = action === 'shelve';
   const minutes = el('select', {name: 'minutes'}, MINUTES.filter((m) => m <= (live.describe.alarms?.shelve_limit_min ?? 480)).map((m) => el('option', {value: m, selected: m === 60},
     m < 60 ? fill(ta.minutesUnit, {n: m}) : fill(ta.hoursUnit, {n: m / 60}))));
   const reason = el('input', {name: 'reason', maxlength: 200, required: shelve, autocomplete: 'off'});
@@ -143,13 +170,4 @@ export function acknowledgeIncident(incident, name) {
       live.dispatchEvent(new Event('acted'));
     },
   });
-}
-
-// A word on what was done, seen and heard, that goes by itself.
-function toast(text) {
-  document.querySelector('.toast')?.remove();
-  const node = el('div', {class: 'toast'}, text);
-  document.body.append(node);
-  actions.say(text);
-  setTimeout(() => node.remove(), 6000);
 }

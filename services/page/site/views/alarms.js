@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 // The list of alarms, and of the one that is chosen what it means, what to do, why it came, and the operator's hands.
-import {ALARM_KINDS, actionsOf, ofProcess, priority, waits} from '../lib/codes.js';
+import {actionsOf, ofValve, priority, waits} from '../lib/codes.js';
 import {Trend, loadPlotter} from '../lib/trend.js';
 import {arrangedAlarms} from '../lib/order.js';
 import {el, facts, icon, scroller, setAttribute, table} from '../lib/dom.js';
 import {count, duration, percent} from '../lib/format.js';
 import {get, loopPath} from '../lib/api.js';
-import {INCIDENT, linesOf, partOf} from '../lib/incidents.js';
+import {INCIDENT, linesOf, ofBox, ownerHref, partOf} from '../lib/incidents.js';
 import {live} from '../lib/live.js';
 import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
 import {acknowledgeIncident, act, operator} from './acting.js';
 import {changeOf} from './journal.js';
+import {alarmFigures} from './alarm_figures.js';
 import {explanationPart} from './loop_parts.js';
 import {reportOf} from './reports.js';
 import {askNote, fetchNotes, mayNote, showNotes} from '../lib/trend_notes.js';
 import {signOf} from '../lib/state.js';
-import {changeName as nameOf, fill, texts} from '../texts.js';
+import {changeName as nameOf, fill, ownerName, texts} from '../texts.js';
 
 const t = texts.alarm;
 const HISTORY = [{head: texts.journal.time, row: true, class: 'time'}, {head: texts.journal.change, class: 'change'}, {head: texts.journal.who}, {head: texts.journal.reason, class: 'words'}];
 const hrefOf = (loop, part) => `#/alarms/${encodeURIComponent(loop)}/${encodeURIComponent(part)}`;
-const severe = () => live.describe?.alarms?.severe_percent ?? 5;
 const sizeText = (size) => (typeof size === 'number' ? percent(size, 1) : '–');
 
 function stateCell(state, grave) {
   const look = waits(state) ? `${grave} waits` : state === 'acknowledged' ? `${grave} seen` : 'soft';
-  return el('span', {class: `state ${look}`}, el('span', {class: 'sign'}, icon(signOf(state, grave))), el('span', {}, texts.alarmStates[state]));
+  return el('span', {class: `state ${look}`}, el('span', {class: 'sign'}, icon(signOf(state, grave))), el('span', {}, texts.alarmStates[state] ?? texts.alarmStates.other));
 }
 
 // Of an incident, also where the alarms have its name: an operator may look at each.
@@ -36,27 +36,47 @@ const raisedBy = (line) => el('small', {class: 'raised-by'}, fill(t.raisedBy, {a
 function acknowledgeButton(line) {
   if (!mayAct() || !waits(line.state)) return '';
   const name = nameOf(line.name), press = () => (line.incident ? acknowledgeIncident(line.incident, name) : act(line.loop, line.alarm.alarm, 'acknowledge'));
-  return el('button', {type: 'button', 'aria-label': `${t.acknowledge}: ${line.loop}, ${name}`, click: press}, t.acknowledge);
+  return el('button', {type: 'button', 'aria-label': `${t.acknowledge}: ${ownerName(line.loop)}, ${name}`, click: press}, t.acknowledge);
 }
 
-function listOf(chosen) {
-  const lines = arrangedAlarms(linesOf(live.alarms, live.incidents));
-  if (!lines.length) return el('p', {class: 'nothing'}, live.stale ? texts.notKnownNow : live.alarmsKnown ? t.nothing : texts.loading);
-  const columns = [{head: t.state}, {head: t.loop}, {head: t.alarm, row: true}, {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}];
-  const node = table(t.caption, columns, lines.map((line) => [[stateCell(line.state, line.grave(severe())), el('small', {}, texts.priority[line.grave(severe())]), acknowledgeButton(line)],
-    el('a', {href: `#/loop/${encodeURIComponent(line.loop)}`}, line.loop), el('span', {}, el('a', {href: hrefOf(line.loop, partOf(line)), class: 'choose'}, nameOf(line.name)), line.firstOut ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null,
-      line.alarms.length > 1 || line.alarms[0].alarm !== line.name ? raisedBy(line) : null),
-    typeof line.size === 'number' ? sizeText(line.size) : '', wall().dateTime(line.raised_ms)]), {captionHidden: true, class: 'lines as-cards alarms'});
+// Of alarms of the box who has them is said once, and they have no size.
+function tableOf(caption, lines, chosen, ofLoops = true) {
+  const columns = [{head: t.state}, ofLoops && {head: t.loop}, {head: t.alarm, row: true}, ofLoops && {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}].filter(Boolean);
+  const rowOf = (line) => {
+    const grave = line.grave(live.severe_percent);
+    return [[stateCell(line.state, grave), el('small', {}, texts.priority[grave]), acknowledgeButton(line)], ofLoops && el('a', {href: ownerHref(line.loop)}, ownerName(line.loop)),
+      el('span', {}, el('a', {href: hrefOf(line.loop, partOf(line)), class: 'choose'}, nameOf(line.name)), line.firstOut ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null,
+        line.alarms.length > 1 || line.alarms[0].alarm !== line.name ? raisedBy(line) : null),
+      ofLoops && (typeof line.size === 'number' ? sizeText(line.size) : ''), wall().dateTime(line.raised_ms)].filter((cell) => cell !== false);
+  };
+  const node = table(caption, columns, lines.map(rowOf), {captionHidden: true, class: 'lines as-cards alarms'});
   node.querySelectorAll('tbody tr').forEach((row, i) => {
     const line = lines[i], is = line.loop === chosen?.loop && (partOf(line) === chosen?.alarm || line.alarms.some((alarm) => alarm.alarm === chosen?.alarm));
     row.classList.toggle('chosen', is);
     setAttribute(row.querySelector('a.choose'), 'aria-current', is ? 'true' : null);
   });
-  return scroller(t.title, node);
+  return scroller(caption, node);
+}
+
+// The box's alarms are a group of their own, which is open while one of them waits.
+const fold = {waiting: '', open: false}; // as the reader left it, for what waited then
+function boxGroup(lines, chosen) {
+  if (!lines.length) return null;
+  const waiting = lines.filter((line) => waits(line.state)).map((line) => `${line.name} ${line.raised_ms}`).join();
+  if (fold.waiting !== waiting) Object.assign(fold, {waiting, open: waiting !== ''});
+  const words = lines.map((line) => `${nameOf(line.name)}, ${texts.alarmStates[line.state]}`).join('; ');
+  return el('details', {class: 'box-alarms', open: fold.open || chosen?.loop === lines[0].loop, toggle: (event) => { fold.open = event.target.open; }}, el('summary', {}, fill(t.ofBox, {alarms: words})),
+    tableOf(t.boxCaption, lines, chosen, false));
+}
+
+function listOf(chosen) {
+  const lines = arrangedAlarms(linesOf(live.alarms, live.incidents)), box = lines.filter(ofBox), loops = lines.filter((line) => !ofBox(line));
+  if (!lines.length) return [el('p', {class: 'nothing'}, live.stale ? texts.notKnownNow : live.alarmsKnown ? t.nothing : texts.loading)];
+  return [boxGroup(box, chosen), loops.length ? tableOf(t.caption, loops, chosen) : null].filter(Boolean);
 }
 
 // What it means and what to do, as the daemon says it of an alarm.
-const guideOf = (e) => el('dl', {class: 'guide'}, [['action', t.action], ['cause', t.cause], ['consequence', t.consequence]]
+const guideOf = (e) => el('dl', {class: 'guide'}, [['action', t.action], ['time_to_act', texts.design.within], ['cause', t.cause], ['consequence', t.consequence]].filter(([key]) => e[key])
   .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key]))));
 
 const mayAct = () => live.session.can?.alarms;
@@ -102,7 +122,7 @@ class IncidentDetail {
   constructor(chosen, scope) {
     Object.assign(this, {chosen, scope});
     this.head = el('h2', {tabindex: -1}, chosen.loop);
-    this.about = el('div', {});
+    this.about = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
     this.guide = el('div', {});
     this.why = el('div', {});
     this.alarms = el('div', {});
@@ -140,7 +160,7 @@ class IncidentDetail {
     const name = nameOf(incident.name), time = (s) => wall().dateTime(1000 * s);
     this.head.textContent = `${name} – ${incident.loop}`;
     const button = el('button', {type: 'button', class: 'main', click: () => acknowledgeIncident(incident, name)}, t.acknowledge);
-    this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(line.state, line.grave(severe())), !mayAct() ? whyNot() : incident.unacknowledged ? el('div', {class: 'hands'}, button) : ''), facts([
+    this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(line.state, line.grave(live.severe_percent)), !mayAct() ? whyNot() : incident.unacknowledged ? el('div', {class: 'hands'}, button) : ''), facts([
       [t.where, texts.causes[incident.cause]], typeof incident.confidence === 'number' ? [texts.explain.confidence, percent(100 * incident.confidence)] : null,
       line.size !== null ? [t.size, sizeText(line.size)] : null, [texts.explain.since, time(incident.from_s)], [t.raised, time(incident.raised_s)], [t.incident, incident.id],
       incident.renamed.length ? [t.named, el('ul', {}, incident.renamed.map((one) => el('li', {}, fill(t.renamed, {from: nameOf(one.from), to: nameOf(one.to), time: time(one.time_s)}))))] : null]),
@@ -154,8 +174,8 @@ class IncidentDetail {
 class Detail {
   constructor(chosen, scope) {
     Object.assign(this, {chosen, scope});
-    this.head = el('h2', {tabindex: -1}, `${nameOf(chosen.alarm)} – ${chosen.loop}`);
-    this.about = el('div', {});
+    this.head = el('h2', {tabindex: -1}, `${nameOf(chosen.alarm)} – ${ownerName(chosen.loop)}`);
+    this.about = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
     this.guide = el('div', {});
     this.why = el('div', {});
     this.evidence = el('div', {});
@@ -181,18 +201,18 @@ class Detail {
 
   #fill(e, report) {
     const {alarm} = e, loop = live.describe?.loops[live.places.get(alarm.loop)];
-    this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(alarm.state, priority(alarm, severe())), hands(alarm)), facts([
-      [t.size, `${sizeText(alarm.severity_percent)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`],
-      [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)],
+    this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(alarm.state, priority(alarm, live.severe_percent)), hands(alarm)), facts([
+      ofValve(alarm.alarm) ? [t.size, `${sizeText(alarm.severity_percent)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`] : null,
+      alarm.priority ? [texts.design.priority, texts.design.priorities[alarm.priority] ?? alarm.priority] : null, [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)], alarm.flaps ? [t.flaps, count(alarm.flaps)] : null,
       alarm.shelved_until_ms ? [texts.alarmStates.shelved, fill(t.until, {time: wall().dateTime(alarm.shelved_until_ms)})] : null]),
-    alarm.consequence ? el('p', {}, fill(t.consequenceOf, {alarm: nameOf(alarm.consequence_of)})) : '', loop ? el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(alarm.loop)}`}, t.open)) : '');
+    alarm.consequence ? el('p', {}, fill(t.consequenceOf, {alarm: nameOf(alarm.consequence_of)})) : '', loop || ofBox(alarm) ? el('p', {}, el('a', {href: ownerHref(alarm.loop)}, loop ? t.open : t.openBox)) : '');
     this.guide.replaceChildren(guideOf(e));
     const id = e.evidence?.id ?? null;
-    if (!ofProcess(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
+    if (ofValve(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
     const lines = e.history ?? [];
     this.history.replaceChildren(...(lines.length ? [el('h3', {}, t.history), scroller(t.history, table(t.historyCaption, HISTORY, lines.map((line) => [wall().dateTime(line.utc_ms),
       line.what || changeOf(line), line.peer || texts.journal.daemon, line.reason]), {captionHidden: true, class: 'lines as-cards history'}))] : []));
-    if (!ofProcess(alarm.alarm)) this.#evidence(id, loop);
+    if (ofValve(alarm.alarm)) this.#evidence(id, loop);
   }
 
   async #evidence(id, loop) {
@@ -211,20 +231,20 @@ class Detail {
 }
 
 export function show(main, {parts}, scope) {
-  const list = el('section', {class: 'panel list told'}), side = el('div', {class: 'side'});
+  const rows = el('div', {class: 'told'}), list = el('section', {class: 'panel list'}, rows, alarmFigures(scope)), side = el('div', {class: 'side'});
   let chosen = null, detail = null, inner = null, key = '';
   const showList = () => {
     const fresh = JSON.stringify([live.alarms, live.incidents, live.alarmsKnown, live.stale, live.session.can, chosen, live.describe?.alarms]);
     if (fresh === key) return;
     key = fresh;
     const held = document.activeElement?.getAttribute?.('href'), inside = list.contains(document.activeElement);
-    list.replaceChildren(listOf(chosen));
+    rows.replaceChildren(...listOf(chosen));
     if (inside && held) list.querySelector(`a[href="${CSS.escape(held)}"]`)?.focus({preventScroll: true});
   };
   const choose = ([loop, alarm]) => {
     inner?.end();
     inner = null;
-    chosen = loop && (alarm === INCIDENT || ALARM_KINDS.includes(alarm)) ? {loop, alarm} : null;
+    chosen = loop && alarm ? {loop, alarm} : null;
     main.classList.toggle('chosen', Boolean(chosen));
     showList();
     if (!chosen) { side.replaceChildren(el('section', {class: 'panel detail'}, el('p', {class: 'nothing'}, t.pick))); return; }

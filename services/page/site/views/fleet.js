@@ -26,6 +26,7 @@ const at = (ms) => (ms === null ? NONE : value(dateTime(ms)));
 // A hash is a number; one that an edge of another make sends is whatever it is.
 export const hash = (text) => (text === null ? NONE : /^\d+$/.test(text) ? Number(text).toString(16).padStart(8, '0') : text);
 const boxCell = (row) => [el('span', {class: 'box-name'}, row.edge), el('small', {}, row.group)];
+const placeOf = (row) => [row.area, row.group, row.edge, row.online ? '' : t.away].filter(Boolean).join(' · ');
 const boxKey = (row) => `${row.group}\n${row.edge}`;
 
 export function alarmSign(row) {
@@ -116,14 +117,14 @@ class FleetView {
   #tables() {
     const number = {class: 'number'};
     this.valves = new SortedTable(t.worstCaption, [
-      {key: 'tag', head: t.valve, row: true, value: (row) => row.tag, cell: (row) => [el('a', {href: valveHref(row)}, row.tag), el('small', {}, `${row.group} · ${row.edge}${row.online ? '' : ` · ${t.away}`}`)]},
+      {key: 'tag', head: t.valve, row: true, value: (row) => row.tag, cell: (row) => [el('a', {href: valveHref(row)}, row.tag), el('small', {}, placeOf(row))]},
       {key: 'alarm', head: t.alarm, value: (row) => changeName(row.alarm), cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
       {key: 'severity', head: t.size, ...number, falls: true, value: (row) => row.severity, cell: (row) => value(percent(row.severity, 1))},
       {key: 'since', head: t.since, class: 'time', value: (row) => row.since_ms, cell: (row) => [at(row.since_ms), el('small', {}, fill(t.for, {long: duration((this.answer.now_ms - row.since_ms) / 1000)}))]},
       {key: 'weeks', head: t.weeks, class: 'curve-cell', cell: (row) => curve(row, this.top)},
     ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'severity', {class: 'lines worst'});
     this.faults = new SortedTable(t.faultsCaption, [
-      {key: 'tag', head: t.loop, row: true, value: (row) => row.tag, cell: (row) => [el('a', {href: valveHref(row)}, row.tag), el('small', {}, `${row.group} · ${row.edge}${row.online ? '' : ` · ${t.away}`}`)]},
+      {key: 'tag', head: t.loop, row: true, value: (row) => row.tag, cell: (row) => [el('a', {href: valveHref(row)}, row.tag), el('small', {}, placeOf(row))]},
       {key: 'alarm', head: t.alarm, value: (row) => changeName(row.alarm), cell: (row) => [alarmSign(row), el('small', {}, texts.alarmStates[row.state] ?? row.state)]},
       {key: 'since', head: t.since, class: 'time', falls: true, value: (row) => row.since_ms, cell: (row) => [at(row.since_ms), el('small', {}, fill(t.for, {long: duration((this.answer.now_ms - row.since_ms) / 1000)}))]},
     ], (row) => `${boxKey(row)}\n${row.device}\n${row.alarm}`, 'since');
@@ -192,7 +193,7 @@ class FleetView {
   }
 
   #list(name, table, {all, list}, nothing, known) {
-    const rows = matching(list, this.search.value, (row) => [row.group, row.edge, row.tag ?? '', row.alarm ? changeName(row.alarm) : '', row.version ?? '']);
+    const rows = matching(list, this.search.value, (row) => [row.group, row.edge, row.tag ?? '', row.area ?? '', row.alarm ? changeName(row.alarm) : '', row.version ?? '']);
     table.node.hidden = !rows.length;
     this.none[name].hidden = rows.length > 0;
     this.none[name].replaceChildren(...(all ? [t.nothing] : [icon(known ? 'ok' : 'low'), nothing]));

@@ -5,7 +5,9 @@ import {get, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {percent} from '../lib/format.js';
 import {wall} from '../lib/shell.js';
-import {texts} from '../texts.js';
+import {BOX} from '../lib/codes.js';
+import {ownerHref} from '../lib/incidents.js';
+import {ownerName, texts} from '../texts.js';
 
 const t = texts.journal;
 const MOST = 100;
@@ -19,7 +21,7 @@ export function changeOf(line) {
 const columns = [{head: t.time, row: true, class: 'time'}, {head: t.kind}, {head: t.loop}, {head: t.what}, {head: t.change, class: 'change'}, {head: t.who},
   {head: t.result, class: 'words'}, {head: t.reason, class: 'words reason'}];
 function lineRow(line) {
-  const loop = line.loop ? el('a', {href: `#/loop/${encodeURIComponent(line.loop)}`}, line.loop) : '';
+  const loop = line.loop ? el('a', {href: ownerHref(line.loop)}, ownerName(line.loop)) : '';
   const what = [line.alarm ? texts.alarms[line.alarm] ?? line.alarm : '', line.what].filter(Boolean).join(': ');
   return [wall().dateTime(line.utc_ms), t.kinds[line.kind] ?? line.kind, loop, what, changeOf(line), line.peer || t.daemon, line.result, line.reason];
 }
@@ -33,7 +35,7 @@ function wishes(form) {
 export async function show(main, {options}, scope) {
   const select = (name, choices, value) => el('select', {name}, el('option', {value: ''}, t.any),
     choices.map(([key, text]) => el('option', {value: key, selected: key === value}, text)));
-  const loops = (live.describe?.loops ?? []).map((loop) => [loop.tag, loop.tag]);
+  const loops = [...(live.describe?.loops ?? []).map(({tag}) => tag), BOX].map((loop) => [loop, ownerName(loop)]);
   if (options.loop && !loops.some(([tag]) => tag === options.loop)) loops.push([options.loop, options.loop]);
   const csv = el('a', {class: 'button', download: 'journal.csv'}, t.csv);
   const form = el('form', {class: 'filters', role: 'search', submit: (event) => { event.preventDefault(); begin(); }, reset: () => setTimeout(begin)},

@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // One loop: faceplate, trend, and what is known of its valve.
 import {FAULTS, FLAGS, MODES, named, priority, quality, shown} from '../lib/codes.js';
-import {SPANS_S, SpanChoice} from '../lib/span.js';
-import {Trend, loadPlotter, zoomButton} from '../lib/trend.js';
-import {askNote, fetchNotes, mayNote, showNotes} from '../lib/trend_notes.js';
-import {bandsOf, lanes} from '../lib/bands.js';
+import {FollowingTrend} from '../lib/trend_tools.js';
+import {loadPlotter} from '../lib/trend.js';
 import {bar, drawPhase} from '../lib/charts.js';
 import {curvesText} from '../lib/curves.js';
 import {byTag} from '../lib/order.js';
-import {decimalsFor, duration, fixed, quantity} from '../lib/format.js';
-import {el, icon, scroller, setAttribute, setText, table, unseen} from '../lib/dom.js';
-import {extent, kept, merged, trimmed} from '../lib/history.js';
+import {decimalsFor, fixed, quantity} from '../lib/format.js';
+import {el, facts, icon, scroller, setAttribute, setText, table, unseen} from '../lib/dom.js';
+import {extent, merged, trimmed} from '../lib/history.js';
 import {field} from '../lib/dialog.js';
 import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
-import {pictureOf, save} from '../lib/picture.js';
+import {LoopReports} from './loop_reports.js';
 import {wall} from '../lib/shell.js';
-import {calmPart, conditionTable, explanationPart, healthTable, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
+import {alarmTable, calmPart, conditionTable, explanationPart, healthTable, judgesOf, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
 import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
+import {tuningPart} from './tuning.js';
 import {actsOf, modeOf, ne107Of, signOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
 
@@ -43,7 +42,15 @@ class Faceplate {
     this.node = el('section', {class: 'panel faceplate', 'aria-label': t.faceplate}, el('h2', {class: 'unseen'}, t.faceplate),
       this.acts, el('div', {class: 'mode-line'}, el('span', {class: 'soft'}, t.mode), this.mode, this.asked),
       el('div', {class: 'bars'}, this.pv.node, this.sp.node, this.co.node),
-      loop.stem ? el('p', {class: 'stem-line'}, `${v.stem} `, this.stem) : null, this.notes, this.#hands());
+      loop.stem ? el('p', {class: 'stem-line'}, `${v.stem} `, this.stem) : null, this.notes, this.#hands(), this.judges = el('div', {class: 'judges small'}));
+    this.source('');
+  }
+
+  // Who judges the valve, and of a watched loop what its source leaves out (monitor.source).
+  source(text) {
+    if (this.sourceShown === text) return;
+    this.sourceShown = text;
+    this.judges.replaceChildren(facts([[t.judgedBy, judgesOf(this.loop)], text ? [t.source, text] : null]));
   }
 
   #hands() {
@@ -71,11 +78,12 @@ class Faceplate {
       this.outputHand.disabled = mode === 'automatic';
       this.outputWhy.hidden = !this.outputHand.disabled;
     }
-    const words = [], fault = named(FAULTS, o.fault[i]);
-    if (fault && fault !== 'none') words.push([texts.faults[fault], fault === 'starting' || fault === 'stop' ? null : 'bad']);
-    if (o.quality[i] !== null && quality(o.quality[i]) !== 'good') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
-    if (live.stands(i) && !live.stale) words.push([texts.stale.loop, 'bad']);
+    const words = [], fault = named(FAULTS, o.fault[i]), bad = o.quality[i] !== null && quality(o.quality[i]) !== 'good';
+    if (fault && fault !== 'none') words.push([texts.faults[fault], fault === 'starting' ? null : 'bad']);
+    if (bad && fault !== 'bad_pv') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
+    if (o.stands[i] && !live.stale) words.push([texts.stale.loop, 'bad']);
     for (const [name, bit] of Object.entries(FLAGS)) if (o.flags[i] & bit && texts.flags[name]) words.push([texts.flags[name], null]);
+    if (o.not_in_file?.[i]) words.push([texts.tuning.notInFile, null]);
     const key = JSON.stringify(words);
     if (key === this.said) return;
     this.said = key;
@@ -90,25 +98,22 @@ class Faceplate {
   }
 }
 
-class LoopTrend {
+class LoopTrend extends FollowingTrend {
+  #loaded = 0;
+
   constructor(loop, scope, uPlot, options) {
-    Object.assign(this, {loop, scope, history: null, asked: 0, lines: [], notes: [], choice: SpanChoice.of(options)});
-    this.box = el('div', {class: 'panes'});
-    this.note = el('p', {class: 'soft small'});
+    super(scope, uPlot, options, t.trend);
+    this.loop = loop;
+    this.tags = [loop.tag];
     this.csv = el('a', {class: 'button', download: `${loop.tag}.csv`}, tt.csv);
     this.numbers = el('div', {});
-    this.spans = SPANS_S.map((s) => el('button', {type: 'button', class: 'chip-button', 'aria-pressed': 'false', click: () => this.pick(s)}, tt.spans[s]));
-    this.followButton = el('button', {type: 'button', class: 'chip-button', 'aria-pressed': 'true', click: () => this.pick(this.choice.span_s)}, tt.now);
-    this.noted = el('div', {});
-    this.node = el('section', {class: 'panel trend'}, el('h2', {class: 'unseen'}, t.trend), this.#tools(), this.box,
-      el('p', {class: 'unseen', id: 'trend-keys'}, tt.keys), el('div', {class: 'under'}, this.note, el('span', {class: 'stretch'}), this.#jump(), this.#ways(), this.csv), this.noted, this.numbers);
+    this.node = el('section', {class: 'panel trend'}, el('h2', {class: 'unseen'}, t.trend), this.tools, this.box,
+      this.keys, el('div', {class: 'under'}, this.note, el('span', {class: 'stretch'}), this.#jump(), this.#ways(), this.csv), this.noted, this.numbers);
     this.canvas = el('canvas', {role: 'img', 'aria-label': texts.phase.label});
     this.phase = panel(t.phase, el('div', {class: 'phase'}, this.canvas));
-    this.trend = new Trend(uPlot, this.box, {panes: this.#panes(), x: {clock: wall()}, keys: 'trend-keys', least: 2000 * loop.sample_time_s / (live.describe.accelerate || 1),
-      limits: () => (this.history ? [this.history.oldest_ms, Math.max(this.newest(), this.history.newest_ms)] : null), onSpan: (span) => this.want(span)});
-    scope.atEnd(() => { this.trend.end(); clearTimeout(this.timer); });
-    scope.on(live, 'theme', () => { this.trend.redraw(); this.#draw(); });
-    const sizes = new ResizeObserver(() => this.history && this.#phase());
+    this.curves(this.#panes(), 2000 * loop.sample_time_s / (live.describe.accelerate || 1));
+    scope.on(live, 'theme', () => this.rows() && this.#phase());
+    const sizes = new ResizeObserver(() => this.rows() && this.#phase());
     sizes.observe(this.phase);
     scope.atEnd(() => sizes.disconnect());
   }
@@ -119,13 +124,6 @@ class LoopTrend {
       {label: tt.upper, unit: loop.pv_unit, range: loop.pv_range, high: 270, curves: [{key: 'sp', name: v.sp, ink: 'sp', dash: [6, 4], width: 1.5}, {key: 'pv', name: v.pv, ink: 'measured', width: 1.7}]},
       {label: tt.lower, unit: loop.co_unit, range: loop.co_range, high: 190, curves: [{key: 'co', name: v.co, ink: 'co', width: 1.7},
         ...(loop.stem ? [{key: 'stem', name: v.stem, ink: 'stem', dash: [3, 3], width: 1.7}] : [])]}];
-  }
-
-  #tools() {
-    return el('div', {class: 'tools'}, el('div', {class: 'chips', role: 'group', 'aria-label': tt.span}, this.spans), el('span', {class: 'stretch'}),
-      el('div', {class: 'chips', role: 'group', 'aria-label': t.trend}, zoomButton('back', tt.earlier, () => this.trend.move(-0.5)),
-        zoomButton('on', tt.later, () => this.trend.move(0.5)), zoomButton('closer', tt.closer, () => this.trend.zoom(0.5)),
-        zoomButton('wider', tt.wider, () => this.trend.zoom(2)), this.followButton));
   }
 
   #jump() {
@@ -142,120 +140,57 @@ class LoopTrend {
 
   // Out of this trend: a note, others beside it, a picture.
   #ways() {
-    const {tag} = this.loop, now = () => this.trend.at ?? Math.min(this.span()[1], this.newest());
-    return [mayNote() ? el('button', {type: 'button', click: () => askNote(tag, now(), () => this.load())}, `${texts.notes.title} …`) : null,
-      el('a', {class: 'button', href: `#/trends${query({curves: curvesText([{tag, quantity: 'pv'}, {tag, quantity: 'sp'}])})}`}, tt.others),
-      el('button', {type: 'button', click: () => save(pictureOf(this.box, [tag, this.span().map((ms) => wall().dateTime(ms)).join(' – ')]), `${tag}.png`)}, tt.png)];
+    const {tag} = this.loop;
+    return [this.noteButton(tag, `${texts.notes.title} …`), el('a', {class: 'button', href: `#/trends${query({curves: curvesText([{tag, quantity: 'pv'}, {tag, quantity: 'sp'}])})}`}, tt.others),
+      this.pictureButton(tag)];
   }
 
-  // The newest time that the box told, carried on by this computer's clock between its words.
-  newest() {
-    const told = this.history?.newest_ms ?? live.overview?.now_ms ?? Date.now();
-    return live.stale || !live.overview ? told : Math.max(told, live.overview.now_ms);
-  }
-
-  span() { return this.choice.span(this.newest(), this.history?.oldest_ms); }
-
-  pick(seconds) {
-    this.choice.pick(seconds);
-    this.load();
-  }
-
-  want(span) {
-    this.choice.want(span);
-    if (!this.choice.fixed) { this.load(); return; }
-    this.#draw();
-    clearTimeout(this.soon);
-    this.soon = setTimeout(() => this.load(), 120);
-  }
-
-  points() { return Math.round(Math.min(4000, Math.max(800, 4 * this.box.clientWidth))); }
+  rows() { return this.histories[this.loop.tag] ?? null; }
 
   async load() {
-    clearTimeout(this.timer);
-    const mine = ++this.asked, span = this.span().map(Math.round);
-    try {
-      const [history, lines, notes] = await Promise.all([get(loopPath(this.loop.tag, 'history') + query({from_ms: span[0], to_ms: span[1], points: this.points()}), this.scope.signal),
-        get(`/api/journal${query({loop: this.loop.tag, kind: 'alarm', most: 200})}`, this.scope.signal).catch(() => ({lines: this.lines})),
-        fetchNotes([this.loop.tag], this.scope.signal).catch(() => this.notes)]);
-      if (mine !== this.asked) return;
-      this.history = history;
-      this.lines = lines.lines;
-      this.notes = notes;
-      this.loaded = performance.now();
-      this.#draw();
-      this.#numbers();
-    } catch (error) {
-      if (error.name === 'AbortError') return;
-      setText(this.note, fill(texts.failed, {why: error.message}));
-    }
-    this.#next();
+    this.#loaded = performance.now();
+    await super.load();
+    if (this.rows()) this.#numbers();
   }
 
-  // While it follows, what is new: rows where every sample is shown, else all of it when a bucket is full.
-  #next() {
-    clearTimeout(this.timer);
-    if (this.scope.over || this.choice.fixed) return;
-    const fine = this.history && this.history.bucket_s === null;
-    const pause = fine ? 1000 : Math.min(30_000, Math.max(3000, 1000 * (this.history?.bucket_s ?? 3)));
-    this.timer = setTimeout(() => {
-      if (live.stale || document.hidden) { this.#next(); return; }
-      if (fine) this.#tail(); else this.load();
-    }, pause);
+  // Where every sample is shown, only the new ones are fetched.
+  follow(...how) {
+    if (how.length || this.rows()?.bucket_s !== null) super.follow(...how);
+    else super.follow(1000, () => this.#tail());
   }
 
   async #tail() {
-    const mine = this.asked, from = this.history.t.at(-1) ?? this.span()[0];
+    const mine = this.asked, {tag} = this.loop, history = this.rows(), from = history.t.at(-1) ?? this.span()[0];
     try {
-      const tail = await get(loopPath(this.loop.tag, 'history') + query({from_ms: Math.round(from), to_ms: Math.round(this.newest() + 60_000), points: 4000}), this.scope.signal);
+      const tail = await this.history(tag, from, this.newest() + 60_000, 4000);
       if (mine !== this.asked) return;
-      if (tail.bucket_s !== null || this.history.t.length > 12_000) { await this.load(); return; }
-      this.history = trimmed(merged(this.history, tail), this.span()[0]);
-      this.#draw();
-      if (performance.now() - this.loaded > 15_000) { await this.load(); return; }
+      if (tail.bucket_s !== null || history.t.length > 12_000 || performance.now() - this.#loaded > 15_000) { await this.load(); return; }
+      this.histories = {[tag]: trimmed(merged(history, tail), this.span()[0])};
+      this.draw();
     } catch (error) {
       if (error.name === 'AbortError') return; // else the stream's banner says that nothing comes
     }
-    this.#next();
+    this.follow();
   }
 
-  bands() {
-    const severe = live.describe.alarms?.severe_percent ?? 5, standing = live.alarms.filter((alarm) => alarm.loop === this.loop.tag);
-    const bands = bandsOf(this.lines, standing).map((band) => ({...band, label: texts.alarms[band.alarm] ?? band.alarm,
-      priority: priority(standing.find((alarm) => alarm.alarm === band.alarm) ?? band, severe)}));
-    const [from, to] = this.span(), seen = bands.filter((band) => (band.to_ms ?? Infinity) >= from && band.from_ms <= to);
-    lanes(seen);
-    return seen;
-  }
-
-  #draw() {
-    if (!this.history) return;
-    const span = this.span(), {bucket_s} = this.history;
-    this.trend.show(this.history, span, this.bands(), this.notes);
-    showNotes(this.noted, this.notes, span);
-    const empty = !this.history.t.some((at) => at >= span[0] && at <= span[1]);
-    setText(this.note, [empty ? tt.empty : bucket_s === null ? tt.every : fill(tt.bucket, {step: duration(bucket_s)}),
-      fill(tt.reaches, {time: wall().dateTime(this.history.oldest_ms)})].join('. ').replace('..', '.'));
-    this.csv.href = loopPath(this.loop.tag, 'history.csv') + query({from_ms: Math.round(span[0]), to_ms: Math.round(span[1])});
-    setAttribute(this.followButton, 'aria-pressed', String(!this.choice.fixed));
-    this.spans.forEach((button, k) => setAttribute(button, 'aria-pressed', String(!this.choice.fixed && SPANS_S[k] === this.choice.span_s)));
-    this.box.dataset.from = Math.round(span[0]);
-    this.box.dataset.to = Math.round(span[1]);
-    this.box.dataset.rows = this.history.t.length;
+  drawn(span) {
+    const {oldest_ms} = this.rows(), reaches = oldest_ms === null ? '' : fill(tt.reaches, {time: wall().dateTime(oldest_ms)});
+    setText(this.note, [this.said(this.rows(), span), reaches].filter(Boolean).join('. ').replace('..', '.').replace(/^./, (first) => first.toUpperCase()));
+    this.csv.href = this.csvHref(this.loop.tag, span);
     this.#phase();
   }
 
   #phase() {
     const {loop} = this;
-    drawPhase(this.canvas, this.history, this.span(), {pv: loop.pv_range, co: loop.co_range},
+    drawPhase(this.canvas, this.rows(), this.span(), {pv: loop.pv_range, co: loop.co_range},
       [`${texts.values.co} ${loop.co_unit}`, `${texts.values.pv} ${loop.pv_unit}`]);
   }
 
   #numbers() {
     const {loop} = this, v = texts.values;
     const row = (key, name, range, u) => {
-      const found = extent(this.history, [key], ...this.span()), d = decimalsFor(range);
-      return [`${name}${u ? `, ${u}` : ''}`, fixed(this.history[key]?.findLast((x) => x !== null), d), fixed(found?.[0], d), fixed(found?.[1], d)];
+      const found = extent(this.rows(), [key], ...this.span()), d = decimalsFor(range);
+      return [`${name}${u ? `, ${u}` : ''}`, fixed(this.rows()[key]?.findLast((x) => x !== null), d), fixed(found?.[0], d), fixed(found?.[1], d)];
     };
     const rows = [row('pv', v.pv, loop.pv_range, loop.pv_unit), row('sp', v.sp, loop.pv_range, loop.pv_unit), row('co', v.co, loop.co_range, loop.co_unit)];
     if (loop.stem) rows.push(row('stem', v.stem, loop.co_range, loop.co_unit));
@@ -271,7 +206,7 @@ function header(loop) {
   const ne107 = el('span', {class: 'ne107 wide'});
   const alarms = el('ul', {class: 'loop-alarms', 'aria-label': t.alarms});
   const node = el('div', {class: 'title'}, el('h1', {tabindex: -1}, loop.tag), el('span', {class: 'about'}, loop.description ?? ''), ne107, alarms,
-    el('span', {class: 'stretch'}), to(tags[at - 1], 'back', t.previous), to(tags[at + 1], 'on', t.next));
+    to(tags[at - 1], 'back', t.previous), to(tags[at + 1], 'on', t.next));
   const update = (o, i) => {
     const [letter, meaning] = ne107Of(o, i, Boolean(live.stale));
     if (ne107.shown !== letter) {
@@ -283,7 +218,7 @@ function header(loop) {
     if (alarms.shownKey === key) return;
     alarms.shownKey = key;
     alarms.replaceChildren(...list.map((alarm) => {
-      const grave = priority(alarm, live.describe.alarms?.severe_percent ?? 5);
+      const grave = priority(alarm, live.severe_percent);
       return el('li', {}, el('a', {class: `alarm-chip ${alarm.state === 'shelved' ? '' : grave}`, href: `#/alarms/${encodeURIComponent(loop.tag)}/${alarm.alarm}`},
         icon(signOf(alarm.state, grave)), `${texts.alarms[alarm.alarm] ?? alarm.alarm}, ${texts.alarmStates[alarm.state]}`));
     }));
@@ -312,11 +247,13 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const head = header(loop), faceplate = new Faceplate(loop);
   main.replaceChildren(head.node);
   const trend = new LoopTrend(loop, scope, uPlot, options);
-  const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
+  const reports = new LoopReports(loop, trend, scope);
+  const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin', 'alarms'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
   places.calm = el('div', {class: 'told'});
+  const tuning = loop.control === 'elsewhere' ? null : tuningPart(loop, scope, uPlot);
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
     el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
-      el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows))));
+      tuning ? el('div', {class: 'across'}, panel(texts.tuning.title, tuning.node)) : null, el('div', {class: 'across'}, panel(t.processAlarms, places.alarms)), el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows)), el('div', {class: 'across'}, reports.node)));
   const i = live.places.get(tag);
   const update = () => {
     if (!live.overview) return;
@@ -328,11 +265,12 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   scope.on(live, 'stale', update);
   update();
   await trend.load();
-  followDetails(loop, places, scope);
+  reports.start();
+  followDetails(loop, places, faceplate, scope, tuning);
 }
 
 // What changes slowly, each 5 s, and only where it changed: a reader's selection and scroll stay.
-function followDetails(loop, places, scope) {
+function followDetails(loop, places, faceplate, scope, tuning) {
   const put = (name, key, make) => {
     const text = JSON.stringify(key);
     if (places[name].key === text) return;
@@ -342,11 +280,19 @@ function followDetails(loop, places, scope) {
     const fresh = places[name].querySelector('.scroller');
     if (fresh) fresh.scrollLeft = scrolled;
   };
+  // How alarms are meant changes with the files alone.
+  let designs = null;
+  scope.on(live, 'describe', () => { designs = null; });
   scope.every(5000, async () => {
     if (live.stale) return;
     try {
+      designs ??= await get(loopPath(loop.tag, 'alarms'), scope.signal).then(({alarms}) => alarms, () => null);
       const [now, windows] = await Promise.all([get(loopPath(loop.tag), scope.signal), get(loopPath(loop.tag, 'windows'), scope.signal).catch(() => ({windows: []}))]);
       const folder = now.explanation?.folder.split('/').at(-1) ?? null, report = folder && await reportOf(folder, scope.signal);
+      faceplate.source(now.monitor.source);
+      const stateNow = Object.fromEntries(Object.values(now.alarms).map(({alarm, state}) => [alarm, texts.alarmStates[state] ?? texts.alarmStates.other]));
+      put('alarms', [designs, stateNow], () => (designs ? alarmTable(designs, loop, (alarm) => stateNow[alarm] ?? texts.notKnown) : el('p', {class: 'nothing'}, texts.notKnownNow)));
+      tuning?.show(now.gains);
       put('condition', now.monitor.condition, () => conditionTable(now.monitor.condition));
       put('measures', now.monitor, () => measureTable(now.monitor));
       const said = now.monitor.twin && twinFacts(now.monitor.twin);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts of a loop's view that are tables and words.
-import {CONDITIONS} from '../lib/codes.js';
+import {CONDITIONS, ofValve} from '../lib/codes.js';
 import {el, facts, scroller, table} from '../lib/dom.js';
-import {NONE, bytes, count, duration, fixed, percent, significant} from '../lib/format.js';
+import {NONE, bytes, count, duration, fixed, percent, quantity, significant} from '../lib/format.js';
 import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
-import {fill, texts} from '../texts.js';
+import {changeName, fill, texts} from '../texts.js';
 import {reportHref} from './reports.js';
 
 const known = (value) => typeof value === 'number' && Number.isFinite(value);
@@ -15,20 +15,20 @@ export function conditionTable(condition) {
   const columns = [{head: t.index, row: true}, {head: t.value, class: 'number'}, {head: '', class: 'gauge'}, {head: t.means, class: 'words'}, {head: t.cannot, class: 'words'}];
   return scroller(texts.loop.condition, table(t.caption, columns, CONDITIONS.map((name) => {
     const value = condition?.[name], [title, means, cannot] = t[name];
-    return [title, known(value) ? el('span', {class: value < 50 ? 'value poor' : 'value'}, fixed(value, 0)) : texts.notKnown,
+    return [title, known(value) ? el('span', {class: value < 50 ? 'value poor' : 'value'}, fixed(value, 0)) : el('span', {class: 'not-known'}, texts.notKnown),
       meter(known(value) ? value / 100 : NaN, value < 50 ? 'poor' : ''), means, cannot];
   }), {class: 'as-cards'}));
 }
 
 export function measureTable(m) {
-  const t = texts.measures, index = significant(m.oscillation_index, 2);
+  const t = texts.measures, index = significant(m.oscillation_index, 2), of = (text) => (m.windows ? text : NONE); // without a window nothing is measured
   const rows = [
     [t.state, m.window_state], [t.windows, fill(t.suppressed, {n: count(m.windows), m: count(m.windows_suppressed)})],
-    [t.oscillation, m.oscillation_index > 1 ? fill(t.oscillates, {period: duration(m.oscillation_period_s), index}) : fill(t.steady, {index})],
+    [t.oscillation, of(m.oscillation_index > 1 ? fill(t.oscillates, {period: duration(m.oscillation_period_s), index}) : fill(t.steady, {index}))],
     [t.stick, known(m.stick_percent) ? fill(t.stickBy, {value: percent(m.stick_percent, 1), source: m.stick_source}) : NONE],
-    [t.variability, percent(m.variability_percent, 2)], [t.meanError, percent(m.mean_error_percent, 2)], [t.saturated, percent(m.saturated_percent, 0)],
-    [t.travel, fill(t.percentPerHour, {value: count(m.travel_percent_per_hour)})], [t.reversals, fill(t.perHour, {value: count(m.reversals_per_hour)})],
-    [t.bridged, count(m.bridged_cycles)],
+    [t.variability, of(percent(m.variability_percent, 2))], [t.meanError, of(percent(m.mean_error_percent, 2))], [t.saturated, of(percent(m.saturated_percent, 0))],
+    [t.travel, of(fill(t.percentPerHour, {value: count(m.travel_percent_per_hour)}))], [t.reversals, of(fill(t.perHour, {value: count(m.reversals_per_hour)}))],
+    [t.bridged, of(count(m.bridged_cycles))],
     [t.hours, [m.hours_automatic, m.hours_manual, m.hours_at_limit].map((h) => `${significant(h, 3)} h`).join(', ')],
   ];
   return table(t.caption, [{head: t.measure, row: true}, {head: t.value, class: 'number'}], rows, {captionHidden: true, class: 'pairs'});
@@ -59,8 +59,9 @@ export function healthTable(loop) {
   const t = texts.health, {io, recording} = loop, yes = (v) => (v ? texts.yes : texts.no);
   const names = ['transactions', 'timeouts', 'device_exceptions', 'invalid_replies', 'stale_replies_discarded', 'reconnects', 'writes', 'write_errors', 'old_commands_withheld'];
   const lost = recording.dropped + (recording.queue_dropped ?? 0) + recording.rows_lost;
-  const age = (ms) => (known(ms) ? `${significant(ms, 3)} ms` : NONE);
-  const rows = [[t.connected, yes(io.connected)], [t.pvAge, age(loop.pv_age_ms)], [t.positionAge, age(loop.position_age_ms)],
+  const age = (ms) => (!known(ms) ? NONE : ms < 10_000 ? `${significant(ms, 3)} ms` : duration(ms / 1000));
+  const pvAge = loop.pv_age_ms > 1000 * loop.time_s + 10_000 ? t.never : age(loop.pv_age_ms); // older than the daemon: none has come
+  const rows = [[t.connected, yes(io.connected)], [t.pvAge, pvAge], [t.positionAge, age(loop.position_age_ms)],
     ...names.map((name) => [t[name], count(io[name])]), [t.refused, count(loop.orders_refused)],
     [t.rows, count(recording.rows)], [t.lost, count(lost)], [t.bytes, bytes(recording.bytes)],
     recording.disk_errors ? [t.disk, fill(t.diskError, {n: recording.disk_errors, text: recording.last_disk_error})] : null];
@@ -82,6 +83,24 @@ export function twinPart(said, loop) {
     said.why ? [t.controller, fill(t.notWatched, {why: said.why})] : null]),
   table(t.untested, [{head: t.change, row: true}, {head: t.lastTested, class: 'number'}],
     said.untested.map((one) => [t.changes[one.change] ?? one.change, fill(one.tested ? t.ago : t.never, {long: age(one.for_s)})]), {class: 'pairs'}));
+}
+
+// Who judges the valve, by the loop's description.
+export function judgesOf(loop) {
+  const t = texts.loop.by, list = loop.specialists.filter(ofValve).map(verdictText).join(', ');
+  const judges = [list && fill(t.specialists, {list}), loop.monitor ? t.routine : null, loop.twin ? t.twin : null].filter(Boolean);
+  return judges.length ? judges.join('; ') : t.none;
+}
+
+// How the loop's alarms are meant; `stateNow(alarm)`: in words, how it is now. The process's come first, since they are acted on first.
+export function alarmTable(designs, loop, stateNow) {
+  const t = texts.design, range = [0, loop.pv_range[1] - loop.pv_range[0]], withUnit = (value, unit) => (known(value) ? quantity(value, range, unit) : '');
+  const columns = [{head: t.alarm, row: true}, {head: t.priority}, {head: t.limit, class: 'number'}, {head: t.deadBand, class: 'number'}, {head: t.delays, class: 'number'}, {head: t.suppressedBy, class: 'words'}, {head: t.within, class: 'words'}, {head: t.now}];
+  const order = [...designs].sort((a, b) => ofValve(a.alarm) - ofValve(b.alarm));
+  const node = scroller(texts.loop.processAlarms, table(t.caption, columns, order.map((one) => [el('a', {href: `#/alarms/${encodeURIComponent(loop.tag)}/${encodeURIComponent(one.alarm)}`}, changeName(one.alarm)),
+    t.priorities[one.priority] ?? one.priority, withUnit(one.limit, one.unit), withUnit(one.dead_band, one.unit), known(one.on_delay_s) ? `${duration(one.on_delay_s)}, ${duration(one.off_delay_s)}` : '',
+    one.suppressed_by.map(changeName).join(', '), one.time_to_act, stateNow(one.alarm)]), {captionHidden: true, class: 'lines as-cards'}));
+  return designs.some(({limit}) => known(limit)) ? node : el('div', {}, node, el('p', {class: 'soft small'}, t.noLimits));
 }
 
 // What keeps the loop calm until its valve is repaired; null: nothing does, and nothing is offered.

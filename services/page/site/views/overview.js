@@ -27,6 +27,7 @@ class Item {
     this.words = el('span', {});
     this.sign = el('span', {class: 'sign'});
     this.state = el('span', {class: 'state'}, this.sign, this.words);
+    this.inFile = el('span', {class: 'soft small', hidden: true}, texts.tuning.notInFile);
     this.ne107 = el('span', {class: 'ne107'});
     this.condition = el('span', {class: 'value'}, NONE);
     this.canvas = el('canvas', {'aria-hidden': 'true', class: 'spark'});
@@ -40,7 +41,7 @@ class Item {
       el('span', {class: 'second'}, el('span', {class: 'about'}, loop.description ?? ''), el('span', {class: 'cond'}, el('span', {class: 'name'}, t.conditionShort), this.condition)),
       el('span', {class: 'numbers'}, pair('pv', texts.values.pv, loop.pv_unit), pair('sp', texts.values.sp, null), pair('co', texts.values.co, loop.co_unit)),
       this.canvas,
-      el('span', {class: 'foot'}, this.state)));
+      el('span', {class: 'foot'}, this.state, this.inFile)));
   }
 
   #row() {
@@ -48,7 +49,7 @@ class Item {
     const number = (name, u) => el('td', {role: 'cell', class: 'number', 'data-head': texts.values[name]}, this.values[name], unit(u));
     return el('tr', {role: 'row', class: 'line'},
       el('th', {scope: 'row', role: 'rowheader'}, el('a', {href: loopHref(loop.tag)}, loop.tag), el('span', {class: 'about'}, loop.description ?? '')),
-      el('td', {role: 'cell', class: 'how'}, this.ne107, this.state), cell(this.mode), number('pv', loop.pv_unit), number('sp', loop.pv_unit), number('co', loop.co_unit),
+      el('td', {role: 'cell', class: 'how'}, this.ne107, this.state, this.inFile), cell(this.mode), number('pv', loop.pv_unit), number('sp', loop.pv_unit), number('co', loop.co_unit),
       el('td', {role: 'cell', class: 'number condition', 'data-head': t.condition}, this.condition), el('td', {role: 'cell', class: 'trend'}, this.canvas, unseen(t.spark)));
   }
 
@@ -59,7 +60,7 @@ class Item {
     setText(this.mode, mode ? texts.modes[mode] : NONE);
     setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode odd' : 'mode');
     const [words, sign, look] = stateOf(o, i, {loop, listed: (kind) => live.alarms.find((alarm) => alarm.loop === loop.tag && alarm.alarm === kind),
-      severe: live.describe.alarms?.severe_percent ?? 5, stands: live.stands(i), stale: Boolean(live.stale)});
+      severe: live.severe_percent, stale: Boolean(live.stale)});
     setText(this.words, words);
     if (this.signShown !== sign) {
       this.signShown = sign;
@@ -67,6 +68,7 @@ class Item {
     }
     setAttribute(this.state, 'class', `state ${look}`.trim());
     setAttribute(this.node, 'data-look', look || null);
+    this.inFile.hidden = !o.not_in_file?.[i];
     const [letter, meaning] = ne107Of(o, i, Boolean(live.stale));
     if (this.letter !== letter) {
       this.letter = letter;
@@ -75,7 +77,7 @@ class Item {
     }
     setText(this.condition, fixed(o.condition[i], 0));
     setAttribute(this.condition, 'class', o.condition[i] !== null && o.condition[i] < 50 ? 'value poor' : 'value');
-    setAttribute(this.node, 'data-old', live.stands(i) ? '' : null);
+    setAttribute(this.node, 'data-old', o.stands[i] ? '' : null);
     // The picture changes with a new extreme, or where PV has moved by a dot of its gauge.
     const [low, high] = loop.pv_range, dot = o.pv[i] === null ? '' : Math.round(this.canvas.tall * (o.pv[i] - low) / (high - low));
     const sketch = `${live.sparks[i].version} ${dot} ${this.values.sp.shown} ${this.canvas.room}`;

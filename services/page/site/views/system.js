@@ -5,15 +5,18 @@ import {get, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
+import {BOX} from '../lib/codes.js';
 import {changeOf} from './journal.js';
-import {fill, texts} from '../texts.js';
+import {ofBox} from '../lib/incidents.js';
+import {outages} from '../lib/state.js';
+import {verdictOf, warningsOf} from '../lib/box_health.js';
+import {changeName, fill, texts} from '../texts.js';
 
 const t = texts.system;
 const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, title), ...what);
 const hex = (crc) => (typeof crc === 'number' ? crc.toString(16).padStart(8, '0') : crc ?? NONE);
 
 const LOOKED_AT = 200, CHANGES = 5; // lines of the journal
-const LOW_SHARE = 0.05; // of the disk
 const unfolded = new Set(); // titles of what the reader has opened
 
 const folded = (title, ...what) => el('details', {open: unfolded.has(title), toggle: (event) => { if (event.target.open) unfolded.add(title); else unfolded.delete(title); }}, el('summary', {}, title), what);
@@ -27,29 +30,6 @@ function histogram(title, h) {
   return el('div', {class: 'histogram'}, el('h3', {}, title),
     facts([[t.median, microseconds(h.p50)], [t.p99, microseconds(h.p99)], [t.p999, microseconds(h.p99_9)], [t.worst, microseconds(h.worst)]]),
     folded(`${title}: ${t.histogram}`, table(`${title}: ${t.histogram}`, [{head: t.bin, row: true, class: 'number'}, {head: '', class: 'gauge'}, {head: t.count, class: 'number'}, {head: t.share, class: 'number'}], rows, {captionHidden: true, class: 'pairs'})));
-}
-
-function warningsOf(d, loops, disk) {
-  const c = d.configuration ?? {}, list = [];
-  const add = (when, text, values = {}) => { if (when) list.push(fill(text, values)); };
-  add(d.real_time_missing, t.noRealTime, {text: d.real_time_missing});
-  add(d.overruns > 0, t.overrunsWarn, {n: count(d.overruns), all: count(d.ticks)});
-  add(d.events_dropped > 0, t.eventsLost, {n: count(d.events_dropped)});
-  add(d.journal?.error, t.journalError, {text: d.journal?.error});
-  add(d.journal?.damaged > 0, t.journalDamaged, {n: d.journal?.damaged});
-  add(d.evidence?.error, t.evidenceError, {text: d.evidence?.error});
-  add(d.recorder?.disk_wait_s > 1, t.diskWait, {long: duration(d.recorder?.disk_wait_s)});
-  add(disk && disk.free_bytes < LOW_SHARE * disk.bytes, t.diskFull, {free: bytes(disk?.free_bytes), all: bytes(disk?.bytes)});
-  for (const feeder of d.feeders ?? []) add(!feeder.connected, t.feederAway, {name: feeder.name});
-  for (const waiting of c.waiting_for_restart ?? []) add(true, t.waitingRestart, waiting);
-  for (const waiting of c.waiting_for_output ?? []) add(true, t.waitingOutput, waiting);
-  add(c.refused?.length, t.refusedFile, {text: [c.refused].flat().join('; ')});
-  for (const {loop, io, recording} of loops) {
-    const lost = recording.dropped + (recording.queue_dropped ?? 0) + recording.rows_lost;
-    add(!io.connected, t.linkDown, {loop});
-    add(lost > 0, t.rowsLost, {loop, n: count(lost)});
-  }
-  return list;
 }
 
 function busTable(loops) {
@@ -66,8 +46,8 @@ function pairsOf(object) {
 
 // What has changed of the box, the newest first; of its loops the journal tells.
 async function changesOf(signal) {
-  const answers = await Promise.all([{kind: 'system'}, {text: 'reload'}].map((which) => get(`/api/journal${query({...which, most: LOOKED_AT})}`, signal)));
-  const lines = new Map(answers.flatMap((answer) => answer.lines).filter((line) => !line.loop).map((line) => [line.id, line]));
+  const answers = await Promise.all([{kind: 'system'}, {text: 'reload'}, {loop: BOX}].map((which) => get(`/api/journal${query({...which, most: LOOKED_AT})}`, signal)));
+  const lines = new Map(answers.flatMap((answer) => answer.lines).filter((line) => !line.loop || ofBox(line)).map((line) => [line.id, line]));
   return [...lines.values()].sort((a, b) => b.id - a.id).slice(0, CHANGES);
 }
 
@@ -75,7 +55,7 @@ function changesPart(lines) {
   if (!lines) return el('p', {class: 'soft'}, texts.notKnownNow);
   if (!lines.length) return el('p', {class: 'soft'}, t.noChanges);
   return el('ul', {class: 'changes'}, lines.map((line) => el('li', {}, el('span', {class: 'soft time'}, wall().dateTime(line.utc_ms)),
-    el('span', {}, [line.what, changeOf(line), line.peer, line.result, line.reason].filter(Boolean).join(', ')))));
+    el('span', {}, [line.alarm && changeName(line.alarm), line.what, changeOf(line), line.peer, line.result, line.reason].filter(Boolean).join(', ')))));
 }
 
 // Whether the box is well, first of all.
@@ -84,9 +64,9 @@ function healthPart(answer, warnings) {
     const since = answer?.daemon_state?.since_ms;
     return [el('p', {class: 'verdict bad'}, icon('bad'), since ? fill(t.notKnownSince, {time: wall().dateTime(since)}) : t.notKnown), answer?.daemon_state?.why ? el('p', {class: 'soft'}, answer.daemon_state.why) : null];
   }
-  if (!warnings.length) return [el('p', {class: 'verdict'}, icon('ok'), fill(t.well, {time: wall().dateTime(live.describe?.started_ms)}))];
-  return [el('p', {class: 'verdict'}, icon('low'), fill(warnings.length === 1 ? t.oneWarning : t.someWarnings, {n: warnings.length})),
-    el('ul', {class: 'warnings'}, warnings.map((text) => el('li', {}, icon('low'), text)))];
+  const [words, sign] = verdictOf(warnings, live.alarmsKnown && Boolean(live.overview), live.describe?.started_ms, (ms) => wall().dateTime(ms));
+  return [el('p', {class: 'verdict'}, icon(sign), words),
+    warnings.length ? el('ul', {class: 'warnings'}, warnings.map((one) => el('li', {}, icon(one.sign), one.href ? el('a', {href: one.href}, one.text) : one.text))) : null].filter(Boolean);
 }
 
 function counters(d, loops, page) {
@@ -104,7 +84,7 @@ function counters(d, loops, page) {
 
 function parts(answer, changes) {
   const d = answer?.daemon, loops = answer?.loops ?? [], c = d?.configuration ?? {}, disk = answer?.disk, connected = loops.filter(({io}) => io.connected).length;
-  const warnings = d ? warningsOf(d, loops, disk) : [];
+  const warnings = d ? warningsOf(answer, live.alarms, live.overview && live.describe ? outages(live.overview, live.describe.loops) : [], live.severe_percent, (ms) => wall().dateTime(ms)) : [];
   return [
     el('div', {class: 'wider stack'}, panel(t.health, ...healthPart(answer, warnings)), d ? panel(t.changes, changesPart(changes)) : null),
     d ? panel(t.versions, facts([[t.started, `${wall().dateTime(live.describe?.started_ms)} (${fill(t.uptime, {long: duration(d.uptime_s)})})`],
@@ -129,5 +109,7 @@ export async function show(main, _, scope) {
     }
   };
   scope.on(live, 'stale', load);
+  scope.on(live, 'alarms', load);
+  if (!live.overview) scope.on(live, 'overview', load, {once: true});
   await scope.every(5000, load);
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "tests/services/page/support/api_rig.hpp"
+#include "tests/services/page/tuning/recorded_loop.hpp"
 
 namespace loopwarden::tests::router_test {
 
@@ -13,6 +15,7 @@ using nlohmann::json;
 const json kAcknowledge{{"action", "acknowledge"}};
 const std::vector<std::string> kAlarm{"api", "loops", "FIC-101", "alarms", "stiction"};
 const std::vector<std::string> kOrder{"api", "loops", "FIC-101", "order"};
+const std::vector<std::string> kTuning{"api", "loops", "FIC-101", "tuning"};
 
 json set_point(double value, double old) {
   return {{"set", {{"set_point", value}}},
@@ -27,7 +30,8 @@ TEST_CASE("without users everybody on this host looks and nobody writes") {
   CHECK(session["user"].is_null());
   CHECK(session["login"] == false);
   CHECK(session["must_login"] == false);
-  CHECK(session["can"] == json{{"alarms", false}, {"control", false}});
+  CHECK(session["can"] ==
+        json{{"alarms", false}, {"control", false}, {"tuning", false}, {"reports", false}});
   CHECK(rig.answer(rig.post_as("", kAlarm, kAcknowledge)).status == 403);
   CHECK(rig.orders.asked.empty());
   request.peer_is_loopback = false;
@@ -36,6 +40,31 @@ TEST_CASE("without users everybody on this host looks and nobody writes") {
   CHECK(rig.answer(alarms).status == 200);
   alarms.peer_is_loopback = false;
   CHECK(rig.answer(alarms).status == 401);
+}
+
+TEST_CASE("alarms are asked of a loop or of the box, by name") {
+  ApiRig rig(true);
+  const auto asked = [&](const Request& request) {
+    rig.daemon.asked.clear();
+    rig.orders.asked.clear();
+    CHECK(rig.answer(request).status == 200);
+    return (rig.daemon.asked.empty() ? rig.orders : rig.daemon).asked.at(0);
+  };
+  CHECK(asked(rig.get_as("vera", {"api", "loops", "FIC-101", "alarms"})) ==
+        json{{"request", "alarm_design"}, {"loop", "FIC-101"}});
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "FIC-999", "alarms"})).status == 404);
+  CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "box", "alarms"})).status == 404);
+  Request figures = rig.get_as("vera", {"api", "alarm-figures"});
+  figures.query["hours"] = "168";
+  CHECK(asked(figures) == json{{"request", "alarm_figures"}, {"hours", 168}});
+  figures.query["hours"] = "721";
+  CHECK(rig.answer(figures).status == 400);
+  CHECK(asked(rig.get_as("vera", {"api", "loops", "box", "alarms", "disk_full"})) ==
+        json{{"request", "explain"}, {"loop", "box"}, {"alarm", "disk_full"}});
+  const json order =
+      asked(rig.post_as("otto", {"api", "loops", "box", "alarms", "disk_full"}, kAcknowledge));
+  CHECK(order["loop"] == "box");
+  CHECK(order["alarm"] == "disk_full");
 }
 
 TEST_CASE("with users nothing is told to who has not logged in, but the session") {
@@ -49,6 +78,9 @@ TEST_CASE("with users nothing is told to who has not logged in, but the session"
                                                     {"api", "reports"},
                                                     {"reports", "x"},
                                                     {"api", "loops", "FIC-101"},
+                                                    {"api", "loops", "FIC-101", "alarms"},
+                                                    {"api", "alarm-figures"},
+                                                    {"api", "loops", "FIC-101", "reports"},
                                                     {"api", "loops", "FIC-101", "history"},
                                                     {"api", "loops", "FIC-101", "history.csv"},
                                                     {"api", "evidence", "x"}};
@@ -73,6 +105,70 @@ TEST_CASE("a viewer can't write, an operator can, and the journal will know who"
   CHECK(rig.orders.asked[0]["user"] == "otto");
   CHECK(rig.orders.asked[0]["address"] == "127.0.0.1");
   CHECK(rig.orders.asked[0]["alarm"] == "stiction");
+}
+
+TEST_CASE("a report is asked for by an engineer alone") {
+  ApiRig rig(true);
+  const std::vector<std::string> path{"api", "loops", "FIC-101", "reports"};
+  const json wish{{"kind", "gap"}, {"from_ms", 1'750'000'000'000}, {"to_ms", 1'750'000'060'000}};
+  rig.orders.says = [](const json&) {
+    return json{{"taken", true}, {"waiting", 2}, {"name", "x"}, {"on_disk", true}};
+  };
+  for (const char* user : {"vera", "otto"}) {
+    CHECK(rig.answer(rig.post_as(user, path, wish)).status == 403);
+    CHECK(json::parse(rig.answer(rig.get_as(user, {"api", "session"})).body)["can"]["reports"] ==
+          false);
+  }
+  CHECK(rig.orders.asked.empty());
+  CHECK(json::parse(rig.answer(rig.get_as("ella", {"api", "session"})).body)["can"]["reports"] ==
+        true);
+  const http::Response taken = rig.answer(rig.post_as("ella", path, wish));
+  CHECK(taken.status == 200);
+  CHECK(json::parse(taken.body)["waiting"] == 2);
+  REQUIRE(rig.orders.asked.size() == 1);
+  json request = wish;
+  request.update(
+      {{"request", "report"}, {"loop", "FIC-101"}, {"user", "ella"}, {"address", "127.0.0.1"}});
+  CHECK(rig.orders.asked[0] == request);
+
+  const auto refused = [&](const json& changed) {
+    json other = wish;
+    other.update(changed);
+    return rig.answer(rig.post_as("ella", path, other)).status;
+  };
+  CHECK(refused({{"kind", 3}}) == 400);
+  CHECK(refused({{"from_ms", "now"}}) == 400);
+  CHECK(refused({{"out", "/etc"}}) == 400);
+  CHECK(rig.orders.asked.size() == 1);
+
+  rig.orders.says = [](const json&) { return json{{"taken", false}, {"waiting", 4}}; };
+  const http::Response full = rig.answer(rig.post_as("ella", path, wish));
+  CHECK(full.status == 429);
+  CHECK(json::parse(full.body)["error"] == "4 reports wait already; one is made at a time");
+
+  json without = describe_of_two();
+  without["page"]["reports"] = false;
+  rig.now.state = page::box_state_of(without);
+  CHECK(rig.answer(rig.post_as("ella", path, wish)).status == 403);
+}
+
+TEST_CASE("reports that were asked for are told to everybody, with the page's link to each") {
+  ApiRig rig(true);
+  write_file(rig.settings.state_directory / "reports/one/report.html", "<title>Gap: x</title>");
+  rig.daemon.says = [](const json&) {
+    return json{{"reports",
+                 {{{"name", "two"}, {"state", "done"}, {"page", "reports/two/report.html"}},
+                  {{"name", "one"}, {"state", "done"}, {"page", "reports/one/report.html"}},
+                  {{"name", "none"}, {"state", "failed"}, {"page", ""}}}}};
+  };
+  const http::Response answer =
+      rig.answer(rig.get_as("vera", {"api", "loops", "FIC-101", "reports"}));
+  REQUIRE(answer.status == 200);
+  CHECK(rig.daemon.asked.at(0) == json{{"request", "reports"}, {"loop", "FIC-101"}});
+  const json all = json::parse(answer.body)["reports"];
+  CHECK_FALSE(all[0].contains("id"));  // not there yet
+  CHECK(rig.answer(rig.get_as("vera", {"reports", all[1]["id"], "report.html"})).status == 200);
+  CHECK_FALSE(all[2].contains("id"));
 }
 
 TEST_CASE("a loop of a daemon that was never heard of is not known, rather than not there") {
@@ -297,6 +393,167 @@ TEST_CASE("an output that nobody knows is ordered by who saw that") {
   }
 }
 
+TEST_CASE("gains are set by engineers, where the daemon allows it, with what they have seen") {
+  ApiRig rig(true);
+  rig.orders.says = [](const json& request) -> json {
+    if (request["request"] == "tune") return {{"order", 3}, {"sample_time_s", 0.1}};
+    return {{"state", "done"}, {"why", ""}, {"on_disk", true}};
+  };
+  json description = describe_of_two();
+  description["page"]["tuning"] = true;
+  const json old{{"kp", 2.0}, {"ki", 0.5}, {"kd", 0.0}};
+  const json wanted{{"kp", 3.0}, {"ki", 0.25}, {"kd", 0.0}};
+  json body{{"set", wanted}, {"confirm", {{"tag", "FIC-101"}, {"old", old}, {"new", wanted}}}};
+  std::string who = "ella";
+  int expected = 200;
+  SECTION("sound") {}
+  SECTION("an operator") {
+    who = "otto";
+    expected = 403;
+  }
+  SECTION("the daemon's right") {
+    description["page"]["tuning"] = false;
+    expected = 403;
+  }
+  SECTION("another controller has the loop") {
+    description["loops"][0]["control"] = "elsewhere";
+    expected = 403;
+  }
+  SECTION("another tag") {
+    body["confirm"]["tag"] = "FIC-102";
+    expected = 400;
+  }
+  SECTION("other gains") {
+    body["confirm"]["new"]["ki"] = 0.26;
+    expected = 400;
+  }
+  SECTION("nothing that was seen") {
+    body["confirm"].erase("old");
+    expected = 400;
+  }
+  SECTION("no confirmation") {
+    body.erase("confirm");
+    expected = 400;
+  }
+  SECTION("not all of them") {
+    body["set"].erase("kd");
+    expected = 400;
+  }
+  SECTION("not a number") {
+    body["set"]["kp"] = "3";
+    expected = 400;
+  }
+  SECTION("a gain too many") {
+    body["set"]["kf"] = 1.0;
+    expected = 400;
+  }
+  rig.now.state = page::box_state_of(description);
+  const auto session = rig.answer(rig.get_as(who, {"api", "session"}));
+  CHECK(json::parse(session.body).at("can").at("tuning") ==
+        (who == "ella" && description["page"]["tuning"] == true));
+  CHECK(rig.answer(rig.post_as(who, kTuning, body)).status == expected);
+  if (expected != 200) {
+    CHECK(rig.orders.asked.empty());
+    return;
+  }
+  REQUIRE(rig.orders.asked.size() == 2);
+  CHECK(rig.orders.asked[0] == json{{"request", "tune"},
+                                    {"loop", "FIC-101"},
+                                    {"kp", 3.0},
+                                    {"ki", 0.25},
+                                    {"kd", 0.0},
+                                    {"expect", old},
+                                    {"user", "ella"},
+                                    {"address", "127.0.0.1"}});
+  rig.orders.says = [&](const json& request) -> json {
+    if (request["request"] == "tune") return {{"order", 4}, {"sample_time_s", 0.1}};
+    return {{"state", "refused"}, {"why", "."}, {"now", {{"gains", wanted}}}, {"on_disk", true}};
+  };
+  const auto late = rig.answer(rig.post_as(who, kTuning, body));
+  CHECK(late.status == 409);
+  CHECK(json::parse(late.body).at("now") == wanted);
+}
+
+TEST_CASE("gains are proposed by the twin or by the newest step of the record") {
+  ApiRig rig(true);
+  json description = describe_of_two();
+  description["page"]["tuning"] = true;
+  description["loops"][0]["twin"] = true;
+  rig.now.state = page::box_state_of(description);
+  const json gains{{"kp", 0.5}, {"ki", 0.05}, {"kd", 0.0}};
+  std::string twin =
+      "sample_time: 0.5\ncontroller: {kp: 0.5, ki: 0.05, output: [0, 100]}\n"
+      "process: {gain: 1.5, time_constant: 8, dead_time: 3}\n"
+      "transmitter: {range: [0, 100]}\n";
+  double filter_s = 0.0;
+  rig.daemon.says = [&](const json& request) -> json {
+    if (request["request"] == "twin") return {{"model", twin}};
+    return {{"name", "FIC-101"},
+            {"sample_time_s", 0.5},
+            {"explanation", nullptr},
+            {"ranges",
+             {{"pv_range", {0, 100}},
+              {"co_range", {0, 100}},
+              {"sp_limits", {0, 100}},
+              {"output_limits", {0, 100}}}},
+            {"gains", {{"in_force", gains}, {"file", gains}, {"derivative_filter_s", filter_s}}}};
+  };
+  http::Request request = rig.get_as("ella", kTuning);
+  const auto proposed = [&] { return rig.answer(request); };
+
+  SECTION("operators see none") {
+    request = rig.get_as("otto", kTuning);
+    CHECK(proposed().status == 403);
+  }
+  SECTION("the twin, where there is one") {
+    const json told = json::parse(proposed().body);
+    CHECK(told.at("model").at("source") == "twin");
+    CHECK(told.at("model").at("process").at("gain") == 1.5);
+    CHECK(told.at("rules")[0].at("rule").is_null());
+    CHECK(told.at("rules")[0].at("gains") == gains);
+    CHECK(told.at("rules")[0].at("pv").size() == told.at("t").size());
+    CHECK(told.at("t").size() <= 501);
+    CHECK(told.at("in_force").at("in_force") == gains);
+    CHECK(told.at("can_pid") == false);
+    const json& best = told.at("rules").at(told.at("recommended").get<std::size_t>());
+    CHECK(best.at("sensitivity") <= 2.0);
+    CHECK(rig.orders.asked.empty());
+  }
+  SECTION("the record") {
+    request.query["model"] = "record";
+    const json none = json::parse(proposed().body);
+    CHECK_THAT(none.at("model").at("why_not").get<std::string>(), Catch::Contains("no step"));
+    CHECK_FALSE(none.contains("rules"));
+    record_run(rig.settings.state_directory / "segments" / "FIC-101",
+               recorded_plant({{0.0, 40.0}, {200.0, 60.0}}), 600.0);
+    const json told = json::parse(proposed().body);
+    CHECK(told.at("model").at("process").at("gain").get<double>() == Approx(1.5).epsilon(0.1));
+    CHECK(told.at("model").at("step_ms") > kRecordStart_ms);
+    CHECK(told.at("rules").size() > 3);
+  }
+  SECTION("PID where the loop filters its derivative") {
+    request.query["form"] = "pid";
+    CHECK(proposed().status == 409);
+    filter_s = 0.2;
+    const json told = json::parse(proposed().body);
+    CHECK(std::any_of(told.at("rules").begin(), told.at("rules").end(),
+                      [](const json& rule) { return rule.at("gains").at("kd") > 0.0; }));
+  }
+  SECTION("what is no such choice") {
+    request.query["model"] = "guess";
+    CHECK(proposed().status == 400);
+    request.query["model"] = "twin";
+    request.query["form"] = "p";
+    CHECK(proposed().status == 400);
+    request.query = {{"rule", "zn"}};
+    CHECK(proposed().status == 400);
+  }
+  SECTION("a twin of another version") {
+    twin = "process: {gains: 1.5}\n";
+    CHECK(proposed().status == 409);
+  }
+}
+
 TEST_CASE("what has changed behind the operator's back is told with its value") {
   ApiRig rig(true);
   const std::string why = "the set point is 5.5 by now, 5 was expected";
@@ -359,6 +616,108 @@ TEST_CASE("log-in, its delay, and its end") {
     out.csrf = json::parse(right.body)["csrf"];
     CHECK(rig.answer(out).status == 200);
     CHECK(rig.answer(request).status == 401);
+  }
+}
+
+TEST_CASE("log-in by a directory") {
+  using End = page::ldap::Outcome::End;
+  ApiRig rig(true);
+  rig.settings.ldap = page::LdapSettings();
+  rig.settings.ldap->domains = {"PLANT"};
+  const auto attempt = [&](const std::string& user, const std::string& password) {
+    return rig.post_as("", {"api", "login"}, {{"user", user}, {"password", password}});
+  };
+  const auto log_in = [&](const std::string& user, const std::string& password) {
+    return rig.answer(attempt(user, password));
+  };
+  const auto with_cookie = [](const http::Response& response, std::vector<std::string> path) {
+    Request request = ApiRig::get(std::move(path));
+    const std::string& cookie = response.headers.at(0).second;
+    request.cookies[page::api::kCookie] = cookie.substr(cookie.find('=') + 1, 43);
+    return request;
+  };
+  rig.directory.says = {End::admitted, page::Role::operator_, "uid=nora", ""};
+  SECTION("it gives the role, and the session says where from") {
+    const auto response = log_in("PLANT\\Nora", "her own");
+    REQUIRE(response.status == 200);
+    CHECK(rig.directory.asked == std::vector<std::string>{"nora|her own|loopback"});
+    const json session = json::parse(response.body);
+    CHECK(session["user"] == "nora");
+    CHECK(session["role"] == "operator");
+    CHECK(session["source"] == "directory");
+    CHECK(rig.answer(with_cookie(response, {"api", "alarms"})).status == 200);
+    CHECK(json::parse(log_in("otto", "correct horse").body)["source"] == "file");
+    SECTION("and the session ends with it") {
+      rig.users().dismiss("nora");
+      CHECK(rig.answer(with_cookie(response, {"api", "alarms"})).status == 401);
+    }
+    SECTION("or when the name is another entry's") {
+      rig.users().admit("nora", page::Role::operator_, "uid=another");
+      CHECK(rig.answer(with_cookie(response, {"api", "alarms"})).status == 401);
+    }
+    SECTION("a second session leaves the first") {
+      CHECK(log_in("nora", "her own").status == 200);
+      CHECK(rig.answer(with_cookie(response, {"api", "alarms"})).status == 200);
+    }
+  }
+  SECTION("a name of the file is the file's, whatever the directory says") {
+    CHECK(log_in("otto", "of the directory").status == 401);
+    CHECK(log_in("OTTO", "of the directory").status == 401);
+    CHECK(log_in("PLANT\\otto", "of the directory").status == 401);
+    CHECK(rig.directory.asked.empty());
+  }
+  SECTION("it is asked for no empty password, and for no name that it can't have") {
+    CHECK(log_in("nora", "").status == 401);
+    CHECK(log_in("OTHER\\nora", "her own").status == 401);
+    CHECK(log_in("*", "her own").status == 401);
+    CHECK(rig.directory.asked.empty());
+  }
+  SECTION("a refusal says as much, and comes as late, as one of the file's") {
+    rig.directory.says = {End::wrong, page::Role::none, "", "no such user"};
+    const auto of_directory = log_in("nora", "wrong");
+    const auto of_file = log_in("otto", "wrong");
+    CHECK(of_directory.status == 401);
+    CHECK(of_directory.body == of_file.body);
+    for (const auto* response : {&of_directory, &of_file}) {
+      CHECK(response->delay >= std::chrono::seconds(1));
+      CHECK(response->delay <= std::chrono::seconds(2));
+    }
+  }
+  SECTION("nobody gets further than by the file") {
+    rig.directory.says = {End::wrong, page::Role::none, "", "no such user"};
+    int refused = 0;
+    for (const char* user :
+         {"nora", "Nora", "NORA", "PLANT\\nora", "nora", "noRa", "norA", "nora"}) {
+      refused += log_in(user, "wrong").status == 429;
+    }
+    CHECK(refused == 3);
+    CHECK(rig.directory.asked.size() == 5);
+  }
+  SECTION("no group") {
+    rig.directory.says = {End::no_group, page::Role::none, "", "no group"};
+    const auto response = log_in("nora", "her own");
+    CHECK(response.status == 403);
+    CHECK(response.headers.empty());
+  }
+  SECTION("it is away: nobody new by it, the file's users as ever") {
+    rig.directory.says = {End::unavailable, page::Role::none, "", "away"};
+    CHECK(log_in("nora", "her own").status == 503);
+    CHECK(log_in("otto", "correct horse").status == 200);
+  }
+  SECTION("too many wait") {
+    rig.directory.full = true;
+    CHECK(log_in("nora", "her own").status == 503);
+  }
+  SECTION("while it thinks no thread waits") {
+    rig.directory.silent = true;
+    http::Response response = rig.router().answer(attempt("nora", "her own"));
+    REQUIRE(response.next);
+    response = response.next();
+    REQUIRE(response.next);
+    rig.directory.answer.set_value(rig.directory.says);
+    response = response.next();
+    CHECK(response.status == 200);
+    CHECK(json::parse(response.body)["user"] == "nora");
   }
 }
 

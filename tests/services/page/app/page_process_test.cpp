@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/services/page/support/raw_client.hpp"
+#include "tests/services/page/support/slapd.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/shell.hpp"
@@ -245,6 +246,67 @@ TEST_CASE("a display is a viewer, and the list says which it is", "[process]") {
   CHECK_THAT(user("list").text, Catch::Matches("vera +viewer\nwall +viewer, display\n"));
   CHECK(user("password wall --stdin").exit_code == 0);
   CHECK_THAT(user("list").text, Contains("viewer, display"));
+}
+
+TEST_CASE("a directory lets in, at the page and at the terminal", "[process][slapd]") {
+  if (!Slapd::is_there()) return;
+  Slapd slapd;
+  const TemporaryFolder folder;
+  const auto yaml = [&](const std::string& authority) {
+    return "users: users\nldap:\n  url: ldaps://" + slapd.tls_server() +
+           "\n  ca_file: " + Slapd::ca_file(authority) +
+           "\n  bind_dn: cn=page,dc=plant\n  password: {file: " + slapd.password_file().string() +
+           "}\n  base: dc=plant\n  user_filter: (uid={user})\n"
+           "  groups: {viewer: \"" +
+           Slapd::group("viewers") + "\", operator: \"" + Slapd::group("operators") + "\"}\n";
+  };
+  write_file(folder / "wrong.yaml", yaml("other"));
+  const auto at_terminal = [&](const std::string& user, const std::string& password,
+                               const std::string& file) {
+    return run("echo '" + password + "' | LDAPTLS_REQCERT=never " + kPage + " ldap-test " + user +
+               " --stdin --config " + (folder / file).string() + " 2>&1");
+  };
+  CHECK(run("echo 'of the file' | " + kPage + " user add ella --stdin --users " +
+            (folder / "users").string())
+            .exit_code == 0);
+  PageProcess page(folder.path(), yaml("ca"));
+  SECTION("at the terminal") {
+    const auto right = at_terminal("otto", Slapd::kPassword, "page.yaml");
+    CHECK(right.exit_code == 0);
+    CHECK_THAT(right.text, Contains("searches: cn=page,dc=plant\nuser: " + Slapd::user("otto")) &&
+                               Contains("\noperator: in " + Slapd::group("operators")) &&
+                               Contains("\npassword: right\notto may log in as operator\n"));
+    const auto wrong = at_terminal("otto", "wrong", "page.yaml");
+    CHECK(wrong.exit_code == 65);
+    CHECK_THAT(wrong.text, Contains("password: Invalid credentials"));
+    CHECK_THAT(at_terminal("nobody", "x", "page.yaml").text, Contains("no such user"));
+    CHECK_THAT(at_terminal("nils", Slapd::kPassword, "page.yaml").text,
+               Contains("in no group that gives a role"));
+    CHECK(at_terminal("X\\\\otto", "x", "page.yaml").exit_code == 65);
+    const auto stranger = at_terminal("otto", Slapd::kPassword, "wrong.yaml");
+    CHECK(stranger.exit_code == 74);
+    CHECK_THAT(stranger.text, Contains("its certificate is not by"));
+    CHECK(at_terminal("otto", "x", "none.yaml").exit_code == 78);
+  }
+  SECTION("at the page") {
+    const std::string token =
+        "X-CSRF-Token: " + page.get("/api/session")["csrf"].get<std::string>() + "\r\n";
+    const auto log_in = [&](const std::string& user, const std::string& password) {
+      return page.post("/api/login", {{"user", user}, {"password", password}}, token);
+    };
+    const std::string otto = log_in("otto", Slapd::kPassword);
+    CHECK_THAT(otto, Contains("200 OK") && Contains("\"source\":\"directory\"") &&
+                         Contains("\"role\":\"operator\""));
+    CHECK_THAT(log_in("otto", "wrong"), Contains("401 Unauthorized"));
+    CHECK_THAT(log_in("nils", Slapd::kPassword), Contains("403 Forbidden"));
+    slapd.stop();
+    CHECK_THAT(log_in("otto", Slapd::kPassword), Contains("503 Service Unavailable"));
+    CHECK_THAT(log_in("ella", "of the file"), Contains("\"source\":\"file\""));
+    CHECK(page.stop() == 0);
+    const std::string log = read_file(folder / "page.log");
+    CHECK_THAT(log, Contains("otto logged in from 127.0.0.1 by the directory"));
+    CHECK(log.find(Slapd::kPassword) == std::string::npos);
+  }
 }
 
 TEST_CASE("what page.yaml must not ask for is exit code 78", "[process]") {

@@ -18,7 +18,9 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import asked_reports  # noqa: E402
 import trends_and_bell  # noqa: E402
+import tuning  # noqa: E402
 import view_states  # noqa: E402
 from box import BIN, PASSWORD, Box, Browser, WebDriverException  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
@@ -83,13 +85,18 @@ def keep(browser, folder, name, full=False):
         browser.shot(folder / f"{name}.png", full)
 
 
+def badge(browser):
+    """How many alarms wait, by the menu; empty: none."""
+    return browser.run("[...document.querySelectorAll('.nav .badge')].filter((b) => !b.hidden).map((b) => b.textContent).join()")
+
+
 def knows_nothing(browser, where):
     """Who is not logged in is told nothing of the box, nor that there is nothing to tell."""
     shown = browser.text("body")
     for word in ("No alarm waits", "acknowledge", "Live", "Old values", TAG, "L/min"):
         browser.check(word not in shown, f"{where}: the page says {word!r}")
     browser.check(not browser.run("document.title").startswith("("), f"{where}: the title is {browser.run('document.title')!r}")
-    browser.check(browser.run("document.querySelector('.nav .badge').hidden"), f"{where}: the badge of the alarms stays")
+    browser.check(not badge(browser), f"{where}: the badge of the alarms stays")
 
 
 def session_ends(box, browser):
@@ -140,6 +147,8 @@ def loop_shows(box, browser):
     browser.until(lambda: "Control performance" in browser.text(".loop-rest"), "no condition indices")
     browser.until(lambda: browser.all(".windows tbody tr"), "no windows of the monitor")
     browser.check("backlash" in browser.text(".windows thead"), "the windows lack specialists")
+    browser.check("specialists for" in browser.text(".faceplate .judges"), f"who judges is {browser.text('.faceplate .judges')!r}")
+    browser.until(lambda: "PV bad" in browser.text(".loop-rest") and "10 s, 10 s" in browser.text(".loop-rest"), "the process alarms and their delays are not told")
 
 
 def evidence_shows(box, browser):
@@ -154,6 +163,15 @@ def evidence_shows(box, browser):
     browser.until(lambda: drawn(browser, ".evidence canvas", "measured") > 200, "the evidence is empty")
     browser.check("961 samples" in browser.text(".evidence"), f"the evidence is not 961 samples: {browser.text('.evidence')[:300]}")
     browser.check("loopwarden replay" in browser.text(".command code"), "no command to judge it once more")
+
+
+def figures_show(box, browser):
+    browser.go(box, "alarms")
+    browser.press(".alarm-figures summary")
+    browser.until(lambda: "Alarms an hour" in browser.text(".alarm-figures") and "at most 6" in browser.text(".alarm-figures"), "no figures of the alarms, or no targets")
+    browser.until(lambda: "Stiction" in browser.text(".alarm-figures"), "the alarm that came is not among the most frequent")
+    browser.run("(() => { const s = document.querySelector('.alarm-figures select'); s.value = '720'; s.dispatchEvent(new Event('change')); })()")
+    browser.until(lambda: "From" in browser.text(".alarm-figures"), "figures have no span")
 
 
 def viewer_cannot_write(box, browser):
@@ -218,7 +236,7 @@ def day_old(box, browser, spike_ms):
     browser.until(lambda: drawn(browser, ".pane canvas", "measured") > 100, "nothing of yesterday is drawn")
     for _ in range(8):
         browser.press("button[aria-label='Zoom in']")
-    browser.until(lambda: "every sample" in browser.text(".under"), "no zoom down to every sample")
+    browser.until(lambda: "Every sample" in browser.text(".under"), "no zoom down to every sample")
     ActionChains(browser.driver).move_to_element(over).perform()
     browser.until(lambda: browser.text(".curves .curve:nth-child(2) .value").endswith("L/min"), "the cursor reads no PV with its unit")
     stamp = browser.run("new Date(arguments[0] + 7200000).toISOString().slice(0, 10)", spike_ms)
@@ -503,14 +521,30 @@ def axe_source():
     return path.read_text(encoding="utf-8")
 
 
+def tuned(box, browser, source, folder):
+    tuning.operators_look(box, browser)
+    browser.log_out()
+    browser.log_in(box, "ella")
+    tuning.works(box, browser)
+    tuning.propose(box, browser)
+    axe(browser, "tuning", source)
+    keep(browser, folder, "tuning", full=True)
+    browser.log_out()
+    browser.log_in(box, "otto")
+
+
 def everything(box, browser, source, folder, spike_ms):
     reports_and_system(box, browser)
+    asked_reports.asked(box, browser, TAG)
+    browser.log_out()
+    browser.log_in(box, "otto")
     day_old(box, browser, spike_ms)
     trends_and_bell.several_loops(box, browser)
     trends_and_bell.notes(box, browser)
     overview_used(box, browser)
     orders(box, browser)
     shelve(box, browser)
+    tuned(box, browser, source, folder)
     trends_and_bell.bell(box, browser)
     journal_searched(box, browser)
     keyboard(box, browser)
@@ -519,12 +553,36 @@ def everything(box, browser, source, folder, spike_ms):
     narrow_and_paper(box, browser, folder)
 
 
-def whether_it_acts(folder):
-    """A faceplate says at once whether its loop acts: one that another controller has, with no buttons, one that acts on a model, one whose output reaches no valve."""
+def alarms_of_the_box(box, browser, source, folder):
+    """One that waits is in tab and badge, open in the list, and against the box's health; and is acknowledged as others."""
+    browser.go(box, "alarms")
+    browser.until(lambda: "Certificate ends soon" in browser.text(".box-alarms[open] table"), f"an alarm of the box that waits is folded away: {browser.text('main')[:300]}")
+    browser.until(lambda: browser.run("document.title").startswith("(") and badge(browser), "an alarm of the box is not counted")
+    axe(browser, "alarms of the box", source)
+    browser.go(box, "system")
+    browser.until(lambda: "as it should be" in browser.text(".verdict") or "as they should be" in browser.text(".verdict"), f"the box's verdict is {browser.text('.verdict')!r}")
+    browser.check("Certificate ends soon, unacknowledged" in browser.text(".warnings") and "FIC-206" in browser.text(".warnings"), f"its warnings are {browser.text('.warnings')!r}")
+    browser.until(lambda: "Certificate ends soon" in browser.text(".changes"), "it is no change of the box")
+    browser.press(".warnings a[href='#/alarms/box/certificate_expires']")
+    browser.until(lambda: len(browser.text(".guide .action dd")) > 20, "an alarm of the box does not say what to do")
+    browser.check("twin" not in browser.text(".detail").lower() and "Evidence" not in browser.text(".detail"), "an alarm of the box has a valve's twin or evidence")
+    keep(browser, folder, "alarm-of-the-box")
+    browser.press(".detail .hands button.main")
+    browser.until(lambda: browser.all("dialog[open]"), "acknowledging does not ask")
+    browser.find("dialog button[type=submit]").click()
+    browser.until(lambda: browser.text(".about-alarm .state").strip() == "acknowledged", "the box's alarm is not acknowledged")
+    browser.check("as it should be" in browser.text(".verdict") or not browser.all(".verdict"), "an alarm that is on no longer counts")
+    browser.go(box, "journal?loop=box")
+    browser.until(lambda: any("The box" in row.text and "acknowledge" in row.text for row in browser.all(".lines tbody tr")), f"the journal of the box is {browser.text('main')[:300]}")
+
+
+def whether_it_acts(source, folder):
+    """A faceplate says at once whether its loop acts: one that another controller has, with no buttons, one that acts on a model, one whose output reaches no valve.
+    The box has an alarm of its own: a certificate that is not there."""
     box = Box(healthy=1, accelerate=1)
     daemon = box.folder / "config/loopwardend.yaml"
     user = pwd.getpwuid(os.getuid()).pw_name
-    daemon.write_text(daemon.read_text(encoding="utf-8") + f"feeders: {{plant: {{user: {user}}}}}\n{LINK}", encoding="utf-8")
+    daemon.write_text(daemon.read_text(encoding="utf-8") + f"feeders: {{plant: {{user: {user}}}}}\ncertificates: [{box.folder}/none.crt]\n{LINK}", encoding="utf-8")
     (box.folder / "config/loops.d/0002-unreached.yaml").write_text(UNREACHED, encoding="utf-8")
     (box.folder / "config/loops.d/0000-watched.yaml").write_text(WATCHED, encoding="utf-8")
     with tempfile.TemporaryDirectory() as profile, box, Browser(profile, wrong) as browser:
@@ -542,6 +600,7 @@ def whether_it_acts(folder):
         tile = lambda: next((one.text for one in browser.all(".tile") if "FIC-206" in one.text), "")
         browser.until(lambda: tile() and "normal" not in tile().splitlines(), f"its tile says {tile()!r}")
         keep(browser, folder, "acts")
+        alarms_of_the_box(box, browser, source, folder)
 
 
 def smoke(box, browser, source, options):
@@ -559,6 +618,7 @@ def smoke(box, browser, source, options):
     axe(browser, "overview", source)
     evidence_shows(box, browser)
     viewer_cannot_write(box, browser)
+    figures_show(box, browser)
     session_ends(box, browser)
     browser.log_in(box, "otto")
     loop_shows(box, browser)
@@ -595,6 +655,7 @@ def main():
             browser.quiet("page", allowed=("getImageData", "status of 401", "status of 403", "status of 409"))
             if options.all:
                 view_states.stale(box, browser)
+                view_states.figures_of_alarms(box, browser)
                 browser.log_out()
                 view_states.logged_out(box, browser)
                 browser.log_in(box, "vera")
@@ -604,7 +665,7 @@ def main():
                 view_states.never_heard_of(box, browser)
             browser.quiet("dead daemon", allowed=("getImageData", "status of 401", "status of 503", "ERR_"))
         if options.all:
-            whether_it_acts(options.keep)
+            whether_it_acts(source, options.keep)
             view_states.no_data(wrong)
     except (WebDriverException, OSError, subprocess.CalledProcessError) as error:
         print(f"page_in_browser: {error}", file=sys.stderr)

@@ -89,6 +89,31 @@ def never_heard_of(box, browser):
     browser.until(lambda: not browser.run("document.body.classList.contains('stale')"), "the daemon that has come is not seen")
 
 
+def opened(browser):
+    browser.until(lambda: browser.all(".alarm-figures"), "no figures of the alarms")
+    browser.run("(() => { document.querySelector('.alarm-figures').open = true; })()")
+
+
+def figures_of_alarms(box, browser):
+    """Folded away, so of their own: loading, then old."""
+    script = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": HOLD})["identifier"]
+    browser.driver.get(f"{box.url}/#/alarms")
+    browser.driver.refresh()
+    opened(browser)
+    browser.until(lambda: "Loading" in browser.text(".alarm-figures"), "figures that are on their way don't say so")
+    browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", {"identifier": script})
+    browser.driver.get(f"{box.url}/#/alarms")
+    browser.driver.refresh()
+    opened(browser)
+    browser.until(lambda: "Alarms an hour" in browser.text(".alarm-figures"), "no figures")
+    box.daemon.send_signal(signal.SIGSTOP)
+    try:
+        browser.until(lambda: "Not known" in browser.text(".alarm-figures") and "as it should be" not in browser.text(".alarm-figures"), f"of a daemon that stands still the figures are {browser.text('.alarm-figures')!r}")
+    finally:
+        box.daemon.send_signal(signal.SIGCONT)
+    browser.until(lambda: "Alarms an hour" in browser.text(".alarm-figures"), "figures don't come back")
+
+
 def no_data(wrong):
     with tempfile.TemporaryDirectory() as profile, Box(healthy=2, accelerate=1, sticking=False, recording=False) as box, Browser(profile, wrong) as browser:
         browser.screen()
@@ -96,4 +121,7 @@ def no_data(wrong):
         for route, words in NOTHING.items():
             browser.go(box, route)
             browser.until(lambda: words in browser.text("main"), f"{route}: does not say {words!r}: {browser.text('main')[:300]}")
+        browser.go(box, "alarms")
+        opened(browser)
+        browser.until(lambda: "No alarm came in this time" in browser.text(".alarm-figures"), "that no alarm came is not told")
 

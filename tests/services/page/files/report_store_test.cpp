@@ -26,13 +26,17 @@ TEST_CASE("reports below the state directory, by kind, title and loop") {
   write_file(folder / "twins/FIC-7/report.html", html("Commissioning of FIC-7"));
   write_file(folder / "plant/survey.html", html("Survey"));
   write_file(folder / "notes.html", "no title");
+  write_file(folder / "reports/FIC-102-diagnose-20261126T100000000Z/report.html", html("FIC-102"));
+  write_file(folder / "reports/FIC-1-gap-20261126T100000000Z/report.html", html("Gap: r.csv"));
+  write_file(folder / "reports/mine/report.html", html("Mine"));
+  write_file(folder / "reports/-x-y/report.html", html("Odd"));
   write_file(folder / "segments/FIC-101/x.html", html("not looked for"));
   write_file(folder / ".hidden/x.html", html("hidden"));
   std::filesystem::create_symlink("/etc", folder / "link");
   ReportStore store(folder.path());
   const auto list = store.reports();
   const auto& reports = *list;
-  REQUIRE(reports.size() == 6);
+  REQUIRE(reports.size() == 10);
   const auto kind = [&](const std::string& title) {
     const auto it = std::find_if(reports.begin(), reports.end(),
                                  [&](const Report& report) { return report.title == title; });
@@ -44,6 +48,10 @@ TEST_CASE("reports below the state directory, by kind, title and loop") {
   CHECK(kind("Commissioning of FIC-7") == "commissioning ");
   CHECK(kind("Survey") == "survey ");
   CHECK(kind("notes.html") == "other ");
+  CHECK(kind("FIC-102") == "diagnosis FIC-102");
+  CHECK(kind("Gap: r.csv") == "gap FIC-1");
+  CHECK(kind("Mine") == "other ");
+  CHECK(kind("Odd") == "other ");
   CHECK(std::is_sorted(reports.begin(), reports.end(),
                        [](const Report& a, const Report& b) { return a.utc_ms > b.utc_ms; }));
 }

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "tests/support/temporary_folder.hpp"
 
@@ -95,6 +96,95 @@ TEST_CASE("a fleet's database, its password elsewhere") {
             .find("holds a password; use password with") != std::string::npos);
   CHECK(trouble("fleet: {database: \"postgresql:///d\", password: {}}\n")
             .find("either `credential` or `file`") != std::string::npos);
+}
+
+const std::string kLdap =
+    "users: users\nldap:\n  url: ldaps://dc1.plant.example ldaps://[fd00::5]:3269\n"
+    "  ca_file: ca.pem\n  bind_dn: cn=page,dc=plant\n  password: {file: ldap-password}\n"
+    "  base: dc=plant\n  user_filter: (&(objectClass=user)(sAMAccountName={user}))\n"
+    "  groups: {viewer: \"cn=v,dc=plant\", engineer: \"cn=e,dc=plant\"}\n  domains: [PLANT]\n";
+
+// kLdap with another line in the place of the one that begins so.
+std::string with(const std::string& key, const std::string& line) {
+  const std::size_t at = kLdap.find("  " + key + ":");
+  const std::size_t end = kLdap.find('\n', at) + 1;
+  return kLdap.substr(0, at) + (line.empty() ? "" : "  " + line + "\n") + kLdap.substr(end);
+}
+
+TEST_CASE("a directory of users") {
+  const auto settings = read_page_text("/etc/p/page.yaml", kLdap);
+  INFO(trouble(kLdap));
+  REQUIRE(settings);
+  REQUIRE(settings->ldap);
+  const LdapSettings& ldap = *settings->ldap;
+  CHECK(ldap.servers == std::vector<std::string>{"dc1.plant.example:636", "[fd00::5]:3269"});
+  CHECK_FALSE(ldap.start_tls);
+  CHECK(ldap.ca_file == "/etc/p/ca.pem");
+  CHECK(ldap.password.file == "/etc/p/ldap-password");
+  CHECK(ldap.group_filter == "(member={dn})");
+  CHECK(ldap.groups == std::vector<std::pair<Role, std::string>>{
+                           {Role::viewer, "cn=v,dc=plant"}, {Role::engineer, "cn=e,dc=plant"}});
+  CHECK(ldap.domains == std::vector<std::string>{"PLANT"});
+  CHECK_FALSE(read_page_text("p", "users: u\n")->ldap);
+  const auto start_tls = read_page_text("p", with("url", "url: ldap://h/\n  start_tls: true"));
+  REQUIRE(start_tls);
+  CHECK(start_tls->ldap->start_tls);
+  CHECK(start_tls->ldap->servers == std::vector<std::string>{"h:389"});
+}
+
+TEST_CASE("a directory is asked over TLS alone, and every key of it is checked") {
+  struct Wrong {
+    const char* key;
+    const char* line;  // in the place of the key's
+    const char* expected;
+  };
+  const std::vector<Wrong> wrong{
+      {"url", "url: ldap://h", "page.yaml:3:8: error: ldap.url: passwords in the clear"},
+      {"url", "url: ldaps://h\n  start_tls: true", "ldaps:// has TLS already"},
+      {"url", "url: http://h", "must be ldaps://HOST[:PORT] or ldap://HOST[:PORT]"},
+      {"url", "url: ldaps://h:0", "a port from 1 to 65535"},
+      {"url", "url: ldaps://h/dc=plant??sub", "must have a host"},
+      {"url", "url: ldaps://u@h", "must have a host"},
+      {"url", "url: \"ldaps://\"", "must have a host"},
+      {"url", "url: \"ldaps://good ldap://h\"", "passwords in the clear"},
+      {"url", "", "missing key 'url'"},
+      {"ca_file", "", "missing key 'ca_file'"},
+      {"bind_dn", "", "bind_dn and password belong together"},
+      {"password", "", "bind_dn and password belong together"},
+      {"password", "password: {}", "either `credential` or `file`"},
+      {"base", "base: plant", "must be a distinguished name"},
+      {"base", "", "must have either `base` and `user_filter`, or `user_dn`"},
+      {"base", "base: dc=plant\n  user_dn: \"uid={user},dc=plant\"",
+       "must have either `base` and `user_filter`, or `user_dn`"},
+      {"user_filter", "user_filter: (uid=otto)", "must have {user}"},
+      {"user_filter", "user_filter: \"uid={user}\"", "must be a filter"},
+      {"user_filter", "user_filter: (uid={user})(x=1)", "must be a filter"},
+      {"user_filter", "user_filter: (&(uid={user})", "must be a filter"},
+      {"groups", "groups: {}", "must have a group of viewer, operator or engineer"},
+      {"groups", "groups: {operater: \"cn=o\"}", "did you mean 'operator'?"},
+      {"groups", "groups: {operator: all}", "must be a distinguished name"},
+      {"groups", "groups: {viewer: \"cn=v\"}\n  group_filter: (member=cn=otto)",
+       "must have {dn} or {user}"}};
+  for (const auto& [key, line, expected] : wrong) {
+    INFO(line);
+    CHECK_THAT(trouble(with(key, line)), Catch::Contains(expected));
+  }
+  CHECK_THAT(trouble(kLdap.substr(kLdap.find("ldap:"))), Catch::Contains("needs `users` too"));
+}
+
+TEST_CASE("the examples of a directory are valid") {
+  const std::string source = LOOPWARDEN_SOURCE_DIR;
+  const auto openldap = read_page_file(source + "/config/examples/page/openldap.yaml");
+  INFO(config::to_text(openldap.diagnostics));
+  CHECK(openldap);
+  const std::string document = read_file(source + "/docs/page.md");
+  const std::size_t begin = document.find("users: users\nldap:");
+  REQUIRE(begin != std::string::npos);
+  const std::string of_ad = document.substr(begin, document.find("```", begin) - begin);
+  CHECK(trouble(of_ad).empty());
+  const auto settings = read_page_text("p", of_ad);
+  REQUIRE(settings);
+  CHECK(settings->ldap->group_filter == "(member:1.2.840.113556.1.4.1941:={dn})");
 }
 
 TEST_CASE("a machine without a daemon shows the fleet or nothing") {

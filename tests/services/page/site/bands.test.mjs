@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import {bandsOf, lanes} from '../../../../services/page/site/lib/bands.js';
+import {bandsIn, bandsOf, lanes} from '../../../../services/page/site/lib/bands.js';
 
 const line = (utc_ms, from, to, alarm = 'stiction') => ({kind: 'alarm', utc_ms, from, to, alarm});
 
@@ -33,4 +33,12 @@ test('operator lines are none, and bands of the same time have lanes of their ow
   assert.deepEqual(bands.map((band) => band.lane), [0, 1]);
   const after = [{from_ms: 0, to_ms: 10}, {from_ms: 10, to_ms: 20}];
   assert.equal(lanes(after), 1);
+});
+
+test('of several loops what is seen in a span is in lanes, with its name and priority', () => {
+  const lines = new Map([['A', [line(400, 'unacknowledged', 'normal'), line(100, 'normal', 'unacknowledged')]], ['B', [line(900, 'normal', 'unacknowledged', 'backlash')]]]);
+  const standing = [{loop: 'A', alarm: 'bad_pv', active: true, raised_ms: 200, priority: 'critical'}, {loop: 'C', alarm: 'bad_pv', active: true, raised_ms: 200}];
+  const seen = bandsIn(['A', 'B'], lines, standing, [150, 800], 5, (tag, alarm) => `${tag} ${alarm}`);
+  assert.deepEqual(seen.map(({label, lane, priority}) => [label, lane, priority]), [['A stiction', 0, 'low'], ['A bad_pv', 1, 'high']]);
+  assert.deepEqual(bandsIn(['A', 'B'], lines, [], [500, 950], 5, (tag) => tag).map(({label}) => label), ['B']);
 });

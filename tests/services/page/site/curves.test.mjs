@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import {MOST_CURVES, curvesIn, curvesText, joined, panesOf} from '../../../../services/page/site/lib/curves.js';
-import {notesIn, notesOf} from '../../../../services/page/site/lib/notes.js';
+import {notesIn, notesOf, waitingStill, withWaiting} from '../../../../services/page/site/lib/notes.js';
 import {SpanChoice} from '../../../../services/page/site/lib/span.js';
 
 const LOOPS = {'FIC-101': {pv_unit: 'L/min', co_unit: 'V', pv_range: [0, 10], co_range: [0, 10]}, 'FIC-102': {pv_unit: 'L/min', co_unit: '%', pv_range: [0, 20], co_range: [0, 100]}};
@@ -52,4 +52,14 @@ test('a span follows, is fixed, goes back, and stands in the address', () => {
   assert.deepEqual(choice.span(1_000_000, 5000), [5000, 1_000_000]);
   assert.deepEqual(SpanChoice.of(choice.address).span_s, 0);
   for (const wrong of [{from: '9', to: '3'}, {span: '7'}, {from: 'x'}]) assert.equal(SpanChoice.of(wrong).span_s, 600, JSON.stringify(wrong));
+});
+
+test('a note that the journal has not written yet is marked, in its place, until a line has it', () => {
+  const line = {loop: 'A', what: 'note', result: 'done', new: '', peer: 'otto', reason: 'one', utc_ms: 5000}, waiting = [{loop: 'A', at_ms: 2000, said_ms: 9000, who: 'otto', text: 'two'}];
+  const both = withWaiting(notesOf([line]), waiting);
+  assert.deepEqual(both.map(({number, text, on_disk}) => [number, text, on_disk]), [[1, 'two', false], [2, 'one', undefined]]);
+  const written = notesOf([line, {...line, reason: 'two', utc_ms: 9000, new: '1970-01-01T00:00:02Z'}]);
+  assert.deepEqual(waitingStill(written, waiting), []);
+  assert.equal(withWaiting(written, waiting), written);
+  assert.equal(waitingStill(notesOf([{...line, reason: 'two', utc_ms: 2000, loop: 'B'}]), waiting).length, 1, 'another loop’s');
 });

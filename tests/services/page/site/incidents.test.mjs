@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
-import {linesOf, partOf} from '../../../../services/page/site/lib/incidents.js';
+import {linesOf, ofBox, ownerHref, partOf} from '../../../../services/page/site/lib/incidents.js';
 
 const alarm = (loop, name, state, more = {}) => ({loop, alarm: name, state, active: state !== 'returned_unacknowledged', raised_ms: 1000, severity_percent: null, ...more});
 const incident = (loop, name, alarms) => ({id: `${loop}-1`, loop, name, alarms, raised_s: 1});
@@ -49,4 +49,18 @@ test('an alarm is called the first only where another of its loop has followed',
   const first = alarm('A', 'bad_pv', 'unacknowledged', {first_out: true});
   assert.equal(linesOf([first, alarm('B', 'bad_pv', 'acknowledged')], [])[0].firstOut, false);
   assert.deepEqual(linesOf([first, alarm('A', 'output_lost', 'unacknowledged', {first_out: false})], []).map((line) => line.firstOut), [true, false]);
+});
+
+test('an alarm of the box is a line of the box, and leads to it', () => {
+  const [line] = linesOf([alarm('box', 'disk_full', 'unacknowledged', {priority: 'high'})], []);
+  assert.equal(ofBox(line), true);
+  assert.deepEqual([line.name, partOf(line), line.grave(5)], ['disk_full', 'disk_full', 'high']);
+  assert.equal(ownerHref('box'), '#/system');
+  assert.equal(ownerHref('FIC 1/2'), '#/loop/FIC%201%2F2');
+  assert.equal(ofBox({loop: 'FIC-101'}), false);
+});
+
+test('of the box’s alarms none is first: they don’t follow from each other', () => {
+  const lines = linesOf([alarm('box', 'disk_full', 'unacknowledged', {first_out: true}), alarm('box', 'feeder_lost', 'unacknowledged'), alarm('A', 'bad_pv', 'unacknowledged', {first_out: true}), alarm('A', 'deviation', 'unacknowledged')], []);
+  assert.deepEqual(lines.filter((line) => line.firstOut).map((line) => line.loop), ['A']);
 });

@@ -123,6 +123,23 @@ test('a page of a fleet alone, which has no stream, asks whether it is still log
   assert.equal(live.session.must_login, true);
 });
 
+test('a loop whose cycle does not move on stands, and one that has not begun is only not known', async () => {
+  const live = await looking(), now = performance.now.bind(performance);
+  try {
+    performance.now = () => now() + 3000;
+    Stream.newest.say('overview', {period: [1, 31], pv: [1, 2]});
+    assert.deepEqual(live.overview.stands, [true, false]);
+    Stream.newest.say('overview', {period: [2, 32], pv: [1, 2]});
+    assert.deepEqual(live.overview.stands, [false, false]);
+    Stream.newest.say('overview', {period: [null, 32], pv: [null, 2]});
+    performance.now = () => now() + 9000;
+    Stream.newest.say('overview', {period: [null, 32], pv: [null, 2]});
+    assert.deepEqual(live.overview.stands, [false, true]);
+  } finally {
+    performance.now = now;
+  }
+});
+
 test('where another tab has logged in it all comes back', async () => {
   const live = await looking();
   Stream.newest.say('ended', {});

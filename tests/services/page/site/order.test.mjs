@@ -45,11 +45,19 @@ test('filters and their counts', () => {
   assert.deepEqual(counts(all, o), {all: 5, abnormal: 4, alarm: 1, fault: 1, manual: 1, condition: 1});
 });
 
-test('a suppressed alarm, a start and a stop are nothing abnormal; a shelved one waits at the shelf', () => {
-  const all = loops('A', 'B', 'C', 'D');
-  const o = overview(4, {0: {alarm: 7}, 1: {fault: 1}, 2: {fault: 7}, 3: {alarm: 6}});
+test('a suppressed alarm and a start are nothing abnormal; a shelved one waits at the shelf', () => {
+  const all = loops('A', 'B', 'C');
+  const o = overview(3, {0: {alarm: 7}, 1: {fault: 1}, 2: {alarm: 6}});
   assert.deepEqual(arranged(all, o, {filter: 'abnormal'}), []);
-  assert.equal(arranged(all, o)[0], 3);
+  assert.equal(arranged(all, o)[0], 2);
+});
+
+test('a loop that is out of service, stands still or is not known is abnormal', () => {
+  const all = loops('A', 'B', 'C', 'D');
+  const o = {...overview(4, {1: {fault: 7}, 3: {fault: null, mode: null, quality: null, ne107: null}}), stands: [false, false, true, false]};
+  assert.deepEqual(arranged(all, o, {filter: 'abnormal'}).map((i) => all[i].tag), ['B', 'C', 'D']);
+  assert.deepEqual(arranged(all, o, {filter: 'fault'}).map((i) => all[i].tag), ['B', 'C']);
+  assert.ok(urgency(o, 2) > urgency(o, 0) && urgency(o, 3) > urgency(o, 0));
 });
 
 test('an output that nobody knows is a fault, and no calm start', () => {

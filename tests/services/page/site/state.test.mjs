@@ -2,13 +2,13 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import {FAULTS, MODES} from '../../../../services/page/site/lib/codes.js';
-import {actsOf, modeOf, ne107Of, stateOf} from '../../../../services/page/site/lib/state.js';
+import {actsOf, modeOf, ne107Of, outageOf, outages, stateOf} from '../../../../services/page/site/lib/state.js';
 import {texts} from '../../../../services/page/site/texts.js';
 
 const calm = {pv: 5, sp: 5, co: 50, mode: 1, fault: 0, quality: 192, flags: 0, ne107: 0, alarm: 0, alarm_kind: null, condition: 95};
 const overview = (change = {}) => Object.fromEntries(Object.entries({...calm, ...change}).map(([name, value]) => [name, [value]]));
 const unknown = Object.fromEntries(Object.keys(calm).map((name) => [name, null]));
-const about = {severe: 5, stands: false, stale: false};
+const about = {severe: 5, stale: false};
 const words = (change, more = {}) => stateOf(overview(change), 0, {...about, ...more})[0];
 const acts = (change, loop = {}, stale = false) => actsOf(overview(change), 0, loop, stale).key;
 const GOOD = [texts.overview.calm, texts.acts.acts[0], texts.ne107.normal[1]];
@@ -22,11 +22,39 @@ test('a loop without a cycle is not known, and neither normal nor acting', () =>
 test('of old values nothing good is said', () => {
   const [said, sign, look] = stateOf(overview(), 0, {...about, stale: true});
   assert.match(said, /not known/);
-  assert.equal(words({}, {stale: true, stands: true}), said, 'that its cycle stands follows from it');
+  assert.equal(words({stands: true}, {stale: true}), said, 'that its cycle stands follows from it');
   assert.deepEqual([sign, look], [null, 'soft']);
   assert.ok(!GOOD.includes(said));
   assert.equal(acts({}, {}, true), 'not_known');
   assert.equal(ne107Of(overview(), 0, true)[1], texts.notKnown);
+});
+
+test('of a loop whose cycle stands nothing good is said, and its alarm stays', () => {
+  const standing = overview({stands: true});
+  const [said, sign, look] = stateOf(standing, 0, about);
+  assert.match(said, /stands still, last: normal/);
+  assert.deepEqual([sign, look], ['bad', 'low']);
+  assert.equal(acts({stands: true}), 'not_known');
+  assert.equal(acts({stands: true}, {control: 'elsewhere'}), 'watched');
+  assert.equal(modeOf(standing, 0, {}), null);
+  assert.equal(ne107Of(standing, 0, false)[1], texts.notKnown);
+  const alarmed = stateOf(overview({stands: true, alarm: 1, alarm_kind: 3}), 0, about);
+  assert.match(alarmed[0], /Low air supply, unacknowledged/);
+  assert.equal(alarmed[2], 'high waits');
+});
+
+test('a fault that only a newer daemon knows is told, and the loop is not said to act', () => {
+  assert.equal(acts({fault: 99}), 'not_known');
+  assert.equal(words({fault: 99}), texts.faults.other);
+  assert.equal(outageOf(overview({fault: 99}), 0), texts.faults.other);
+});
+
+test('which loops don’t do their work, and why; one that is in manual, or has a sick valve, does', () => {
+  const columns = {...overview(), stands: [false]};
+  const rows = [{}, {fault: FAULTS.indexOf('enable_open')}, {stands: true}, {fault: null}, {flags: 32}, {quality: 0}, {mode: 0}, {alarm: 1, alarm_kind: 0}, {fault: FAULTS.indexOf('starting')}, {stands: true, quality: 0}];
+  const o = Object.fromEntries(Object.entries(columns).map(([name, [value]]) => [name, rows.map((row) => (name in row ? row[name] : value))]));
+  assert.deepEqual(outages(o, rows.map((_, i) => ({tag: String(i)}))), [[texts.stale.loop, ['2', '9']], [texts.faults.enable_open, ['1']], [texts.notKnown, ['3']],
+    [texts.flags.output_lost, ['4']], ['PV bad', ['5']]]);
 });
 
 test('a loop that does what it should is normal and acts', () => {

@@ -11,6 +11,7 @@
 #include "services/page/users/password.hpp"
 #include "tests/services/page/support/fake_daemon.hpp"
 #include "tests/services/page/support/fake_fleet.hpp"
+#include "tests/services/page/support/fake_log_ins.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::tests {
@@ -91,6 +92,8 @@ class ApiRig {
     return sessions_.find(cookie, *users_.users(), at, true).has_value();
   }
 
+  page::UserDirectory& users() { return users_; }
+
   static const std::string& hash() {
     static const std::string one = page::hash_password("correct horse", page::PasswordCost::least);
     return one;
@@ -103,6 +106,7 @@ class ApiRig {
   SpokenDaemon orders;
   page::api::HostNames hosts{{"box.plant"}};
   FakeFleet fleet;
+  FakeLogIns directory;    // asked where settings.ldap is there before the first answer
   int rounds = 0;          // of answers that were waited for
   bool has_fleet = false;  // before the first answer
 
@@ -117,6 +121,7 @@ class ApiRig {
             .users = users_,
             .sessions = sessions_,
             .guard = guard_,
+            .ldap = settings.ldap ? &directory : nullptr,
             .history = history_,
             .reports = reports_,
             .fleet = has_fleet ? &fleet : nullptr,

@@ -32,7 +32,7 @@ inline nlohmann::json describe_of_two() {
           {"accelerate", 1.0},
           {"started_ms", 1'750'000'000'000},
           {"state_directory", "/state"},
-          {"page", {{"alarms", true}, {"control", true}}},
+          {"page", {{"alarms", true}, {"control", true}, {"reports", true}}},
           {"loops", {loop("FIC-101"), loop("FIC-102")}}};
 }
 

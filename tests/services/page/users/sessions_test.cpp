@@ -89,6 +89,24 @@ TEST_CASE("whoever ends a session is heard, and a session that goes on is not") 
   CHECK(ended == 1);
 }
 
+TEST_CASE("all sessions of one user end together, and one that has ended is none") {
+  Desk desk;
+  const std::string cookie = desk.begin("anna", kStart);
+  desk.begin("anna", kStart);
+  const std::string bens = desk.begin("ben", kStart);
+  CHECK(desk.sessions.has("anna", kStart));
+  CHECK_FALSE(desk.sessions.has("anna", kStart + minutes(11)));
+  int ended = 0;
+  desk.sessions.on_end([&] { ++ended; });
+  desk.sessions.end_all("anna");
+  CHECK(ended == 1);
+  CHECK_FALSE(desk.sessions.has("anna", kStart));
+  CHECK_FALSE(desk.holds(cookie, kStart));
+  CHECK(desk.holds(bens, kStart));
+  desk.sessions.end_all("anna");
+  CHECK(ended == 1);
+}
+
 TEST_CASE("of too many sessions the one goes that has not asked for longest, by itself or not") {
   Desk desk;
   desk.users["wall"] = {Role::viewer, "of the wall's", true};

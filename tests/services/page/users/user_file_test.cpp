@@ -77,6 +77,28 @@ TEST_CASE("the running page takes over a changed file and keeps the old users wh
   CHECK(directory.users()->empty());
 }
 
+TEST_CASE("users of a directory stand beside the file's, whose names win") {
+  const TemporaryFolder folder;
+  write_users({{"Anna", {Role::viewer, hash()}}}, folder / "users");
+  UserDirectory directory(folder / "users");
+  CHECK(directory.refresh().empty());
+  CHECK(directory.is_in_file("anna"));
+  CHECK_FALSE(directory.is_in_file("ben"));
+  directory.admit("ben", Role::operator_, "uid=ben");
+  directory.admit("anna", Role::engineer, "uid=anna");
+  CHECK(directory.users()->size() == 2);
+  CHECK(directory.users()->at("ben").directory);
+  CHECK(directory.users()->at("Anna").role == Role::viewer);
+  CHECK(directory.of_directory() == std::vector<std::string>{"ben"});
+  write_users({{"ben", {Role::viewer, hash()}}}, folder / "users");
+  CHECK(directory.refresh().empty());
+  CHECK(directory.users()->size() == 1);
+  CHECK_FALSE(directory.users()->at("ben").directory);
+  directory.admit("cleo", Role::viewer, "uid=cleo");
+  directory.dismiss("cleo");
+  CHECK(directory.users()->size() == 1);
+}
+
 TEST_CASE("names that journals and files bear") {
   CHECK(is_user_name("anna.b-2_x"));
   for (const char* name : {"", "2anna", "a b", "a:b", "a@b", "ann\xc3\xa4"})

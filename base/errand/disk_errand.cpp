@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/recorder/disk_errand.hpp"
+#include "base/errand/disk_errand.hpp"
 
 #include <spdlog/spdlog.h>
 
-namespace loopwarden::daemon {
+namespace loopwarden::base {
 
-DiskErrand::DiskErrand(std::string thread_name) : thread_name_(std::move(thread_name)) {}
+DiskErrand::DiskErrand(std::string thread_name, std::size_t stack_bytes)
+    : thread_name_(std::move(thread_name)), stack_bytes_(stack_bytes) {}
 
 void DiskErrand::start() {
-  if (!thread_.running()) thread_.start({.name = thread_name_}, [this] { run(); });
+  if (!thread_.running())
+    thread_.start({.name = thread_name_, .stack_bytes = stack_bytes_}, [this] { run(); });
 }
 
 void DiskErrand::stop() {
@@ -52,7 +54,7 @@ void DiskErrand::run() {
       errand = std::move(errand_);
     }
     try {
-      const base::DiskWait::Section waiting(wait_);
+      const DiskWait::Section waiting(wait_);
       errand();
     } catch (const std::exception& e) {
       spdlog::error("{}: {}", thread_name_, e.what());
@@ -66,4 +68,4 @@ void DiskErrand::run() {
   }
 }
 
-}  // namespace loopwarden::daemon
+}  // namespace loopwarden::base

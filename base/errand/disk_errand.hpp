@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstddef>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -16,11 +17,12 @@
 #include "base/disk_wait.hpp"
 #include "base/thread.hpp"
 
-namespace loopwarden::daemon {
+namespace loopwarden::base {
 
 class DiskErrand {
  public:
-  explicit DiskErrand(std::string thread_name);
+  explicit DiskErrand(std::string thread_name,
+                      std::size_t stack_bytes = ThreadOptions{}.stack_bytes);
   DiskErrand(const DiskErrand&) = delete;
   DiskErrand& operator=(const DiskErrand&) = delete;
   ~DiskErrand() { stop(); }
@@ -50,7 +52,8 @@ class DiskErrand {
   void run();
 
   std::string thread_name_;
-  base::DiskWait wait_;
+  std::size_t stack_bytes_;
+  DiskWait wait_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::function<void()> errand_;
@@ -90,4 +93,4 @@ std::optional<Result> DiskErrand::ask(std::function<Result()> errand,
   return std::move(answer->result);
 }
 
-}  // namespace loopwarden::daemon
+}  // namespace loopwarden::base

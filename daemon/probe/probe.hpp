@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// `loopwardend --probe`: reads registers for who sets a loop up. It writes to no device: all it can send is a read request.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+
+#include "hal/modbus/modbus_transport.hpp"
+#include "protocol/probe.hpp"
+
+namespace loopwarden::daemon::probe {
+
+// One line, one connection at a time.
+class Prober {
+ public:
+  // `folder`: configuration of the daemon that may run beside it.
+  explicit Prober(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  protocol::Probed read(const protocol::Probe& asked);
+
+ private:
+  std::filesystem::path folder_;
+  hal::modbus::BusWaiter waiter_;
+  std::optional<hal::modbus::LinkSettings> link_;
+  std::optional<hal::modbus::ModbusTransport> transport_;
+};
+
+// Answers lines of `input` on the standard output until it ends, or nothing comes for so long. Returns the exit code.
+int serve(const std::filesystem::path& folder, int input, std::chrono::milliseconds patience);
+
+}  // namespace loopwarden::daemon::probe

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// `loopwarden-page ldap-test`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace loopwarden::page {
+
+// It leaves its exit code in `exit_code`.
+void add_ldap_command(CLI::App& app, int& exit_code);
+
+}  // namespace loopwarden::page

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Section ldap of page.yaml: a directory (OpenLDAP, Active Directory) that knows users beside those of the file.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/secret/secret.hpp"
+#include "config/map_reader.hpp"
+#include "services/page/users/role.hpp"
+
+namespace loopwarden::page {
+
+struct LdapSettings {
+  std::vector<std::string> servers;  // HOST:PORT, the first that answers is asked
+  bool start_tls = false;            // else TLS from the first byte on
+  std::filesystem::path ca_file;
+  std::string bind_dn;  // who searches; empty: anonymous
+  base::Secret password;
+  std::string base;         // below which user_filter finds the user ...
+  std::string user_filter;  // with {user}
+  std::string user_dn;      // ... or his name as it is, with {user}
+  std::string group_filter = "(member={dn})";
+  std::vector<std::pair<Role, std::string>> groups;
+  std::vector<std::string> domains;
+};
+
+// Why `url` can't be one; empty: it can, and its HOST:PORT is put behind `servers`.
+std::string ldap_url_error(std::string_view url, bool start_tls, std::vector<std::string>& servers);
+
+// `file`: where relative paths start.
+LdapSettings read_ldap_settings(config::MapReader& in, const std::string& file);
+
+}  // namespace loopwarden::page

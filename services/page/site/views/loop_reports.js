@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reports of what is recorded of a loop: those that were asked for, and the form by which an engineer asks for one.
+import {KINDS, atWork, sent, shown, told} from '../lib/asked.js';
+import {el, scroller, setText, table, unseen} from '../lib/dom.js';
+import {field} from '../lib/dialog.js';
+import {get, loopPath, post} from '../lib/api.js';
+import {live} from '../lib/live.js';
+import {meter} from '../lib/charts.js';
+import {wall} from '../lib/shell.js';
+import {reportHref} from './reports.js';
+import {fill, texts} from '../texts.js';
+
+const t = texts.asked;
+
+const EACH_MS = 2000;
+const CALM_ROUNDS = 5; // while nothing is at work, only each fifth round asks
+
+export class LoopReports {
+  #round = 0;
+  #touched = false;
+
+  constructor(loop, trend, scope) {
+    Object.assign(this, {loop, trend, scope});
+    this.list = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
+    this.node = el('section', {class: 'panel asked-reports'}, el('h2', {}, t.title), this.#asking(), this.list);
+  }
+
+  start() { this.scope.every(EACH_MS, () => this.#look()); }
+
+  #asking() {
+    const {session, describe} = live;
+    if (!session.can?.reports) {
+      const byLogIn = session.login && session.role !== 'engineer' && describe.page?.reports;
+      return el('p', {class: 'soft small'}, byLogIn ? t.needsEngineer : t.off);
+    }
+    const time = () => el('input', {type: 'datetime-local', step: 1, required: true, input: () => { this.#touched = true; }});
+    this.kind = el('select', {change: () => setText(this.means, t.means[this.kind.value])}, KINDS.map((kind) => el('option', {value: kind}, t.kinds[kind])));
+    this.means = el('p', {class: 'soft small'}, t.means[KINDS[0]]);
+    this.from = time();
+    this.to = time();
+    this.go = el('button', {type: 'submit', class: 'main'}, t.ask);
+    this.said = el('p', {class: 'small', role: 'status'});
+    const asShown = el('button', {type: 'button', click: () => { this.#touched = false; this.#follow(); }}, t.asShown);
+    return el('form', {submit: (event) => { event.preventDefault(); this.#ask(); }},
+      el('div', {class: 'filters'}, field(t.kind, this.kind), field(`${t.from} (${wall().zone})`, this.from), field(t.to, this.to), asShown, this.go), this.means, this.said);
+  }
+
+  #kept() { return {oldest_ms: this.trend.history?.oldest_ms ?? NaN, newest_ms: this.trend.newest()}; }
+
+  // The form's times are those of the trend until somebody writes others.
+  #follow() {
+    if (!this.from || this.#touched || document.activeElement === this.from || document.activeElement === this.to) return;
+    const span = shown(this.trend.span(), this.#kept());
+    if (span) [this.from.value, this.to.value] = span.map((ms) => wall().toInput(ms));
+  }
+
+  async #ask() {
+    const [from_ms, to_ms] = sent([this.from, this.to].map((input) => wall().fromInput(input.value)), this.#kept());
+    this.go.disabled = true;
+    try {
+      const {waiting} = await post(loopPath(this.loop.tag, 'reports'), {kind: this.kind.value, from_ms, to_ms});
+      setText(this.said, fill(t.taken, {kind: t.kinds[this.kind.value], place: waiting}));
+      this.#round = 0;
+      await this.#look();
+    } catch (error) {
+      if (error.name !== 'AbortError') setText(this.said, fill(t.refused, {why: error.message}));
+    } finally {
+      this.go.disabled = false;
+    }
+  }
+
+  async #look() {
+    this.#follow();
+    if (live.stale || this.#round++ % CALM_ROUNDS) return;
+    try {
+      const {reports} = await get(loopPath(this.loop.tag, 'reports'), this.scope.signal);
+      if (atWork(reports)) this.#round = 0;
+      this.#show(reports);
+    } catch (error) {
+      if (error.name !== 'AbortError') this.list.replaceChildren(el('p', {class: 'trouble'}, fill(texts.failed, {why: error.message})));
+    }
+  }
+
+  #show(reports) {
+    const now_ms = live.overview?.now_ms ?? Date.now(), key = JSON.stringify([reports, reports.map((report) => told(report, now_ms))]);
+    if (this.list.shownKey === key) return;
+    this.list.shownKey = key;
+    const columns = [{head: t.kind, row: true}, {head: t.over}, {head: t.state, class: 'words'}, {head: t.asked}];
+    this.list.replaceChildren(reports.length ? scroller(t.title, table(t.caption, columns, reports.map((report) => rowOf(report, now_ms)), {captionHidden: true, class: 'lines as-cards'}))
+      : el('p', {class: 'nothing'}, t.none));
+  }
+}
+
+// The date of the end, where it is another.
+function overText(from_ms, to_ms) {
+  const clock = wall(), sameDay = clock.date(from_ms) === clock.date(to_ms);
+  return `${clock.dateTime(from_ms)} – ${sameDay ? clock.time(to_ms) : clock.dateTime(to_ms)}`;
+}
+
+function rowOf(report, now_ms) {
+  const {key, values} = told(report, now_ms), name = t.kinds[report.kind] ?? report.kind;
+  const title = report.id ? el('a', {href: reportHref(report.id), target: '_blank', rel: 'noopener'}, name, unseen(` (${texts.reports.opens})`)) : name;
+  const state = [fill(t.states[key], values), key === 'doing' ? meter(values.percent / 100) : null, report.sentence ? el('small', {class: 'said'}, report.sentence) : null];
+  return [title, overText(report.from_ms, report.to_ms), state.filter(Boolean), [wall().dateTime(report.asked_ms), el('small', {}, report.by)]];
+}

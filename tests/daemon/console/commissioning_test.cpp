@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/console/commissioning.hpp"
+
+#include <catch2/catch.hpp>
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "daemon/console/operator_orders.hpp"
+#include "daemon/console/plant_readings.hpp"
+#include "daemon/console/request.hpp"
+#include "tests/daemon/console/console_bench.hpp"
+
+namespace loopwarden::daemon::commissioning_test {
+namespace {
+
+using console::CommissionedLoops;
+using console_bench::json;
+
+// The operators' side alone, so that a test has the time in its hands.
+struct Bench : console_bench::Console {
+  using Console::Console;
+
+  json order(json request) {
+    if (!request.contains("loop")) request["loop"] = "FIC-101";
+    const auto answer = console::answer_line(request.dump(), [&](const json& asked) {
+      return std::get<std::string>(operators.answer(protocol::name_of(asked), asked, {}));
+    });
+    return json::parse(answer);
+  }
+  json commission(json more = json::object()) {
+    more["request"] = "commissioning";
+    return order(more);
+  }
+  void stop_action(control::OutputAction action) {
+    rt::LoopSettings settings = loops[0].settings->get();
+    settings.safety.on_stop = action;
+    loops[0].channels->in_force.publish(settings);
+  }
+
+  console::Parts all = parts();
+  console::OperatorOrders operators{all};
+};
+
+CommissionedLoops::Clock::time_point later(int seconds) {
+  return CommissionedLoops::Clock::now() + std::chrono::seconds(seconds);
+}
+
+}  // namespace
+
+TEST_CASE("a loop that is commissioned obeys who has the session, and nobody else") {
+  Bench bench;
+  bench.run(2);
+  const json taken = bench.commission();
+  REQUIRE(taken.at("ok") == true);
+  CHECK(taken.at("ends_after_s") == 60.0);
+  CHECK(bench.loops[0].channels->commissioned);
+  CHECK(bench.commission().at("ok") == false);
+  json set{{"request", "set"}, {"set_point", 42.0}};
+  CHECK(bench.order(set).at("error").get<std::string>().find("out of service") !=
+        std::string::npos);
+  CHECK(bench.orders().empty());
+  set["session"] = taken.at("session").get<std::uint64_t>() + 1;
+  CHECK(bench.order(set).at("ok") == false);
+  set["session"] = taken.at("session");
+  CHECK(bench.order(set).at("ok") == true);
+  CHECK(bench.orders().size() == 1);
+
+  // Masters may write nothing meanwhile.
+  console::PlantReadings readings(bench.all);
+  CHECK(readings.read_only(0));
+  CHECK(bench.commission({{"end", true}}).at("ok") == false);
+  CHECK(bench.commission({{"end", true}, {"session", taken.at("session")}}).at("ok") == true);
+  CHECK_FALSE(readings.read_only(0));
+  // Who had it has it no more, and everybody may order.
+  CHECK(bench.order(set).at("ok") == false);
+  set.erase("session");
+  CHECK(bench.order(set).at("ok") == true);
+}
+
+TEST_CASE("without a sign of life for a minute the output goes to the stop action") {
+  Bench bench;
+  bench.run(2);
+  const bool value = GENERATE(true, false);
+  bench.stop_action(value ? control::OutputAction::go_to(20.0) : control::OutputAction::hold());
+  const json taken = bench.commission();
+  bench.operators.collect(later(59));
+  CHECK(bench.orders().empty());
+  CHECK(bench.loops[0].channels->commissioned);
+  bench.operators.collect(later(62));
+  CHECK_FALSE(bench.loops[0].channels->commissioned);
+  const std::vector<rt::Order> orders = bench.orders();
+  REQUIRE(orders.size() == 1);
+  CHECK(orders[0].mode == control::Mode::manual);
+  CHECK(orders[0].output == (value ? std::optional(20.0) : std::nullopt));
+  CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
+  bench.operators.collect(later(130));
+  CHECK(bench.orders().empty());
+}
+
+TEST_CASE("a sign of life is an order, or the session alone") {
+  CommissionedLoops loops;
+  const auto start = CommissionedLoops::Clock::now();
+  const auto at = [&](int seconds) { return start + std::chrono::seconds(seconds); };
+  const std::uint64_t session = loops.take(3, std::nullopt, "uid 0", at(0));
+  loops.check_order(3, session, at(50));
+  loops.take(3, session, "uid 0", at(100));
+  CHECK(loops.take_silent(at(159)).empty());
+  CHECK(loops.take_silent(at(161)) == std::vector<std::size_t>{3});
+  CHECK_THROWS_AS(loops.take(3, session, "uid 0", at(162)), protocol::RequestError);
+  CHECK_THROWS_AS(loops.check_order(3, session, at(162)), protocol::RequestError);
+  CHECK(loops.take(3, std::nullopt, "uid 7", at(163)) != session);
+}
+
+TEST_CASE("commands are withheld for their time alone, in manual, where a device watches") {
+  Bench bench;
+  bench.run(2);
+  const json session = bench.commission().at("session");
+  const json hold{{"session", session}, {"withhold_s", 5.0}};
+  CHECK(bench.commission(hold).at("ok") == false);  // in automatic
+  bench.order({{"request", "set"}, {"mode", "man"}, {"session", session}});
+  bench.run(1);
+  CHECK(bench.commission(hold).at("ok") == false);  // no watchdog
+  std::get<hal::modbus::LoopModbusSettings>(bench.loops[0].config.io).comm_loss = {
+      .protection = hal::modbus::CommLossProtection::set_by_device,
+      .watchdog = std::nullopt,
+      .timeout_s = 2.0};
+  CHECK(bench.commission({{"session", session}, {"withhold_s", 301.0}}).at("ok") == false);
+  const std::int64_t before_ns = base::MonotonicClock().now_ns();
+  REQUIRE(bench.commission(hold).at("ok") == true);
+  const std::int64_t until_ns = bench.loops[0].channels->withheld_until_ns;
+  CHECK(until_ns >= before_ns + 5'000'000'000);
+  CHECK(until_ns < before_ns + 7'000'000'000);
+  bench.commission({{"session", session}, {"end", true}});
+  CHECK(bench.loops[0].channels->withheld_until_ns == 0);
+}
+
+TEST_CASE("while commands are withheld none goes out, but the last at a stop does") {
+  Bench bench;
+  auto& io = dynamic_cast<tests::FakeLoopIo&>(*bench.loops[0].io);
+  bench.run(3);
+  const auto writes = [&] { return io.commands; };
+  const std::uint64_t before = writes();
+  REQUIRE(before > 0);
+  bench.loops[0].channels->withheld_until_ns =
+      static_cast<std::int64_t>(bench.cycles_run + 3) * tests::kPeriodNs;
+  bench.run(2);
+  CHECK(writes() == before);
+  bench.run(1);
+  CHECK(writes() == before + 1);
+  bench.loops[0].channels->withheld_until_ns = INT64_MAX;
+  bench.cycle->run({.now_ns = static_cast<std::int64_t>(++bench.cycles_run) * tests::kPeriodNs,
+                    .period_index = bench.cycles_run},
+                   0, true);
+  CHECK(writes() == before + 2);
+}
+
+}  // namespace loopwarden::daemon::commissioning_test

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import {verdictOf, warningsOf} from '../../../../services/page/site/lib/box_health.js';
+
+const time = (ms) => `at ${ms}`;
+const well = {daemon: {configuration: {}, feeders: []}, loops: [], disk: {bytes: 1e9, free_bytes: 9e8}};
+const alarm = (name, state, more = {}) => ({loop: 'box', alarm: name, state, active: ['unacknowledged', 'acknowledged'].includes(state), raised_ms: 2000, priority: 'medium', ...more});
+const warned = (alarms, out = [], answer = well) => warningsOf(answer, alarms, out, 5, time);
+
+test('a box without a word against it is well once it has told its alarms and loops, not before', () => {
+  assert.deepEqual(warned([]), []);
+  assert.deepEqual(verdictOf([], true, 1000, time), ['The box is well: nothing warns. It runs since at 1000.', 'ok']);
+  const [words, sign] = verdictOf([], false, 1000, time);
+  assert.doesNotMatch(words, /is well/);
+  assert.equal(sign, 'bad');
+});
+
+test('a standing alarm of the box is a warning, with since when and the way to it', () => {
+  const warnings = warned([alarm('feeder_lost', 'acknowledged'), alarm('disk_full', 'unacknowledged', {priority: 'high', raised_ms: 1500}), {...alarm('bad_pv', 'unacknowledged'), loop: 'FIC-101'}]);
+  assert.deepEqual(warnings.map(({text, href, sign}) => [text, href, sign]), [['Disk full, unacknowledged, since at 1500', '#/alarms/box/disk_full', 'high'], ['Feeder lost, acknowledged, since at 2000', '#/alarms/box/feeder_lost', 'low']]);
+  assert.deepEqual(verdictOf(warnings, true, 0, time), ['2 things are not as they should be, the oldest since at 1500.', 'high']);
+});
+
+test('an alarm that has gone and waits is told, and one on the shelf is not', () => {
+  const warnings = warned([alarm('clock_stepped', 'returned_unacknowledged'), alarm('disk_full', 'shelved')]);
+  assert.deepEqual(warnings.map(({text, sign}) => [text, sign]), [['Clock was set, gone, unacknowledged, since at 2000', 'gone']]);
+  assert.deepEqual(verdictOf(warnings, true, 0, time), ['One thing is not as it should be.', 'low']);
+});
+
+test('an alarm that this page does not know is no less one', () => {
+  assert.deepEqual(warned([alarm('cellar_flooded', 'unacknowledged')]).map(({text}) => text), ['Cellar flooded, unacknowledged, since at 2000']);
+});
+
+test('loops that don’t do their work are named, of many some', () => {
+  const [one, many] = warned([], [['PV bad', ['A', 'B']], ['stands still', ['1', '2', '3', '4', '5', '6', '7']]]);
+  assert.match(one.text, /PV bad: A, B$/);
+  assert.match(many.text, /stands still: 1, 2, 3, 4, 5 and 2 more$/);
+});
+
+test('a disk that is full is told once', () => {
+  const full = {...well, disk: {bytes: 1e9, free_bytes: 1e7}};
+  assert.equal(warned([], [], full).length, 1);
+  assert.equal(warned([alarm('disk_full', 'unacknowledged')], [], full).length, 1);
+});
+
+test('a loop that does not do its work is told once, not for its device as well', () => {
+  const loops = [{loop: 'A', io: {connected: false}, recording: {dropped: 0, rows_lost: 0}}];
+  assert.match(warned([], [], {...well, loops})[0].text, /^A: no connection/);
+  assert.equal(warned([], [['PV bad', ['A']]], {...well, loops}).length, 1);
+});
+
+test('a feeder that is away is told once, with its name', () => {
+  const away = {...well, daemon: {...well.daemon, feeders: [{name: 'plant', connected: false}, {name: 'lab', connected: true}]}};
+  assert.match(warned([], [], away)[0].text, /plant is not connected/);
+  assert.deepEqual(warned([alarm('feeder_lost', 'unacknowledged')], [], away).map(({text}) => text), ['Feeder lost (plant), unacknowledged, since at 2000']);
+});

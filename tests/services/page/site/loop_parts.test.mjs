@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import './document.mjs';
+
+const {alarmTable, healthTable, judgesOf, measureTable} = await import('../../../../services/page/site/views/loop_parts.js');
+
+const wordsOf = (node) => (typeof node === 'object' ? node.children.map(wordsOf).join('') || node.textContent || '' : String(node)).replaceAll('\u00a0', ' ');
+const all = (node, name) => (typeof node === 'object' ? [...(node.name === name ? [node] : []), ...node.children.flatMap((child) => all(child, name))] : []);
+const cellsOf = (table) => all(table, 'tr').slice(1).map((row) => row.children.map(wordsOf));
+
+const LOOP = {tag: 'FIC-101', pv_range: [0, 10], pv_unit: 'L/min', specialists: [], monitor: true, twin: false};
+const design = (alarm, more = {}) => ({alarm, priority: 'medium', limit: null, dead_band: null, unit: '', on_delay_s: 10, off_delay_s: 10, suppressed_by: [], time_to_act: 'the shift', ...more});
+
+test('an alarm of a loop has its limit with its unit, its delays and how it is now; the process’s stand first', () => {
+  const node = alarmTable([design('stiction', {priority: 'low', on_delay_s: null, off_delay_s: null, suppressed_by: ['low_air_supply']}), design('pv_high', {limit: 8, dead_band: 0.1, unit: 'L/min', on_delay_s: 60})], LOOP,
+    (alarm) => (alarm === 'stiction' ? 'acknowledged' : 'normal'));
+  assert.deepEqual(cellsOf(node), [['PV high', 'medium', '8.00 L/min', '0.10 L/min', '1 min, 10 s', '', 'the shift', 'normal'],
+    ['Stiction', 'low', '', '', '', 'Low air supply', 'the shift', 'acknowledged']]);
+  assert.doesNotMatch(wordsOf(node), /No limits/);
+  assert.match(wordsOf(alarmTable([design('bad_pv')], LOOP, () => 'normal')), /No limits of PV/);
+});
+
+test('who judges the valve is told, and that nobody does', () => {
+  assert.equal(judgesOf({...LOOP, specialists: ['no_fault', 'stiction', 'backlash', 'other'], twin: true}), 'specialists for stiction, backlash; routine evidence; its twin');
+  assert.equal(judgesOf(LOOP), 'routine evidence');
+  assert.match(judgesOf({...LOOP, monitor: false}), /^nothing/);
+});
+
+const MONITOR = {window_state: 'valid', windows: 3, windows_suppressed: 0, oscillation_index: 0, oscillation_period_s: 0, variability_percent: 0, mean_error_percent: 0, saturated_percent: 0, bridged_cycles: 0, travel_percent_per_hour: 0,
+  reversals_per_hour: 0, stick_percent: null, stick_source: 'none', hours_automatic: 0, hours_manual: 0, hours_at_limit: 0};
+
+test('before the first window nothing is measured, and no measure is good', () => {
+  const variability = (windows) => cellsOf(measureTable({...MONITOR, windows})).find(([name]) => name.startsWith('Variability'))[1];
+  assert.equal(variability(3), '0.00 %');
+  assert.equal(variability(0), '–');
+  assert.doesNotMatch(wordsOf(measureTable({...MONITOR, windows: 0})), /oscillate/);
+});
+
+test('a PV that is older than the daemon has never come', () => {
+  const io = {connected: false}, recording = {rows: 0, dropped: 0, rows_lost: 0, bytes: 0}, pvAge = (pv_age_ms) => cellsOf(healthTable({io, recording, pv_age_ms, time_s: 60})).find(([name]) => name === 'PV age')[1];
+  assert.equal(pvAge(120), '120 ms');
+  assert.equal(pvAge(45_000), '45 s');
+  assert.equal(pvAge(1_200_000), 'never received');
+  assert.equal(pvAge(null), '–');
+});

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import {against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains} from '../../../../services/page/site/lib/tuning.js';
+
+const none = {kp: 1, ki: 0, kd: 0};
+
+test('the lines to paste have all digits, and the derivative only where there is one to change', () => {
+  assert.deepEqual(fileLines({kp: 0.1 + 0.2, ki: 0.05, kd: 0}, none), ['kp: 0.30000000000000004', 'ki: 0.05']);
+  assert.deepEqual(fileLines({kp: 1, ki: 0.05, kd: 2}, none), ['kp: 1', 'ki: 0.05', 'kd: 2']);
+  assert.deepEqual(fileLines({kp: 1, ki: 0.05, kd: 0}, {...none, kd: 3}), ['kp: 1', 'ki: 0.05', 'kd: 0']);
+});
+
+test('gains are the same where all three are', () => {
+  assert.ok(sameGains(none, {...none}));
+  for (const name of ['kp', 'ki', 'kd']) assert.ok(!sameGains(none, {...none, [name]: 9}));
+});
+
+test('a unit that is a quotient is held together', () => {
+  assert.deepEqual(gainUnits('L/min', 'V'), {kp: 'V/(L/min)', ki: 'V/(L/min s)', kd: 'V s/(L/min)'});
+  assert.equal(gainUnits('bar', '%').kp, '%/bar');
+  assert.equal(gainUnits('', '').kp, 'CO/PV');
+});
+
+test('without integral action there is no integral time', () => {
+  assert.equal(integralTime({kp: 2, ki: 0.5}), 4);
+  assert.equal(integralTime(none), null);
+});
+
+const trial = (more) => ({stable: true, settles: true, sensitivity: 1.6, scales_with_gain: true, ...more});
+
+test('what speaks against settings is said; of what is unstable nothing else', () => {
+  assert.deepEqual(against(trial(), 2), []);
+  assert.deepEqual(against(trial({sensitivity: 2.1, settles: false}), 2), ['restless', 'margin']);
+  assert.deepEqual(against(trial({sensitivity: null}), 2), ['margin']);
+  assert.deepEqual(against(trial({scales_with_gain: false}), 2), ['scale']);
+  assert.deepEqual(against(trial({stable: false, settles: false}), 2), ['unstable']);
+});
+
+test('the recommended rule is chosen first, else the first one, else none', () => {
+  assert.equal(firstChoice({rules: [1, 2, 3], recommended: 2}), 2);
+  assert.equal(firstChoice({rules: [1, 2, 3], recommended: null}), 1);
+  assert.equal(firstChoice({rules: [1], recommended: null}), null);
+});
+
+test('the trend has the answers of today beside those of the chosen rule', () => {
+  const answer = {t: [0, 1], sp: [5, 6], rules: [{pv: [5, 5], co: [1, 1]}, {pv: [5, 6], co: [1, 2]}]};
+  assert.deepEqual(answersOf(answer, 1), {t: [0, 1], sp: [5, 6], pv_now: [5, 5], co_now: [1, 1], pv: [5, 6], co: [1, 2]});
+  assert.deepEqual(answersOf(answer, 7).pv, [5, 5]);
+});

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/setup/dialogue.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "tests/workbench/setup/scripted_setup.hpp"
+#include "workbench/files/command_error.hpp"
+
+namespace loopwarden::workbench::setup::dialogue_test {
+namespace {
+
+using tests::ScriptedSetup;
+using tests::TemporaryFolder;
+
+std::string refusal_of(const std::string& text) {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "answers.yaml").string();
+  tests::write_file(file, text);
+  try {
+    read_answers(file);
+  } catch (const CommandError& e) {
+    CHECK(e.exit_code() == kExitData);
+    return e.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("an answer is asked for until it is one, and kept", "[setup]") {
+  ScriptedSetup s;
+  s.person.lines = {"25 0", "0 25"};
+  CHECK(s.dialogue.range("pv.range") == std::pair(0.0, 25.0));
+  CHECK(s.person.prompts.size() == 2);
+  // Enter takes what is offered.
+  s.person.lines = {""};
+  CHECK(s.dialogue.ask("co.unit") == "%");
+  // Another run of the command goes on with what is in the file.
+  const State again(s.state.file());
+  CHECK(again.answers().at("pv.range") == "0 25");
+  CHECK(s.dialogue.ask("co.unit") == "%");
+  CHECK(s.person.prompts.size() == 3);
+  CHECK_THROWS_AS(s.dialogue.ask("ti"), Paused);
+}
+
+TEST_CASE("what is asked now is asked each time", "[setup]") {
+  ScriptedSetup s;
+  s.person.lines = {"3", "x", "4"};
+  CHECK(s.dialogue.number_now("Seconds") == 3.0);
+  CHECK(s.dialogue.number_now("Seconds") == 4.0);
+  CHECK(s.state.answers().size() == 1);  // the tag
+}
+
+TEST_CASE("an answers file has a line for what is wrong", "[setup]") {
+  CHECK(refusal_of("tag: FIC-101\npv.range: 0 25\n").empty());
+  const std::string unknown = refusal_of("tag: FIC-101\npv.rang: 0 25\n");
+  CHECK(unknown.find("answers.yaml:2:1") != std::string::npos);
+  CHECK(unknown.find("did you mean 'pv.range'") != std::string::npos);
+  CHECK(refusal_of("kc: -1\n").find("answers.yaml:1:5") != std::string::npos);
+  CHECK(refusal_of("kc: [1]\n").find("one line") != std::string::npos);
+  CHECK_FALSE(refusal_of("- kc\n").empty());
+  // What moves a valve has no question here.
+  for (const char* key : {"stroke", "stroke.limits", "watchdog", "record.size"}) {
+    INFO(key);
+    CHECK(refusal_of(std::string(key) + ": 5\n").find("asked each time") != std::string::npos);
+  }
+}
+
+TEST_CASE("a state file that is none is not written over", "[setup]") {
+  const TemporaryFolder folder;
+  const auto file = folder / "FIC-101.json";
+  tests::write_file(file, "{\"answers\": 5}");
+  CHECK_THROWS_AS(State(file), CommandError);
+  CHECK(tests::read_file(file) == "{\"answers\": 5}");
+  // What another version asked for is left out, and asked again where it is no answer any more.
+  tests::write_file(
+      file, R"({"answers": {"kc": "0.3", "ti": "soon", "old": "x"}, "steps": {}, "found": {}})");
+  CHECK(State(file).answers() == std::map<std::string, std::string>{{"kc", "0.3"}});
+}
+
+TEST_CASE("a step once more asks its own questions, and the file is written anew", "[setup]") {
+  ScriptedSetup s;
+  for (const char* step : {"loop", "devices", "file", "start", "stroke"})
+    s.state.set_step(step, "done");
+  s.state.answer("pv.register", "1 input 0 f32");
+  s.state.answer("kc", "0.3");
+  s.state.answer("write", "yes");
+  s.state.forget("devices");
+  CHECK_FALSE(s.state.answers().contains("pv.register"));
+  CHECK(s.state.answers().contains("kc"));
+  CHECK_FALSE(s.state.answers().contains("write"));
+  CHECK(s.state.step("devices").empty());
+  CHECK(s.state.step("file").empty());
+  CHECK(s.state.step("start").empty());
+  CHECK(s.state.step("stroke") == "done");
+}
+
+}  // namespace loopwarden::workbench::setup::dialogue_test

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/setup/questions.hpp"
+
+#include <catch2/catch.hpp>
+
+namespace loopwarden::workbench::setup::questions_test {
+
+TEST_CASE("what is said of a register is a place, or none", "[setup]") {
+  const auto place = register_in("2 Holding 100 F32 cdab");
+  REQUIRE(place);
+  CHECK(place->unit == 2);
+  CHECK(place->table == "holding");
+  CHECK(place->address == 100);
+  CHECK(place->type == "f32");
+  CHECK(place->order == "cdab");
+  CHECK(register_in("1 input 0 u16")->order == "abcd");
+  for (const char* text :
+       {"", "1 input 0", "1 coil 0 u16", "1 input 65536 u16", "256 input 0 u16", "1 input -1 u16",
+        "1 input 0 u8", "1 input 0 u16 dcab", "1 input 0 u16 abcd more", "1 input 0x10 u16"}) {
+    INFO(text);
+    CHECK_FALSE(register_in(text));
+  }
+}
+
+TEST_CASE("units are those that were typed, and not one more", "[setup]") {
+  CHECK(units_in("1-3,7 9") == std::vector<unsigned>{1, 2, 3, 7, 9});
+  CHECK(units_in("255") == std::vector<unsigned>{255});
+  for (const char* text : {"", "256", "3-1", "1-", "-3", "1-300", "x"}) {
+    INFO(text);
+    CHECK_FALSE(units_in(text));
+  }
+}
+
+TEST_CASE("43 % is of the range, a number is itself", "[setup]") {
+  CHECK(said_value("43 %", {0.0, 25.0}) == Approx(10.75));
+  CHECK(said_value("50%", {-10.0, 10.0}) == Approx(0.0));
+  CHECK(said_value("10.75", {0.0, 25.0}) == Approx(10.75));
+  CHECK_FALSE(said_value("about 43 %", {0.0, 25.0}));
+  CHECK_FALSE(said_value("nan", {0.0, 25.0}));
+  CHECK_FALSE(said_value("%", {0.0, 25.0}));
+}
+
+TEST_CASE("each question takes what it offers, and refuses nonsense", "[setup]") {
+  for (const std::string& id : question_ids()) {
+    INFO(id);
+    const Question& q = question(id);
+    if (q.fallback != nullptr) CHECK(q.wrong(q.fallback).empty());
+    if (id != "description" && id != "pv.unit" && id != "co.unit" && !id.starts_with("opcua") &&
+        id != "link.hosts" && id != "link.host" && id != "link.device") {
+      CHECK_FALSE(q.wrong("no such ! thing").empty());
+    }
+  }
+  CHECK_FALSE(question("tag").wrong("../x").empty());
+  CHECK_FALSE(question("pv.range").wrong("25 0").empty());
+  CHECK_FALSE(question("pv.scale").wrong("5 5 0 100").empty());
+  CHECK_FALSE(question("comm_loss.register").wrong("1 input 0 u16").empty());
+}
+
+}  // namespace loopwarden::workbench::setup::questions_test

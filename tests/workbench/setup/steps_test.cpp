@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// The steps that move nothing, with a person and devices that are made up.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+
+#include "config/config_reader.hpp"
+#include "tests/workbench/setup/scripted_setup.hpp"
+#include "workbench/live/test_bench.hpp"
+#include "workbench/setup/loop_text.hpp"
+
+namespace loopwarden::workbench::setup::steps_test {
+namespace {
+
+using tests::ScriptedSetup;
+
+const std::map<std::string, std::string> kControlled{{"control", "here"},
+                                                     {"description", "Water: \"cold\" #1"},
+                                                     {"pv.unit", "m3/h"},
+                                                     {"pv.range", "0 25"},
+                                                     {"co.unit", "%"},
+                                                     {"co.range", "0 100"},
+                                                     {"sample_time", "0.2"},
+                                                     {"link.transport", "tcp"},
+                                                     {"link.hosts", "127.0.0.1"},
+                                                     {"link.host", "127.0.0.1"},
+                                                     {"link.port", "1502"},
+                                                     {"scan.units", "none"},
+                                                     {"pv.register", "1 input 12 u16"},
+                                                     {"pv.scale", "0 10000 0 25"},
+                                                     {"co.register", "2 holding 2 u16"},
+                                                     {"co.scale", "10000 0 100 0"},
+                                                     {"stem.register", "2 input 20 f32 cdab"},
+                                                     {"stem.scale", "none"},
+                                                     {"comm_loss", "register"},
+                                                     {"comm_loss.timeout", "2"},
+                                                     {"comm_loss.register", "2 holding 10 u16"},
+                                                     {"comm_loss.scale", "0 10 0 1"},
+                                                     {"pv.follows", "falls"},
+                                                     {"kc", "0.3"},
+                                                     {"ti", "8"},
+                                                     {"sp.limits", "2 22"},
+                                                     {"co.limits", "5 95"},
+                                                     {"co.rate", "10"},
+                                                     {"stop.end", "hold"},
+                                                     {"stop.bad_pv", "5"},
+                                                     {"stop.output_lost", "hold"},
+                                                     {"write", "yes"}};
+
+void answer_all(ScriptedSetup& s, const std::map<std::string, std::string>& answers) {
+  for (const auto& [id, answer] : answers) s.state.answer(id, answer);
+}
+
+config::Configuration as_read(const ScriptedSetup& s) {
+  auto read = config::read_configuration(s.folder.path());
+  INFO(config::to_text(read.diagnostics));
+  REQUIRE(read);
+  return std::move(*read);
+}
+
+}  // namespace
+
+TEST_CASE("the files are what was answered", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  INFO(s.person.said);
+  REQUIRE(write_files(s.all) == Outcome::done);
+  const config::Configuration all = as_read(s);
+  const config::LoopConfig& loop = all.loops.at(0);
+  CHECK(loop.name == "FIC-101");
+  CHECK(loop.description == "Water: \"cold\" #1");
+  CHECK(loop.controller.pid.action == control::Action::direct);
+  CHECK(loop.controller.output.low == 5.0);
+  CHECK(loop.safety.on_stop.kind == control::OutputAction::Kind::hold);
+  CHECK(loop.safety.on_bad_pv.kind == control::OutputAction::Kind::value);
+  CHECK(loop.safety.on_bad_pv.value == 5.0);
+  CHECK(loop.start.mode == control::Mode::manual);
+  const auto& io = std::get<hal::modbus::LoopModbusSettings>(loop.io);
+  CHECK(io.positioner_link.port == 1502);
+  CHECK(io.process_variable.unit == 1);
+  CHECK(io.process_variable.reg.scale == Approx(0.0025));
+  CHECK(io.command.unit == 2);
+  CHECK(io.command.reg.scale == Approx(0.01));
+  CHECK(io.read_back.value().reg.order == hal::modbus::ByteOrder::cdab);
+  CHECK(io.comm_loss.timeout_s == 2.0);
+  // The register has tenths of a second.
+  CHECK(io.comm_loss.watchdog.value().point.reg.scale == Approx(0.1));
+  CHECK(io.comm_loss.watchdog.value().value == 2.0);
+}
+
+TEST_CASE("a watched loop has no output, and the link that is there is used", "[setup]") {
+  ScriptedSetup s;
+  const std::string daemon =
+      "# ours\nlinks:\n    plc: {transport: tcp, host: 127.0.0.1, port: 1502}\n";
+  tests::write_file(s.folder / "loopwardend.yaml", daemon);
+  answer_all(s, kControlled);
+  answer_all(s, {{"control", "elsewhere"},
+                 {"source", "modbus"},
+                 {"co.register", "1 input 14 u16"},
+                 {"sp.register", "1 holding 3 u16"},
+                 {"sp.scale", "0 10000 0 25"},
+                 {"mode.register", "1 input 16 u16"},
+                 {"mode.automatic", "1, 3"}});
+  INFO(s.person.said);
+  REQUIRE(write_files(s.all) == Outcome::done);
+  const config::Configuration all = as_read(s);
+  const auto& io = std::get<hal::modbus::ModbusSourceSettings>(all.loops.at(0).io);
+  CHECK(io.output.point.reg.address == 14);
+  CHECK(io.set_point.value().point.reg.scale == Approx(0.0025));
+  CHECK(io.mode_values.automatic == std::vector<double>{1.0, 3.0});
+  CHECK(tests::read_file(s.folder / "loopwardend.yaml") == daemon);
+}
+
+TEST_CASE("what the reader refuses is not written", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  s.state.answer("comm_loss.timeout", "0.5");  // shorter than two lost replies
+  CHECK_THROWS_AS(write_files(s.all), TestAborted);
+  CHECK(s.person.told("timeout"));
+  CHECK_FALSE(std::filesystem::exists(s.all.loop_file()));
+  CHECK_FALSE(std::filesystem::exists(s.folder / "loopwardend.yaml"));
+}
+
+TEST_CASE("a link goes below those that are there, and comments stay", "[setup]") {
+  CHECK(with_link("", "a", "{x: 1}") == "links:\n  a: {x: 1}\n");
+  CHECK(with_link("page: {alarms: true}", "a", "{x: 1}") ==
+        "page: {alarms: true}\nlinks:\n  a: {x: 1}\n");
+  CHECK(with_link("links:  # ours\n# more\n    b: {}\npage: {}\n", "a", "{x: 1}") ==
+        "links:  # ours\n    a: {x: 1}\n# more\n    b: {}\npage: {}\n");
+  CHECK_FALSE(with_link("links: {b: {}}\n", "a", "{x: 1}"));
+}
+
+TEST_CASE("a scan asks what was typed, by reading alone", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  answer_all(s, {{"link.hosts", "10.0.0.1 10.0.0.2"}, {"scan.units", "1,4"}});
+  s.devices.values[{"input", 0}] = {7.0};
+  INFO(s.person.said);
+  REQUIRE(find_devices(s.all) == Outcome::done);
+  CHECK(s.person.told(
+      "10.0.0.1 unit 1: input register 0: raw 0007 = 7, holding register 0: illegal"));
+  CHECK(s.person.told("10.0.0.2 unit 4: no reply"));
+  std::vector<std::string> hosts;
+  for (const protocol::Probe& asked : s.devices.asked) {
+    CHECK((asked.unit == 1 || asked.unit == 2 || asked.unit == 4));
+    CHECK((asked.host == "10.0.0.1" || asked.host == "10.0.0.2" || asked.host == "127.0.0.1"));
+  }
+  // Two of a unit that answers, one of a dead one: on each address, then three registers of the loop.
+  CHECK(s.devices.asked.size() == 2 * 3 + 3);
+}
+
+TEST_CASE("where a loop runs on the line nothing is scanned, and numbers are typed", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  answer_all(s, {{"scan.units", "1-30"}, {"pv.scale", "live"}});
+  s.devices.refusal = "FIC-7 runs on it";
+  s.person.lines = {"live", "0 27648 0 25"};
+  REQUIRE(find_devices(s.all) == Outcome::done);
+  CHECK(s.person.told("no scan: FIC-7 runs on it"));
+  CHECK(s.state.answers().at("pv.scale") == "0 27648 0 25");
+}
+
+TEST_CASE("a register is scaled by what its display shows", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  s.state.answer("pv.scale", "live");
+  auto& pv = s.devices.values[{"input", 12}];
+  SECTION("two values") {
+    // Read when it is shown and when it is said, each time.
+    pv = {4000.0, 4300.0, 5000.0, 6000.0, 4000.0};
+    s.person.lines = {"43 %", "15"};
+    find_devices(s.all);
+    CHECK(s.state.answers().at("pv.scale") == "4300 6000 10.75 15");
+    CHECK(s.person.told("raw 0FA0 = 4000 = 10 m3/h"));
+  }
+  SECTION("one value and zero") {
+    pv = {4300.0};
+    s.person.lines = {"r", "lots", "43 %", ""};
+    find_devices(s.all);
+    CHECK(s.state.answers().at("pv.scale") == "0 4300 0 10.75");
+  }
+  SECTION("two values that are one") {
+    pv = {4300.0, 4300.0, 4300.0, 4300.0, 8600.0, 8600.0};
+    s.person.lines = {"43 %", "43 %", "86 %"};
+    find_devices(s.all);
+    CHECK(s.person.told("did not change"));
+    CHECK(s.state.answers().at("pv.scale") == "4300 8600 10.75 21.5");
+  }
+  SECTION("as it is") {
+    pv = {9.0};
+    s.person.lines = {""};
+    find_devices(s.all);
+    CHECK(s.state.answers().at("pv.scale") == "none");
+  }
+}
+
+TEST_CASE("a loop that has a file is commissioned as it is", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  REQUIRE(write_files(s.all) == Outcome::done);
+  const std::string before = tests::read_file(s.all.loop_file());
+  std::filesystem::remove(s.state.file());
+  State state(s.state.file());
+  state.answer("tag", "FIC-101");
+  Dialogue dialogue(s.person, {}, state);
+  Setup all{.dialogue = dialogue,
+            .prober = s.devices,
+            .run = s.all.run,
+            .folder = s.folder.path(),
+            .socket = s.all.socket,
+            .tag = "FIC-101"};
+  // No daemon: the talk ends there.
+  CHECK_THROWS_AS(run_steps(all), Paused);
+  CHECK(state.step("file") == "done");
+  CHECK(state.answers().at("control") == "here");
+  CHECK(tests::read_file(all.loop_file()) == before);
+}
+
+}  // namespace loopwarden::workbench::setup::steps_test

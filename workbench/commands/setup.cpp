@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden setup: from a new loop to a commissioned one, in steps that go on where they were.
+#include "workbench/setup/setup.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "base/child_process.hpp"
+#include "base/file.hpp"
+#include "protocol/ask.hpp"
+#include "workbench/command_line/frame.hpp"
+#include "workbench/commands/subcommands.hpp"
+#include "workbench/live/daemon_client.hpp"
+#include "workbench/live/terminal.hpp"
+#include "workbench/setup/probe_process.hpp"
+#include "workbench/setup/questions.hpp"
+#include "workbench/setup/terminal_person.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SetupOptions {
+  std::string tag;
+  std::string config = "/etc/loopwardend";
+  std::string socket;
+  std::string answers;
+  std::string again;
+  double minutes = 20.0;
+  bool show = false;
+  bool json = false;
+};
+
+int run_child(const std::vector<std::string>& words, const fs::path& output) {
+  base::File file;
+  if (!output.empty()) {
+    file = base::File(output, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    if (!file.is_open()) fail(kExitIo, "{}: can't be written", output.string());
+  }
+  try {
+    base::ChildProcess child(fs::read_symlink("/proc/self/exe").string(), words,
+                             {.output = file.is_open() ? file.fd() : STDOUT_FILENO,
+                              .errors = STDERR_FILENO,
+                              .idle = false});
+    for (;;) {
+      if (const std::optional<int> code = child.ended()) return *code;
+      if (interrupted()) throw setup::Paused("paused");
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  } catch (const std::system_error& e) {
+    fail(kExitIo, "loopwarden {}: {}", words.front(), e.code().message());
+  }
+}
+
+// Before there is a file to keep it in.
+std::string ask_tag(setup::Person& person, const setup::Answers& answers) {
+  if (const auto written = answers.find("tag"); written != answers.end()) {
+    return written->second.text;
+  }
+  const setup::Question& asked = setup::question("tag");
+  for (;;) {
+    const std::optional<std::string> tag = person.line(fmt::format("{}: ", asked.text));
+    if (!tag) throw setup::Paused("paused");
+    const std::string wrong = asked.wrong(*tag);
+    if (wrong.empty()) return *tag;
+    person.say("  " + wrong);
+  }
+}
+
+int show(const setup::State& state, bool json) {
+  nlohmann::json steps = nlohmann::json::array();
+  for (const setup::Step& step : setup::kSteps) {
+    const std::string now = state.step(step.name).empty() ? "open" : state.step(step.name);
+    const std::string found = state.found(step.name);
+    steps.push_back({{"step", step.name}, {"state", now}, {"title", step.title}, {"found", found}});
+    if (!json) {
+      fmt::print("{:<12}{:<8}{}{}\n", step.name, now, step.title,
+                 found.empty() ? "" : ": " + found);
+    }
+  }
+  if (json) show_json({{"steps", std::move(steps)}});
+  return kExitOk;
+}
+
+int talk(const SetupOptions& options) {
+  const setup::Answers answers =
+      options.answers.empty() ? setup::Answers{} : setup::read_answers(options.answers);
+  setup::TerminalPerson person;
+  const std::string tag = options.tag.empty() ? ask_tag(person, answers) : options.tag;
+  if (const std::string wrong = setup::question("tag").wrong(tag); !wrong.empty()) {
+    fail(kExitUsage, "a tag is {} (got '{}')", wrong, tag);
+  }
+  setup::State state(fs::path(options.config) / "setup" / (tag + ".json"));
+  if (options.show) return show(state, options.json);
+  state.answer("tag", tag);
+  if (!options.again.empty()) state.forget(options.again);
+  setup::Dialogue dialogue(person, answers, state);
+  setup::ProbeProcess prober(options.config);
+  setup::Setup all{.dialogue = dialogue,
+                   .prober = prober,
+                   .run = run_child,
+                   .folder = options.config,
+                   .socket = options.socket,
+                   .tag = tag,
+                   .record_minutes = options.minutes};
+  const int exit_code = setup::run_steps(all);
+  dialogue.say(exit_code == kExitOk
+                   ? fmt::format("\n{} is set up. It stands in manual: `loopwarden set {} --mode "
+                                 "auto` closes the loop.",
+                                 tag, tag)
+                   : fmt::format("\n`loopwarden setup {}` goes on with what is left.", tag));
+  return exit_code;
+}
+
+int run_setup(const SetupOptions& options) {
+  try {
+    return talk(options);
+  } catch (const setup::Paused&) {
+    fail(kExitTryAgain, "\nleft here; the same command goes on where it was");
+  } catch (const DaemonRefused& e) {
+    fail(kExitTryAgain, "loopwarden: {}", e.what());
+  } catch (const protocol::DaemonError& e) {
+    fail(kExitTryAgain, "loopwarden: {}", e.what());
+  }
+}
+
+}  // namespace
+
+void add_setup(Program& program) {
+  auto [command, o] = program.command(
+      "setup", "from a new loop to a commissioned one, step by step, at a terminal", run_setup);
+  command.option("tag", o.tag, "tag of the loop; asked for where it is not given");
+  command.setting("--config", o.config, "the daemon's configuration folder");
+  command.socket(o.socket);
+  command.option("--answers", o.answers,
+                 "answers, YAML, `question: answer` a line, to what moves nothing");
+  std::vector<std::string> steps;
+  for (const setup::Step& step : setup::kSteps) steps.emplace_back(step.name);
+  command.option("--again", o.again, "this step once more, with its questions", one_of(steps));
+  command.setting("--minutes", o.minutes, "of the record", between(1.0, 120.0));
+  command.flag("--show", o.show, "print how far it has come; asks nothing");
+  command.flag("--json", o.json, "with --show as JSON");
+  command.footer(
+      "What is answered is kept in DIR/setup/TAG.json; interrupted, it goes on where it was. What "
+      "moves\n"
+      "a valve asks each time for the tag and the limits. Exit code 75: steps are left.\n"
+      "Example: loopwarden setup FIC-101");
+}
+
+}  // namespace loopwarden::workbench

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+// Devices and registers: what was typed is asked, nothing else, and nothing is written to any of them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "workbench/files/command_error.hpp"
+#include "workbench/live/test_bench.hpp"
+#include "workbench/setup/questions.hpp"
+#include "workbench/setup/setup.hpp"
+
+namespace loopwarden::workbench::setup {
+namespace {
+
+constexpr std::size_t kMostHosts = 16;
+
+std::vector<std::string> hosts_in(const std::string& text) {
+  std::vector<std::string> hosts;
+  for (std::size_t at = 0; (at = text.find_first_not_of(" ,\t", at)) != std::string::npos;) {
+    const std::size_t end = std::min(text.find_first_of(" ,\t", at), text.size());
+    hosts.push_back(text.substr(at, end - at));
+    at = end;
+  }
+  return hosts;
+}
+
+std::string in_words(const protocol::Probed& answer) {
+  if (answer.state != "read") return answer.why;
+  std::string words;
+  for (const std::uint16_t word : answer.registers) words += fmt::format(" {:04X}", word);
+  return fmt::format("raw{} = {:.7g}", words, answer.raw);
+}
+
+// Which units answer. A device that answers with an error is there.
+void scan(Setup& setup, protocol::Probe probe, const std::string& where,
+          const std::vector<unsigned>& units) {
+  for (const unsigned unit : units) {
+    probe.unit = unit;
+    std::string line;
+    for (const char* table : {"input", "holding"}) {
+      probe.table = table;
+      const protocol::Probed answer = setup.prober.read(probe);
+      if (answer.state == "refused") {
+        setup.dialogue.say(fmt::format("  {}: no scan: {}", where, answer.why));
+        return;
+      }
+      if (answer.state == "silent") {
+        line = answer.why;
+        break;  // a dead unit is not waited for twice
+      }
+      line += fmt::format("{}{} register 0: {}", line.empty() ? "" : ", ", table, in_words(answer));
+    }
+    setup.dialogue.say(fmt::format("  {} unit {}: {}", where, unit, line));
+  }
+}
+
+// The scaling by what a person reads off the device's own display. Four numbers, or none.
+std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const std::string& unit,
+                             std::pair<double, double> range) {
+  Dialogue& dialogue = setup.dialogue;
+  struct Said {
+    double raw, value;
+  };
+  std::vector<Said> said;
+  for (;;) {
+    const protocol::Probed before = setup.prober.read(probe);
+    dialogue.say("  " + in_words(before));
+    if (before.state != "read" || !std::isfinite(before.raw)) {
+      return dialogue.ask_now("  Four numbers as above, or none", [](const std::string& answer) {
+        return answer == "live" ? "it can't be read now" : question("pv.scale").wrong(answer);
+      });
+    }
+    const std::string text = dialogue.ask_now(
+        said.empty()
+            ? fmt::format("  The device's display says now ({} or %); r: read again; Enter: the "
+                          "register holds it as it is",
+                          unit)
+            : fmt::format("  Let it change, then say it once more; r: read again; Enter: raw 0 is "
+                          "0 {}",
+                          unit),
+        [&](const std::string& answer) -> std::string {
+          const bool good = answer.empty() || answer == "r" || said_value(answer, range);
+          return good ? "" : "a number, such as 10.5 or 43 %";
+        });
+    if (text == "r") continue;
+    if (text.empty() && said.empty()) return "none";
+    if (text.empty()) {
+      if (said.front().raw == 0.0 || said.front().value == 0.0) {
+        dialogue.say("  Raw 0 alone scales nothing: a second value is needed.");
+        continue;
+      }
+      said.push_back({0.0, 0.0});
+    } else {
+      const protocol::Probed now = setup.prober.read(probe);
+      if (now.state != "read" || !std::isfinite(now.raw)) continue;
+      said.push_back({now.raw, said_value(text, range).value()});
+    }
+    if (said.size() < 2) continue;
+    std::sort(said.begin(), said.end(), [](const Said& a, const Said& b) { return a.raw < b.raw; });
+    if (said[0].raw == said[1].raw || said[0].value == said[1].value) {
+      dialogue.say("  Raw value or display did not change; both have to.");
+      said.pop_back();
+      continue;
+    }
+    return fmt::format("{} {} {} {}", said[0].raw, said[1].raw, said[0].value, said[1].value);
+  }
+}
+
+double scaled(double raw, const std::string& scale) {
+  const auto four = numbers_in(scale, 4);
+  if (!four) return raw;
+  const auto& v = *four;
+  return v[2] + (raw - v[0]) / (v[1] - v[0]) * (v[3] - v[2]);
+}
+
+struct Point {
+  const char* name;
+  const char* what;
+  bool in_pv_units;
+};
+
+void find_point(Setup& setup, const protocol::Probe& link, const Point& point) {
+  Dialogue& dialogue = setup.dialogue;
+  const std::string name = point.name;
+  const std::string where = dialogue.ask(name + ".register", point.what);
+  const std::optional<RegisterPlace> place = register_in(where);
+  if (!place || name == "mode") return;
+  const std::string unit = dialogue.ask(point.in_pv_units ? "pv.unit" : "co.unit");
+  const auto range = dialogue.range(point.in_pv_units ? "pv.range" : "co.range");
+  protocol::Probe probe = link;
+  probe.unit = place->unit;
+  probe.table = place->table;
+  probe.address = place->address;
+  probe.type = place->type;
+  probe.order = place->order;
+  std::string scale = dialogue.ask(name + ".scale");
+  if (scale == "live") {
+    scale = scale_by_display(setup, probe, unit, range);
+    setup.state().answer(name + ".scale", scale);
+  }
+  const protocol::Probed now = setup.prober.read(probe);
+  dialogue.say(now.state == "read"
+                   ? fmt::format("  {} = {:.5g} {}", in_words(now), scaled(now.raw, scale), unit)
+                   : "  " + in_words(now));
+}
+
+protocol::Probe ask_link(Setup& setup) {
+  Dialogue& dialogue = setup.dialogue;
+  protocol::Probe probe{.transport = dialogue.ask("link.transport")};
+  std::vector<std::string> hosts;
+  if (probe.transport == "tcp") {
+    hosts = hosts_in(dialogue.ask("link.hosts"));
+    if (hosts.size() > kMostHosts) {
+      throw CommandError(kExitData, fmt::format("link.hosts: at most {} addresses", kMostHosts));
+    }
+    probe.port = static_cast<std::uint64_t>(dialogue.number("link.port"));
+  } else {
+    probe.device = dialogue.ask("link.device");
+    probe.baud = static_cast<std::uint64_t>(dialogue.number("link.baud"));
+    probe.parity = dialogue.ask("link.parity");
+    probe.stop_bits = static_cast<std::uint64_t>(dialogue.number("link.stop_bits"));
+    hosts = {""};
+  }
+  if (const auto units = units_in(dialogue.ask("scan.units"))) {
+    for (const std::string& host : hosts) {
+      probe.host = host;
+      scan(setup, probe, host.empty() ? probe.device : host, *units);
+    }
+  }
+  if (probe.transport == "tcp") {
+    if (hosts.size() == 1) setup.state().answer("link.host", hosts.front());
+    probe.host = dialogue.ask("link.host");
+  }
+  return probe;
+}
+
+void ask_comm_loss(Setup& setup) {
+  Dialogue& dialogue = setup.dialogue;
+  const std::string loss = dialogue.ask("comm_loss");
+  if (loss == "none") return;
+  dialogue.ask("comm_loss.timeout");
+  if (loss != "register") return;
+  dialogue.ask("comm_loss.register");
+  dialogue.ask("comm_loss.scale");
+}
+
+// The loops of an OPC UA server are found by their tags; their files are complete then.
+Outcome find_by_opcua(Setup& setup) {
+  if (std::filesystem::exists(setup.loop_file())) return Outcome::done;
+  const std::string url = setup.dialogue.ask("opcua.url");
+  const std::filesystem::path nodes = setup.folder / "setup" / (setup.tag + "-nodes.yaml");
+  std::filesystem::create_directories(nodes.parent_path());
+  std::filesystem::remove(nodes);
+  const int code = setup.run({"discover", "--opcua", url, "--out",
+                              (setup.folder / "loops.d").string(), "--nodes", nodes.string()},
+                             {});
+  if (code != 0) throw TestAborted(fmt::format("discover ended with exit code {}", code));
+  if (!std::filesystem::exists(setup.loop_file())) {
+    throw TestAborted(setup.loop_file().string() +
+                      " is not among the files: a file TAG.yaml.incomplete says what it lacks, "
+                      "and a loop of another tag is set up by that");
+  }
+  setup.dialogue.say(fmt::format("  The feeder asks for what {} lists: it belongs into opcua.yaml",
+                                 nodes.string()));
+  return Outcome::done;
+}
+
+}  // namespace
+
+Outcome find_devices(Setup& setup) {
+  Dialogue& dialogue = setup.dialogue;
+  const bool elsewhere = setup.elsewhere();
+  if (elsewhere && dialogue.ask("source") == "opcua") return find_by_opcua(setup);
+  const protocol::Probe link = ask_link(setup);
+  find_point(setup, link, {"pv", "The register of PV", true});
+  if (elsewhere) {
+    find_point(setup, link, {"co", "The register of CO", false});
+    find_point(setup, link, {"sp", "The register of the set point", true});
+    find_point(setup, link, {"stem", "The register of the valve's position", false});
+    find_point(setup, link, {"mode", "The register of the controller's mode", true});
+    if (dialogue.ask("mode.register") != "none") dialogue.ask("mode.automatic");
+    return Outcome::done;
+  }
+  find_point(setup, link, {"co", "The holding register that takes CO", false});
+  find_point(setup, link, {"stem", "The register that tells where the valve stands", false});
+  ask_comm_loss(setup);
+  return Outcome::done;
+}
+
+}  // namespace loopwarden::workbench::setup

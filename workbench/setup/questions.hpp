@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `loopwarden setup` asks that moves nothing: such answers are kept, and may come from a file. What moves a valve is
+// no question of this list: it is asked each time.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace loopwarden::workbench::setup {
+
+struct Question {
+  std::string_view id;    // in state and answers
+  std::string_view step;  // whose it is
+  std::string_view text;
+  const char* fallback;  // what Enter means; null: there is no such thing
+  // What is wrong with an answer; empty: nothing.
+  std::string (*wrong)(const std::string& answer);
+};
+
+// Throws std::logic_error for an id that is none.
+const Question& question(std::string_view id);
+std::vector<std::string> question_ids();
+
+// Numbers separated by blanks or commas; nullopt: something else stands among them, or they are not `count`.
+std::optional<std::vector<double>> numbers_in(const std::string& text, std::size_t count);
+// 1-3,7 as 1, 2, 3, 7; nullopt: it is no such list, or a number is above 255.
+std::optional<std::vector<unsigned>> units_in(const std::string& text);
+
+// UNIT TABLE ADDRESS TYPE [ORDER]
+struct RegisterPlace {
+  unsigned unit = 1;
+  std::string table, type, order;
+  unsigned address = 0;
+};
+std::optional<RegisterPlace> register_in(const std::string& text);
+
+// 43 %: of a range; 10.5: as it is. In the range's unit. nullopt: neither.
+std::optional<double> said_value(const std::string& text, std::pair<double, double> range);
+
+}  // namespace loopwarden::workbench::setup

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// Twenty minutes in automatic with moves of the set point, for the twin. Of a loop that another controller runs the person
+// moves it there, and this tells him when.
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <functional>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "protocol/ask.hpp"
+#include "workbench/setup/moving.hpp"
+
+namespace loopwarden::workbench::setup {
+namespace {
+
+// In sizes of the move, one after the other, each for the same time: a few in each direction, and some twice as large.
+constexpr std::array kPlan{0.0, 1.0, 0.0, -1.0, 0.0, 1.0, -1.0, 1.0, 0.0, -1.0, 0.0};
+
+struct Limits {
+  double low, high;  // PV units
+};
+
+// The daemon's record of the loop, ended however this ends.
+class CsvRecord {
+ public:
+  CsvRecord(DaemonClient& daemon, const std::string& tag) : daemon_(daemon), tag_(tag) {
+    const std::time_t now = std::time(nullptr);
+    protocol::RecordRequest request{.loop = tag};
+    request.start = fmt::format("{}-setup-{:%Y%m%dT%H%M%SZ}", tag, fmt::gmtime(now));
+    file_ = protocol::ask(daemon_, request).file;
+  }
+  CsvRecord(const CsvRecord&) = delete;
+  CsvRecord& operator=(const CsvRecord&) = delete;
+  ~CsvRecord() {
+    try {
+      protocol::RecordRequest request{.loop = tag_};
+      request.stop = true;
+      protocol::ask(daemon_, request);
+    } catch (const std::exception&) {
+      // The daemon is gone, and the record with it.
+    }
+  }
+  const std::string& file() const noexcept { return file_; }
+
+ private:
+  DaemonClient& daemon_;
+  std::string tag_, file_;
+};
+
+// The loop in automatic, and back in manual where its output stands then.
+class InAutomatic {
+ public:
+  InAutomatic(Session& session, double set_point) : session_(session) {
+    try {
+      session_.set({.set_point = set_point, .mode = "auto"});
+    } catch (const std::exception&) {
+      // It may have been taken though its answer was lost.
+      put_back();
+      throw;
+    }
+  }
+  InAutomatic(const InAutomatic&) = delete;
+  InAutomatic& operator=(const InAutomatic&) = delete;
+  ~InAutomatic() { put_back(); }
+  void move(double set_point) { session_.set({.set_point = set_point}); }
+
+ private:
+  void put_back() noexcept {
+    try {
+      session_.set({.mode = "man"});
+    } catch (const std::exception&) {
+      session_.abandon();  // then the daemon takes it there by itself
+    }
+  }
+
+  Session& session_;
+};
+
+// Watches the loop in its own time. Throws TestAborted where it must end.
+class Watched {
+ public:
+  Watched(Setup& setup, DaemonClient& daemon, const Limits& limits, bool ours,
+          std::function<std::string()> must_end)
+      : setup_(setup),
+        daemon_(daemon),
+        limits_(limits),
+        ours_(ours),
+        must_end_(std::move(must_end)),
+        time_s_(status_of(daemon, setup.tag).cycle.value_or(protocol::Cycle{}).time_s) {}
+
+  // Until `until_s` of the loop's time, or `seen` says that it is enough.
+  template <class Seen>
+  void wait(double until_s, Seen seen) {
+    while (time_s_ < until_s) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      if (const std::string why = must_end_(); !why.empty()) throw TestAborted(why);
+      const protocol::Cycle now = status_of(daemon_, setup_.tag).cycle.value_or(protocol::Cycle{});
+      if (!(now.pv >= limits_.low && now.pv <= limits_.high)) {
+        throw TestAborted(fmt::format("PV {:.4g} left its limits", now.pv));
+      }
+      if (ours_ && (now.fault != "none" || now.requested_mode != "AUTO")) {
+        throw TestAborted(fmt::format("the loop is no longer in automatic (mode {}, fault {})",
+                                      now.mode, now.fault));
+      }
+      time_s_ = now.time_s;
+      if (seen(now)) return;
+    }
+  }
+  double time_s() const noexcept { return time_s_; }
+
+ private:
+  Setup& setup_;
+  DaemonClient& daemon_;
+  const Limits& limits_;
+  bool ours_;
+  std::function<std::string()> must_end_;
+  double time_s_;
+};
+
+// The way there is no part of the record: PV has been near the set point for a while.
+void settle(Watched& loop, double set_point, double near) {
+  constexpr double kLongest_s = 900.0;
+  constexpr double kStays_s = 20.0;
+  double since_s = loop.time_s();
+  bool there = false;
+  loop.wait(loop.time_s() + kLongest_s, [&](const protocol::Cycle& now) {
+    if (std::abs(now.pv - set_point) > near) since_s = now.time_s;
+    there = now.time_s - since_s > kStays_s;
+    return there;
+  });
+  if (!there) {
+    throw TestAborted(
+        fmt::format("PV does not stay within {:.3g} of {:.4g}: the gains, or the "
+                    "valve, are not fit for a record",
+                    near, set_point));
+  }
+}
+
+}  // namespace
+
+Outcome record_moves(Setup& setup) {
+  Dialogue& dialogue = setup.dialogue;
+  const config::LoopConfig loop = setup.loop();
+  const bool ours = !setup.elsewhere();
+  if (ours &&
+      !agreed(setup, fmt::format("The loop goes to automatic with its gains as they are, and "
+                                 "its set point moves for {:g} minutes. Then it is in manual. "
+                                 "Any key ends it.",
+                                 setup.record_minutes))) {
+    return Outcome::left;
+  }
+  if (!ours &&
+      !dialogue.yes_now(fmt::format("  Can you move the set point at its own controller, in "
+                                    "automatic, for {:g} minutes",
+                                    setup.record_minutes))) {
+    return Outcome::left;
+  }
+  DaemonClient daemon(setup.socket);
+  const protocol::LoopStatus before = status_of(daemon, setup.tag);
+  const protocol::Cycle cycle = before.cycle.value_or(protocol::Cycle{});
+  const double span = loop.pv.high - loop.pv.low;
+  const double middle = dialogue.number_now(
+      fmt::format("  Set point to move around, {} (PV is {:.4g})", loop.pv_unit, cycle.pv));
+  const double size = dialogue.number_now(
+      fmt::format("  Size of a move, {} (3 to 5 % of the span: {:.3g} to {:.3g})", loop.pv_unit,
+                  0.03 * span, 0.05 * span));
+  const auto [low, high] = dialogue.range_now(
+      fmt::format("  It ends where PV leaves: lowest and highest, {}", loop.pv_unit));
+  if (!(size > 0.0 && middle - size > low && middle + size < high)) {
+    throw TestAborted("the moves, above 0, lie within the limits of PV");
+  }
+  const Limits limits{low, high};
+  std::optional<Session> session;
+  if (ours) session.emplace(setup.socket, setup.tag);
+  AbortKey key(dialogue.person());
+  std::string file;
+  {
+    std::optional<InAutomatic> automatic;
+    if (session) automatic.emplace(*session, middle);
+    Watched watched(setup, daemon, limits, ours, [&] {
+      if (session) session->alive();
+      return key.pressed();
+    });
+    dialogue.say(fmt::format("  {} to {:.5g} {}; the record begins when PV is there",
+                             ours ? "Set point goes" : "Move the set point", middle, loop.pv_unit));
+    settle(watched, middle, size);
+    const CsvRecord record(daemon, setup.tag);
+    file = record.file();
+    const double part_s = setup.record_minutes * 60.0 / static_cast<double>(kPlan.size());
+    const double begin_s = watched.time_s();
+    for (std::size_t i = 0; i < kPlan.size(); ++i) {
+      const double wanted = middle + kPlan[i] * size;
+      dialogue.say(fmt::format("  {:5.1f} min: {} {:.5g} {}", (watched.time_s() - begin_s) / 60.0,
+                               ours ? "set point" : "now move the set point to", wanted,
+                               loop.pv_unit));
+      if (automatic) automatic->move(wanted);
+      watched.wait(begin_s + part_s * static_cast<double>(i + 1),
+                   [](const protocol::Cycle&) { return false; });
+    }
+  }
+  dialogue.say("  " + file);
+  setup.state().set_found("record", file);
+  return Outcome::done;
+}
+
+}  // namespace loopwarden::workbench::setup

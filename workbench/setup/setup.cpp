@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/setup/setup.hpp"
+
+#include <fmt/format.h>
+
+#include "base/file.hpp"
+#include "base/text.hpp"
+#include "config/config_reader.hpp"
+#include "workbench/files/command_error.hpp"
+#include "workbench/live/test_bench.hpp"
+
+namespace loopwarden::workbench::setup {
+
+config::LoopConfig Setup::loop() const {
+  auto read = config::read_loop_file(loop_file());
+  if (!read) {
+    throw CommandError(kExitConfiguration,
+                       std::string(base::trimmed(config::to_text(read.diagnostics))));
+  }
+  return std::move(*read);
+}
+
+std::string text_of_file(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return {};
+  std::optional<std::string> text = base::read_file(file);
+  if (!text) throw CommandError(kExitIo, file.string() + ": can't be read");
+  return std::move(*text);
+}
+
+Outcome name_loop(Setup& setup) {
+  Dialogue& dialogue = setup.dialogue;
+  // What a server's tags tell is not asked.
+  if (setup.elsewhere() && dialogue.ask("source") == "opcua") return Outcome::done;
+  for (const char* id :
+       {"description", "pv.unit", "pv.range", "co.unit", "co.range", "sample_time"})
+    dialogue.ask(id);
+  return Outcome::done;
+}
+
+int run_steps(Setup& setup) {
+  Dialogue& dialogue = setup.dialogue;
+  int exit_code = kExitOk;
+  // A loop that has a file already is commissioned as it is.
+  if (setup.state().is_new() && std::filesystem::exists(setup.loop_file())) {
+    const config::LoopConfig loop = setup.loop();
+    dialogue.say(fmt::format("{} is there; the setup goes on with it as it is", loop.file));
+    setup.state().answer("control", config::is_watched(loop.io) ? "elsewhere" : "here");
+    for (const char* step : {"loop", "devices", "file"}) setup.state().set_step(step, "done");
+  }
+  for (std::size_t i = 0; i < kSteps.size(); ++i) {
+    const Step& step = kSteps[i];
+    if (setup.state().step(step.name) == "done") continue;
+    dialogue.say(
+        fmt::format("\nStep {} of {}, {}: {}", i + 1, kSteps.size(), step.name, step.title));
+    try {
+      const Outcome outcome = step.run(setup);
+      if (outcome == Outcome::left) exit_code = kExitTryAgain;
+      setup.state().set_step(step.name, outcome == Outcome::left ? "left" : "done");
+      if (outcome == Outcome::not_needed) dialogue.say("  Nothing to do here.");
+      if (outcome == Outcome::left) dialogue.say("  Left; it is asked again next time.");
+    } catch (const TestAborted& e) {
+      dialogue.say(fmt::format("  Ended: {}\n  `loopwarden setup {}` begins this step again.",
+                               e.what(), setup.tag));
+      return kExitTryAgain;
+    }
+  }
+  return exit_code;
+}
+
+}  // namespace loopwarden::workbench::setup

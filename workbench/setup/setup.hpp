@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// The steps from a new loop to a commissioned one. Each is a function of its own; what they do to the world goes through
+// what is in Setup, so that a test can talk to them.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "config/loop_config.hpp"
+#include "protocol/probe.hpp"
+#include "workbench/setup/dialogue.hpp"
+
+namespace loopwarden::workbench::setup {
+
+// Reads registers of devices that no loop has yet.
+class Prober {
+ public:
+  virtual ~Prober() = default;
+  virtual protocol::Probed read(const protocol::Probe& asked) = 0;
+};
+
+struct Setup {
+  Dialogue& dialogue;
+  Prober& prober;
+  // Runs this program with other words and waits for it; its output goes to the file, or to the terminal where it is
+  // empty. Returns its exit code.
+  std::function<int(const std::vector<std::string>& words, const std::filesystem::path& output)>
+      run;
+  std::filesystem::path folder;  // configuration of the daemon
+  std::string socket;            // of the daemon
+  std::string tag;
+  double record_minutes = 20.0;
+
+  State& state() const { return dialogue.state(); }
+  std::filesystem::path loop_file() const { return folder / "loops.d" / (tag + ".yaml"); }
+  bool elsewhere() const { return dialogue.ask("control") == "elsewhere"; }
+  // Of its file. Throws CommandError where that is wrong.
+  config::LoopConfig loop() const;
+};
+
+// Empty where it is not there. Throws CommandError where it can't be read.
+std::string text_of_file(const std::filesystem::path& file);
+
+// left: the person said so; it is asked again next time.
+enum class Outcome { done, left, not_needed };
+
+Outcome name_loop(Setup& setup);
+Outcome find_devices(Setup& setup);
+Outcome write_files(Setup& setup);
+Outcome start_loop(Setup& setup);
+Outcome test_watchdog(Setup& setup);
+Outcome stroke_valve(Setup& setup);
+Outcome record_moves(Setup& setup);
+Outcome commission(Setup& setup);
+Outcome connect_masters(Setup& setup);
+
+struct Step {
+  const char* name;
+  const char* title;
+  Outcome (*run)(Setup& setup);
+};
+inline constexpr std::array kSteps{
+    Step{"loop", "the loop", name_loop},
+    Step{"devices", "its devices and registers", find_devices},
+    Step{"file", "its file, and what the output does when something fails", write_files},
+    Step{"start", "the daemon runs it", start_loop},
+    Step{"watchdog", "the device's watchdog, let run out", test_watchdog},
+    Step{"stroke", "stroke of the valve", stroke_valve},
+    Step{"record", "a record while the set point moves", record_moves},
+    Step{"commission", "its twin and specialists", commission},
+    Step{"masters", "register map for masters", connect_masters}};
+
+// Those that are not done, in their order. Returns the exit code: 75 where a step was left or ended early. Throws Paused
+// and CommandError.
+int run_steps(Setup& setup);
+
+}  // namespace loopwarden::workbench::setup

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon takes a new loop at its start alone. What it shows is compared with the plant before anything moves.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "protocol/ask.hpp"
+#include "workbench/setup/moving.hpp"
+#include "workbench/setup/setup.hpp"
+
+namespace loopwarden::workbench::setup {
+namespace {
+
+// Empty: it runs the loop.
+std::string not_running(const Setup& setup) {
+  try {
+    DaemonClient daemon(setup.socket);
+    status_of(daemon, setup.tag);
+    return {};
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+}
+
+std::string number(double value) {
+  return std::isfinite(value) ? fmt::format("{:.5g}", value) : std::string("-");
+}
+
+}  // namespace
+
+Outcome start_loop(Setup& setup) {
+  Dialogue& dialogue = setup.dialogue;
+  for (std::string why; !(why = not_running(setup)).empty();) {
+    dialogue.say(fmt::format(
+        "  {}.\n  The daemon takes new loops when it starts: in another terminal, `systemctl "
+        "restart loopwardend` (as it was started otherwise, stop and start it so).\n"
+        "  Every loop that runs now goes to its stop action for that moment.",
+        why));
+    dialogue.ask_now("  Enter when it is done");
+    for (int i = 0; i < 100 && !not_running(setup).empty(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+  DaemonClient daemon(setup.socket);
+  constexpr int kLines = 5;
+  protocol::LoopStatus now;
+  protocol::Cycle cycle;
+  for (int i = 0; i < kLines; ++i) {
+    now = status_of(daemon, setup.tag);
+    cycle = now.cycle.value_or(protocol::Cycle{});
+    dialogue.say(fmt::format("  PV {} {} ({}), valve {} {}, CO {}, mode {}, fault {}",
+                             number(cycle.pv), now.pv_unit, cycle.pv_quality, number(cycle.stem),
+                             now.co_unit, number(cycle.co), cycle.mode, cycle.fault));
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  }
+  if (cycle.pv_quality != "good") {
+    throw TestAborted(fmt::format("PV is {}: {}", cycle.pv_quality, cycle.pv_reason));
+  }
+  if (!dialogue.yes_now("  Do these agree with what the devices and the plant show")) {
+    throw TestAborted(
+        fmt::format("register, type or scaling are wrong: mend {} and restart the "
+                    "daemon",
+                    setup.loop_file().string()));
+  }
+  return Outcome::done;
+}
+
+}  // namespace loopwarden::workbench::setup

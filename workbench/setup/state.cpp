@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/setup/state.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/file.hpp"
+#include "workbench/files/command_error.hpp"
+#include "workbench/setup/questions.hpp"
+
+namespace loopwarden::workbench::setup {
+
+State::State(std::filesystem::path file) : file_(std::move(file)) {
+  if (!std::filesystem::exists(file_)) return;
+  const std::optional<std::string> text = base::read_file(file_);
+  if (!text) throw CommandError(kExitIo, file_.string() + ": can't be read");
+  try {
+    const nlohmann::json all = nlohmann::json::parse(*text);
+    all.at("answers").get_to(answers_);
+    all.at("steps").get_to(steps_);
+    all.at("found").get_to(found_);
+  } catch (const nlohmann::json::exception&) {
+    throw CommandError(kExitData, file_.string() +
+                                      ": is no state of a setup; remove it to begin with the "
+                                      "first question");
+  }
+  // A file of another version: what is not valid by now is asked again.
+  const std::vector<std::string> ids = question_ids();
+  std::erase_if(answers_, [&](const auto& answer) {
+    return std::find(ids.begin(), ids.end(), answer.first) == ids.end() ||
+           !question(answer.first).wrong(answer.second).empty();
+  });
+}
+
+void State::answer(const std::string& id, const std::string& answer) {
+  answers_[id] = answer;
+  save();
+}
+
+std::string State::step(const std::string& name) const {
+  const auto found = steps_.find(name);
+  return found == steps_.end() ? "" : found->second;
+}
+
+void State::set_step(const std::string& name, const std::string& state) {
+  steps_[name] = state;
+  save();
+}
+
+std::string State::found(const std::string& name) const {
+  const auto found = found_.find(name);
+  return found == found_.end() ? "" : found->second;
+}
+
+void State::set_found(const std::string& name, const std::string& what) {
+  found_[name] = what;
+  save();
+}
+
+void State::forget(const std::string& step) {
+  steps_.erase(step);
+  std::erase_if(answers_, [&](const auto& answer) {
+    return answer.first != "tag" && question(answer.first).step == step;
+  });
+  if (step == "loop" || step == "devices" || step == "file") {
+    steps_.erase("file");
+    steps_.erase("start");
+    answers_.erase("write");
+    // Not a state that begins.
+    if (steps_.empty()) steps_[step] = "left";
+  }
+  save();
+}
+
+void State::save() const {
+  std::error_code error;
+  std::filesystem::create_directories(file_.parent_path(), error);
+  const nlohmann::json all = {{"answers", answers_}, {"steps", steps_}, {"found", found_}};
+  if (const auto failed = base::replace_file(
+          file_, all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n")) {
+    throw CommandError(kExitIo, failed->text());
+  }
+}
+
+}  // namespace loopwarden::workbench::setup

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// The valve goes to the lower end of the limits, up in steps and down again; what PV does tells whether the controller's
+// action is right.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "protocol/ask.hpp"
+#include "workbench/setup/moving.hpp"
+
+namespace loopwarden::workbench::setup {
+namespace {
+
+constexpr int kLevels = 4;  // between the limits, each way
+
+struct Held {
+  double co, stem, pv;  // at its end
+};
+
+Held hold(TestBench& bench, double co, double seconds) {
+  const std::vector<BenchRow> rows = bench.hold(co, seconds);
+  // The mean of the last fifth.
+  const auto count = std::max<std::size_t>(1, rows.size() / 5);
+  Held held{rows.back().co, 0.0, 0.0};
+  for (std::size_t k = rows.size() - count; k < rows.size(); ++k) {
+    held.stem += rows[k].stem / static_cast<double>(count);
+    held.pv += rows[k].pv / static_cast<double>(count);
+  }
+  return held;
+}
+
+double rms(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double v : values) squares += v * v / static_cast<double>(values.size());
+  return std::sqrt(squares);
+}
+
+}  // namespace
+
+Outcome stroke_valve(Setup& setup) {
+  if (setup.elsewhere()) return Outcome::not_needed;
+  Dialogue& dialogue = setup.dialogue;
+  const config::LoopConfig loop = setup.loop();
+  if (!agreed(setup,
+              fmt::format("The loop goes to manual, and the valve in {} steps through limits "
+                          "that you give, up and down, then back to where it stands. Any key "
+                          "ends it.",
+                          2 * kLevels))) {
+    return Outcome::left;
+  }
+  // All is asked before the loop is taken: who thinks shows no sign of life.
+  DaemonClient daemon(setup.socket);
+  protocol::LoopStatus now = status_of(daemon, setup.tag);
+  if (!now.cycle) throw TestAborted("the loop has not run yet");
+  std::optional<double> stands;
+  if (!std::isfinite(now.cycle->co)) {
+    stands = dialogue.number_now(fmt::format(
+        "  Nothing tells where the output stands, and what you say is written. The valve stands "
+        "at, {}",
+        now.co_unit));
+  }
+  protocol::LoopStatus believed = now;
+  if (stands) believed.cycle->co = *stands;
+  LiveLimits limits = limits_now(setup, believed);
+  const double seconds =
+      dialogue.number_now("  Seconds at each step (five times what PV needs to follow the valve)");
+  if (!(seconds > 0.0 && seconds <= 600.0)) throw TestAborted("a step lasts up to 600 s");
+  Session session(setup.socket, setup.tag);
+  if (stands) {
+    session.set({.output = *stands});
+    // The status shows it a little later.
+    for (int i = 0; i < 100 && !(now.cycle && std::isfinite(now.cycle->co)); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      now = status_of(daemon, setup.tag);
+    }
+  }
+  AbortKey key(dialogue.person());
+  limits.session = session.id();
+  limits.watch = [&] {
+    session.alive();
+    return key.pressed();
+  };
+  std::vector<Held> up, down;
+  {
+    LiveBench bench(setup.socket, setup.tag, limits);
+    for (int i = 0; i <= 2 * kLevels; ++i) {
+      const int level = i <= kLevels ? i : 2 * kLevels - i;
+      const double co = limits.co_low + (limits.co_high - limits.co_low) * level / kLevels;
+      const Held held = hold(bench, co, seconds);
+      dialogue.say(fmt::format("  CO {:.4g} {}, valve {}, PV {:.5g} {}", held.co, loop.co_unit,
+                               std::isfinite(held.stem) ? fmt::format("{:.4g}", held.stem) : "-",
+                               held.pv, loop.pv_unit));
+      if (i <= kLevels) up.push_back(held);
+      if (i >= kLevels) down.insert(down.begin(), held);
+    }
+  }
+  const double rise = up.back().pv - up.front().pv;
+  const double pv_span = loop.pv.high - loop.pv.low;
+  if (std::abs(rise) < 0.01 * pv_span) {
+    throw TestAborted(
+        fmt::format("PV moved by {:.2g} {} alone: does the pump run, is a hand valve "
+                    "shut, are the limits too narrow?",
+                    rise, loop.pv_unit));
+  }
+  const bool reverse = loop.controller.pid.action == control::Action::reverse;
+  if ((rise > 0.0) != reverse) {
+    throw TestAborted(fmt::format("PV {} with CO: controller.action must be {} in {}",
+                                  rise > 0.0 ? "rises" : "falls", rise > 0.0 ? "reverse" : "direct",
+                                  loop.file));
+  }
+  std::string found =
+      fmt::format("PV {} by {:.4g} {} over CO {:.4g} to {:.4g} {}", rise > 0.0 ? "rises" : "falls",
+                  std::abs(rise), loop.pv_unit, limits.co_low, limits.co_high, loop.co_unit);
+  if (std::isfinite(up.front().stem)) {
+    std::vector<double> off, between;
+    for (std::size_t i = 0; i < up.size(); ++i) {
+      off.push_back(up[i].stem - up[i].co);
+      off.push_back(down[i].stem - down[i].co);
+      between.push_back(up[i].stem - down[i].stem);
+    }
+    const double span = loop.controller.output.high - loop.controller.output.low;
+    const double percent = 100.0 * rms(off) / span;
+    found += fmt::format(
+        "; the valve is off CO by {:.2g} % of the limits' span, up and down differ "
+        "by {:.2g} %",
+        percent, 100.0 * rms(between) / span);
+    constexpr double kMost_percent = 10.0;
+    if (percent > kMost_percent) {
+      throw TestAborted(found +
+                        ": scaling of command or read-back is wrong, or the valve is not fit");
+    }
+  }
+  dialogue.say("  " + found);
+  setup.state().set_found("stroke", found);
+  return Outcome::done;
+}
+
+}  // namespace loopwarden::workbench::setup
