@@ -153,11 +153,12 @@ bool SegmentWriter::begin_segment(const RecordRow& first) {
 bool SegmentWriter::create_segment(const RecordRow& first) {
   sequence_ = next_sequence_++;
   path_ = settings_.folder / segment_name(sequence_);
+  const std::int64_t start_utc_ns = utc_of(first);
   const EncodedHeader header = encode(SegmentHeader{.sequence = sequence_,
                                                     .run = run_ == 0 ? sequence_ : run_,
                                                     .loop = settings_.loop,
                                                     .period_s = settings_.period_s,
-                                                    .start_utc_ns = utc_of(first),
+                                                    .start_utc_ns = start_utc_ns,
                                                     .start_monotonic_ns = first.time_ns});
   base::File file(path_, O_WRONLY | O_CREAT | O_EXCL);
   if (!file.is_open()) return false;
@@ -174,7 +175,7 @@ bool SegmentWriter::create_segment(const RecordRow& first) {
   rows_in_segment_ = 0;
   unsynced_ = true;
   if (run_ == 0) run_ = sequence_;
-  if (status_.oldest_utc_ms == 0) status_.oldest_utc_ms = utc_of(first) / 1'000'000;
+  if (status_.oldest_utc_ms == 0) status_.oldest_utc_ms = start_utc_ns / 1'000'000;
   return true;
 }
 

@@ -45,8 +45,8 @@ std::string line_of(Bench& bench, const json& request, SocketName socket) {
 Explanation why() {
   return {.alarm = model::AlarmKind::stiction,
           .final_name = model::AlarmKind::backlash,
-          .raised_ms = 1'799'999'990'000,
-          .ended_ms = 1'799'999'995'000,
+          .raised_ms = 1'800'000'001'000,
+          .ended_ms = 1'800'000'006'000,
           .verdict = "explained",
           .effect = "backlash",
           .size_percent = 4.5,

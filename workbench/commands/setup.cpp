@@ -77,18 +77,18 @@ std::string ask_tag(setup::Person& person, const setup::Answers& answers) {
   }
 }
 
-int show(const setup::State& state, bool json) {
+int show(const setup::State& state, bool as_json) {
   nlohmann::json steps = nlohmann::json::array();
   for (const setup::Step& step : setup::kSteps) {
     const std::string now = state.step(step.name).empty() ? "open" : state.step(step.name);
     const std::string found = state.found(step.name);
     steps.push_back({{"step", step.name}, {"state", now}, {"title", step.title}, {"found", found}});
-    if (!json) {
+    if (!as_json) {
       fmt::print("{:<12}{:<8}{}{}\n", step.name, now, step.title,
                  found.empty() ? "" : ": " + found);
     }
   }
-  if (json) show_json({{"steps", std::move(steps)}});
+  if (as_json) show_json({{"steps", std::move(steps)}});
   return kExitOk;
 }
 

@@ -271,7 +271,7 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
   REQUIRE(bench.board->act(0, {AlarmKind::bad_pv, model::AlarmAction::acknowledge, 0, "me", {}})
               .accepted);
   SECTION("they go when the loop does its work again, each with its reason") {
-    bench.run(101);
+    bench.run(601);
     CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::normal);
     CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
     CHECK(bench.reasons(AlarmKind::bad_pv).back() == "PV is good");
@@ -281,7 +281,7 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
   }
   SECTION("what followed from them comes once it stands for itself") {
     bench.run_spoilt(
-        101, [](RecordRow& row) { row.mode = static_cast<std::uint8_t>(control::Mode::manual); });
+        601, [](RecordRow& row) { row.mode = static_cast<std::uint8_t>(control::Mode::manual); });
     CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
     CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::unacknowledged);
     CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "what it followed from has gone");
@@ -292,7 +292,7 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
     CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::acknowledged);
     CHECK(bench.state(AlarmKind::output_lost) == AlarmState::unacknowledged);
     CHECK(bench.lines(AlarmKind::bad_pv).size() == 2);
-    bench.run(101);
+    bench.run(601);
     CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::normal);
   }
 }

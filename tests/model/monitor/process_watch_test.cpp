@@ -323,6 +323,20 @@ TEST_CASE("what was on before a restart does not come again, and goes as ever", 
   CHECK(loop.take() == Changes{{AlarmKind::bad_pv, false}, {AlarmKind::output_lost, false}});
 }
 
+TEST_CASE("a limit is watched again as soon as PV is good, though bad_pv has not gone yet",
+          "[monitor][limits]") {
+  ProcessSettings settings{.limits = {}};
+  settings.at(AlarmKind::pv_high_high) = {.fitted = true, .on_delay_s = 2.0};
+  settings.limits.at(AlarmKind::pv_high_high) = {90.0, 1.0};
+  Loop loop(settings);
+  loop.run(with_bad_pv(), kDelay + 1);
+  CHECK(loop.take() == came(AlarmKind::bad_pv));
+  ProcessCycle above = healthy();
+  above.pv = 95.0;
+  loop.run(above, 21);
+  CHECK(loop.take() == came(AlarmKind::pv_high_high));
+}
+
 TEST_CASE("what flaps a thousand times is one alarm with a count", "[monitor]") {
   struct Pace {
     std::uint64_t bad = 0, good = 0;  // cycles
