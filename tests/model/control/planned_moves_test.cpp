@@ -296,11 +296,12 @@ TEST_CASE("no move is longer and no hour has more than allowed", "[control][plan
     double hours;
     std::size_t most;
     double set_point_stands_s;
+    double load;
   };
-  const Limit limit =
-      GENERATE(Limit{12.0, 1.0, 12, 1e6}, Limit{1.5, 1.0, 1, 1700.0}, Limit{0.5, 2.0, 1, 3000.0});
-  plant::LoopModel m = loop("he", 0.02);
-  m.controller.compensator = moves(0.02);
+  const Limit limit = GENERATE(Limit{12.0, 1.0, 12, 1e6, 0.02}, Limit{1.5, 1.0, 1, 1700.0, 0.002},
+                               Limit{0.5, 2.0, 1, 3000.0, 0.002});
+  plant::LoopModel m = loop("he", limit.load);
+  m.controller.compensator = moves(limit.load);
   m.controller.compensator.planned.max_moves_per_hour = limit.allowed;
   m.controller.compensator.planned.max_move = 2.5 * kJ;
   const Run with = run(m, 4.0 * 3600.0 + 1500.0, {}, [&](double time_s) {
