@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "model/control/compensator_contract.hpp"
 
@@ -16,7 +15,6 @@ constexpr double kSingle = 1.08;            // of j: what one move can do
 constexpr double kDetour = 1.15;            // of j
 constexpr double kProbe = 0.35;             // of s
 constexpr double kProbeAgain = 10.0;        // cycles
-constexpr double kSlipped = 4.0;            // periods that a stem has stood after a slip
 constexpr double kLate_s = 10.0;            // after a move that did not move the stem
 constexpr double kFollows = 0.4;            // of a probe
 constexpr std::uint32_t kConfirmed = 3;     // samples in a row
@@ -194,15 +192,16 @@ void PlannedMoves::follow_read_back(double position, double output) noexcept {
   if (stem.off >= 2) {
     const double sign = sign_of(position - stem.place);
     const bool stood = stem.stood_s >= 8.0 * period_s_;
-    if (sign != stem.slips) stem.slips = 0.0;
     // It moved a period ago, of the command before.
     if (phase_ == MovePhase::watching && stood && settings_.j > 2.5 * zone_now) {
       Direction& way_now = way(sign);
+      const double broke = output_before_ - stem.place;
+      const double stands = output_before_ - stem.last;
       way_now.break_weight = std::max(0.25, way_now.break_weight / (1.0 + way_now.break_weight));
-      way_now.breaks += way_now.break_weight * (output_before_ - stem.place - way_now.breaks);
-      stem.slips = sign;
+      way_now.stand_weight = std::max(0.25, way_now.stand_weight / (1.0 + way_now.stand_weight));
+      way_now.breaks += way_now.break_weight * (broke - way_now.breaks);
+      way_now.stands += way_now.stand_weight * (stands - way_now.stands);
     }
-    stem.output_moved = output_before_;
     moved_to(stem, position);
   } else if (stem.off == 0) {
     stem.averaged = std::min(stem.averaged + 1.0, 200.0);
@@ -210,11 +209,6 @@ void PlannedMoves::follow_read_back(double position, double output) noexcept {
   }
   stem.last = position;
   output_before_ = output;
-  if (stem.slips != 0.0 && stem.stood_s >= kSlipped * period_s_) {
-    Direction& way_now = way(std::exchange(stem.slips, 0.0));
-    way_now.stand_weight = std::max(0.25, way_now.stand_weight / (1.0 + way_now.stand_weight));
-    way_now.stands += way_now.stand_weight * (stem.output_moved - stem.place - way_now.stands);
-  }
 }
 
 void PlannedMoves::watch_load(double process_variable) noexcept {

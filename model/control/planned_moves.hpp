@@ -158,17 +158,15 @@ class PlannedMoves {
   // What the stem does: read back, or by the law.
   struct Stem {
     bool known = false;
-    double place = 0.0;         // CO units, mean while it stands
-    double before = 0.0;        // CO units, where it stood before it moved last
-    double last = 0.0;          // CO units, newest value
-    double averaged = 0.0;      // samples in `place`
-    std::uint32_t off = 0;      // samples in a row away from `place`
-    double stood_s = 0.0;       // since it moved last
-    bool moved = false;         // in this period
-    double slips = 0.0;         // direction of a slip that is watched, until it stands
-    double output_moved = 0.0;  // CO units, that moved it last
-    double output = 0.0;        // CO units, of the period before: by the law only
-    double going = 0.0;         // direction, 0: stuck: by the law only
+    double place = 0.0;     // CO units, mean while it stands
+    double before = 0.0;    // CO units, where it stood before it moved last
+    double last = 0.0;      // CO units, newest value
+    double averaged = 0.0;  // samples in `place`
+    std::uint32_t off = 0;  // samples in a row away from `place`
+    double stood_s = 0.0;   // since it moved last
+    bool moved = false;     // in this period
+    double output = 0.0;    // CO units, of the period before: by the law only
+    double going = 0.0;     // direction, 0: stuck: by the law only
   };
 
   struct Direction {
