@@ -114,11 +114,16 @@ int talk(const SetupOptions& options) {
                    .tag = tag,
                    .record_minutes = options.minutes};
   const int exit_code = setup::run_steps(all);
-  dialogue.say(exit_code == kExitOk
-                   ? fmt::format("\n{} is set up. It stands in manual: `loopwarden set {} --mode "
-                                 "auto` closes the loop.",
-                                 tag, tag)
-                   : fmt::format("\n`loopwarden setup {}` goes on with what is left.", tag));
+  if (exit_code != kExitOk) {
+    dialogue.say(fmt::format("\n`loopwarden setup {}` goes on with what is left.", tag));
+  } else if (all.elsewhere()) {
+    dialogue.say(fmt::format("\n{} is set up, and watched after a restart of the daemon.", tag));
+  } else {
+    dialogue.say(
+        fmt::format("\n{} is set up. It stands in manual: `loopwarden set {} --mode auto` "
+                    "closes the loop.",
+                    tag, tag));
+  }
   return exit_code;
 }
 
