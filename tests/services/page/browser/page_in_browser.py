@@ -148,7 +148,7 @@ def loop_shows(box, browser):
     browser.until(lambda: browser.all(".windows tbody tr"), "no windows of the monitor")
     browser.check("backlash" in browser.text(".windows thead"), "the windows lack specialists")
     browser.check("specialists for" in browser.text(".faceplate .judges"), f"who judges is {browser.text('.faceplate .judges')!r}")
-    browser.until(lambda: "PV bad" in browser.text(".loop-rest") and "10 s, 10 s" in browser.text(".loop-rest"), "the process alarms and their delays are not told")
+    browser.until(lambda: "PV bad" in browser.text(".loop-rest") and "10 s, 1 min" in browser.text(".loop-rest"), "the process alarms and their delays are not told")
 
 
 def evidence_shows(box, browser):
