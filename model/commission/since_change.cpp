@@ -38,12 +38,12 @@ constexpr double kForgets_s = 300.0;  // a load
 constexpr std::size_t kCompared = 24;
 constexpr int kMostRuns = 160;
 constexpr int kFewRuns = 80;
-// A slip that is missed spoils what follows, and one that comes is missed with a friction that is a little too large: no
-// descent finds that. The search for a change of the valve tries sizes close together on so much of the record, and goes on
-// with twice as much each time.
 constexpr double kNear_s = 400.0;
-constexpr double kUnseen_s = 180.0;  // a change, until something moves
+constexpr double kUnseen_s = 180.0;
 constexpr double kFinely = 1.02;
+constexpr std::size_t kFollowed = 3;
+
+// Sizes, shapes and moments that are tried.
 struct Scan {
   double least;  // times what the search starts from
   double most;
@@ -54,7 +54,6 @@ struct Scan {
 const Scan kWide{
     0.25, 2.5, {-2.4, -1.6, -1.2, -0.8, -0.4, 0.0, 0.4, 0.8, 1.2, 1.6, 2.4}, {0.0, -0.5, -1.0}, 8};
 const Scan kBeside{0.9, 1.1, {-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3}, {}, 1};
-constexpr std::size_t kFollowed = 3;
 
 // A kind of change: what it is at a point of the search.
 struct Kind {
@@ -334,8 +333,6 @@ class Competition {
     noise_ = healthy.empty() ? 0.0 : bounded_before / static_cast<double>(healthy.size()) * count;
   }
 
-  // A slip that a sum of squares sees too late or not at all outweighs all others that are seen: beyond a few noises an error
-  // counts little more (Cauchy's loss: Huber, Robust Statistics, 1981).
   double bounded(double e) const { return bound_ * std::log1p(e * e / bound_); }
 
   Sums errors_of(const LoopModel& model,
@@ -477,9 +474,6 @@ class Competition {
       steps.insert(steps.end(), kinds_[i].steps.begin(), kinds_[i].steps.end());
     }
     steps.push_back(kMomentStep);
-    const auto errors = [&](const std::vector<double>& x) {
-      return errors_at({.kinds = out.kinds, .x = x, .errors = {}});
-    };
     const auto objective = [&](const std::vector<double>& x, std::size_t end) {
       try {
         return std::log(
@@ -501,7 +495,7 @@ class Competition {
     };
     const auto left_at = [&](const std::vector<double>& x) {
       try {
-        return errors(x);
+        return errors_at({.kinds = out.kinds, .x = x, .errors = {}});
       } catch (const effects::EffectError&) {
         return Sums{};
       }
@@ -517,7 +511,8 @@ class Competition {
       out.errors = left_at(out.x);
       return out;
     }
-    const auto near = static_cast<std::size_t>(kNear_s / record_.period_s);
+    const std::size_t near =
+        std::max<std::size_t>(1, static_cast<std::size_t>(kNear_s / record_.period_s));
     std::vector<std::vector<double>> places =
         scanned(out, out.x, kWide, before(std::min(change_ + near, training_end_)));
     places.resize(std::min(places.size(), kind.slips ? kFollowed : 1));
