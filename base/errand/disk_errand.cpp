@@ -32,9 +32,10 @@ bool DiskErrand::stop_for(std::chrono::milliseconds patience) {
 }
 
 bool DiskErrand::begin_until(std::function<void()> errand, Time deadline) {
-  start();
   {
     std::unique_lock lock(mutex_);
+    if (quit_) return false;
+    start();  // two may ask for the first time at once
     if (!wait_.hung()) changed_.wait_until(lock, deadline, [&] { return !busy_ || quit_; });
     if (busy_ || quit_) return false;
     errand_ = std::move(errand);

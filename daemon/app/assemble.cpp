@@ -171,6 +171,7 @@ void Assembly::make_monitor(const Specialists& specialists) {
                          .orders = &watching.desks.emplace_back(
                              desk_of(loop, loop.channels->monitor_orders, journal)),
                          .settings_taken = &loop.channels->settings_taken,
+                         .commissioned = &loop.channels->commissioned,
                          .moves_settings = &loop.channels->moves_settings,
                          .moves = &loop.channels->moves,
                          .hardware = config::backing_of(loop.config.io).hardware});

@@ -21,6 +21,9 @@ class GatewayLoops final : public gateway::LoopsView {
 
   std::size_t loops() const override { return readings_.loops(); }
   const std::string& name(std::size_t loop) const override { return readings_.name(loop); }
+  bool controlled_elsewhere(std::size_t loop) const override {
+    return readings_.controlled_elsewhere(loop);
+  }
   bool read_only(std::size_t loop) const override { return readings_.read_only(loop); }
   gateway::LoopReading read(std::size_t loop) override;
   gateway::BoxReading box() override { return readings_.box(); }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/console/commissioning.hpp"
 
-#include "config/interlocks.hpp"
 #include "protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
@@ -46,10 +45,9 @@ const char* CommissionedLoops::no_withholding(const config::LoopConfig& loop, do
                                               bool manual) {
   constexpr double kLongest_s = 300.0;
   if (!(seconds > 0.0 && seconds <= kLongest_s)) return "withhold_s is 0 to 300 s";
-  if (!config::backing_of(loop.io).hardware) return "no device stands behind it";
   const auto* modbus = std::get_if<hal::modbus::LoopModbusSettings>(&loop.io);
-  if (modbus != nullptr &&
-      modbus->comm_loss.protection == hal::modbus::CommLossProtection::none_accepted) {
+  if (modbus == nullptr) return "no device's watchdog stands behind it";
+  if (modbus->comm_loss.protection == hal::modbus::CommLossProtection::none_accepted) {
     return "its file says that nothing moves the valve when commands cease (none_accepted)";
   }
   return manual ? nullptr : "commands are withheld in manual alone";

@@ -24,7 +24,8 @@ class CommissionedLoops {
   // it, or the session has ended.
   std::uint64_t take(std::size_t loop, const std::optional<std::uint64_t>& session,
                      const std::string& peer, Clock::time_point now);
-  void give_back(std::size_t loop) { held_.erase(loop); }
+  // False: nobody had it.
+  bool give_back(std::size_t loop) { return held_.erase(loop) > 0; }
   // Throws RequestError where an order of who has this session, or none, must not move the loop. A sign of life.
   void check_order(std::size_t loop, const std::optional<std::uint64_t>& session,
                    Clock::time_point now);

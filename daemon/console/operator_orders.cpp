@@ -152,10 +152,20 @@ orders::OrderDesk& OperatorOrders::desk(std::size_t loop) {
 void OperatorOrders::collect(CommissionedLoops::Clock::time_point now) {
   for (orders::OrderDesk& desk : desks_) desk.collect();
   for (const std::size_t loop : commissioned_.take_silent(now)) {
-    parts_.loops[loop].channels->commissioned = false;
-    parts_.loops[loop].channels->withheld_until_ns = 0;
+    out_of_service(loop, false, "ended", "no sign of life");
     to_stop_action(loop);
   }
+}
+
+void OperatorOrders::out_of_service(std::size_t loop, bool is, const char* what,
+                                    const std::string& peer) {
+  parts_.loops[loop].channels->commissioned = is;
+  parts_.loops[loop].channels->withheld_until_ns = 0;
+  journal::JournalEntry line = line_of(loop, peer);
+  line.what = "commissioning";
+  line.new_value = what;
+  line.result = "done";
+  parts_.journal.post(std::move(line));
 }
 
 // As at the daemon's end, but for the rate limit alone: the loop stays in manual there.
@@ -236,8 +246,13 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
                                          const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
   refuse_watched(index);
-  commissioned_.check_order(index, request.session, CommissionedLoops::Clock::now());
   const rt::Order order = wanted_order(request);
+  // Anybody takes the valve back: manual ends a commissioning.
+  if (!request.session && order.mode == control::Mode::manual && !order.set_point) {
+    if (commissioned_.give_back(index)) out_of_service(index, false, "ended", sender.peer);
+  }
+  commissioned_.check_order(index, request.session, CommissionedLoops::Clock::now());
+  if (order.mode == control::Mode::automatic) parts_.loops[index].channels->withheld_until_ns = 0;
   std::vector<journal::JournalEntry> lines = lines_of(order, index, sender.peer);
   if (lines.empty()) throw RequestError("set needs set_point, output, mode or jacket");
   const protocol::OrderTaken taken =
@@ -310,13 +325,6 @@ protocol::Commissioning OperatorOrders::commissioning(const protocol::Commission
   if (loop.watched()) {
     throw RequestError(request.loop + " is controlled elsewhere: it is never out of service here");
   }
-  const auto write_down = [&](const char* what, std::string value) {
-    journal::JournalEntry line = line_of(index, sender.peer);
-    line.what = what;
-    line.new_value = std::move(value);
-    line.result = "done";
-    parts_.journal.post(std::move(line));
-  };
   const bool ends = request.end.value_or(false);
   if (ends && !request.session) throw RequestError("end needs the session");
   if (request.withhold_s && !ends) {
@@ -331,19 +339,20 @@ protocol::Commissioning OperatorOrders::commissioning(const protocol::Commission
       commissioned_.take(index, request.session, sender.peer, CommissionedLoops::Clock::now());
   if (ends) {
     commissioned_.give_back(index);
-    loop.channels->withheld_until_ns = 0;
-    loop.channels->commissioned = false;
-    write_down("commissioning", "ended");
+    out_of_service(index, false, "ended", sender.peer);
     return {.session = session, .ends_after_s = 0.0};
   }
   if (!request.session) {
-    loop.channels->commissioned = true;
-    write_down("commissioning", "begun");
+    out_of_service(index, true, "begun", sender.peer);
   }
   if (request.withhold_s) {
     const auto for_ns = static_cast<std::int64_t>(*request.withhold_s * 1e9);
     loop.channels->withheld_until_ns = base::MonotonicClock().now_ns() + for_ns;
-    write_down("commands withheld", fmt::format("{:g} s", *request.withhold_s));
+    journal::JournalEntry line = line_of(index, sender.peer);
+    line.what = "commands withheld";
+    line.new_value = fmt::format("{:g} s", *request.withhold_s);
+    line.result = "done";
+    parts_.journal.post(std::move(line));
   }
   return {.session = session, .ends_after_s = CommissionedLoops::kSilence.count()};
 }
@@ -427,6 +436,9 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
                         result.ticket, sender);
   }
   const std::size_t index = loop_index(parts_, request.loop);
+  if (calms) {
+    commissioned_.check_order(index, std::nullopt, CommissionedLoops::Clock::now());
+  }
   const monitor::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
                                   std::move(reason)};
   const monitor::OrderResult result =

@@ -47,6 +47,7 @@ class OperatorOrders {
                             const std::string& text);
   protocol::Commissioning commissioning(const protocol::CommissioningRequest& request,
                                         const Sender& sender);
+  void out_of_service(std::size_t loop, bool is, const char* what, const std::string& peer);
   void to_stop_action(std::size_t loop);
   protocol::OrderState order(const protocol::OrderRequest& request);
   protocol::RecordFile record(const protocol::RecordRequest& request, const Sender& sender);

@@ -17,9 +17,12 @@ class PlantReadings final : public gateway::PlantView {
   const std::string& name(std::size_t loop) const override {
     return parts_.loops[loop].config.name;
   }
+  bool controlled_elsewhere(std::size_t loop) const override {
+    return parts_.loops[loop].watched();
+  }
   bool read_only(std::size_t loop) const override {
-    const LoopRuntime& asked = parts_.loops[loop];
-    return asked.watched() || asked.channels->commissioned.load(std::memory_order_relaxed);
+    return controlled_elsewhere(loop) ||
+           parts_.loops[loop].channels->commissioned.load(std::memory_order_relaxed);
   }
   gateway::LoopReading read(std::size_t loop) override;
   gateway::BoxReading box() override { return parts_.box(); }

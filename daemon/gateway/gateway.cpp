@@ -123,7 +123,9 @@ void Gateway::watch_master() {
                                     ? control::Mode::manual
                                     : control::Mode::automatic};
   for (std::size_t i = 0; i < loops_.loops(); ++i) {
-    if (loops_.read_only(i)) continue;
+    // What is being commissioned goes to manual as well: the safe one of both.
+    const bool manual = order.mode == control::Mode::manual;
+    if (manual ? loops_.controlled_elsewhere(i) : loops_.read_only(i)) continue;
     journal::JournalEntry line;
     line.kind = journal::JournalEntry::Kind::system;
     line.utc_ms = loops_.box().utc_ms;

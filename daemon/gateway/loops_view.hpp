@@ -65,7 +65,9 @@ class PlantView {
 
   virtual std::size_t loops() const = 0;
   virtual const std::string& name(std::size_t loop) const = 0;
-  // Another controller has the loop, or it is being commissioned: nothing of it can be written, alarms neither.
+  // Another controller has the loop.
+  virtual bool controlled_elsewhere(std::size_t loop) const = 0;
+  // It has, or the loop is being commissioned: nothing of it can be written, alarms neither.
   virtual bool read_only(std::size_t loop) const = 0;
   virtual LoopReading read(std::size_t loop) = 0;
   virtual BoxReading box() = 0;

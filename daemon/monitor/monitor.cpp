@@ -222,6 +222,11 @@ bool Monitor::take_turn(std::size_t index) {
 void Monitor::watch_process(std::size_t index, const RecordRow& row) {
   Track& track = tracks_[index];
   const model::ProcessChanges changes = track.process.add(process_cycle_of(row));
+  // Before what came in the same cycle is judged.
+  if (const bool lost = track.process.pv_lost(); lost != track.pv_lost) {
+    board_.pv_lost(index, lost);
+    track.pv_lost = lost;
+  }
   if (!changes.view().empty()) {
     std::vector<ProcessNews> news;
     for (const model::ProcessChange& change : changes.view()) {
@@ -287,7 +292,12 @@ void Monitor::attend(std::size_t index) {
     if (taken != track.settings_seen) follow(index, track.corrective.reloaded());
     track.settings_seen = taken;
   }
-  follow(index, track.corrective.veto(board_.veto(index)));
+  // A loop that is out of service is left alone.
+  const bool commissioned =
+      track.commissioned != nullptr && track.commissioned->load(std::memory_order_relaxed);
+  const model::Veto veto = board_.veto(index);
+  follow(index, track.corrective.veto(
+                    commissioned && veto == model::Veto::none ? model::Veto::hands_off : veto));
   if (track.planned && track.orders->has_room()) look_for_stick(index);
 }
 

@@ -47,6 +47,7 @@ struct MonitoredLoop {
   // Where orders for jacket and planned moves go, used by the monitor's thread alone. Null: no corrective action.
   orders::OrderDesk* orders = nullptr;
   const std::atomic<std::uint32_t>* settings_taken = nullptr;  // where there are orders
+  const std::atomic<bool>* commissioned = nullptr;             // where there are orders
   // Where corrective action has planned moves.
   base::NewestValue<control::PlannedMovesSettings>* moves_settings = nullptr;
   const rt::MovesBoard* moves = nullptr;
@@ -105,6 +106,7 @@ class Monitor {
         : cycles(loop.cycles),
           orders(loop.orders),
           settings_taken(loop.settings_taken),
+          commissioned(loop.commissioned),
           settings_seen(settings_taken != nullptr ? settings_taken->load() : 0),
           planned(planned_moves_of(loop)),
           monitor(loop.window, loop.rule, loop.judge, loop.twin, loop.foreign_controller),
@@ -121,6 +123,7 @@ class Monitor {
     base::SpscRing<record::RecordRow>* cycles;
     orders::OrderDesk* orders;
     const std::atomic<std::uint32_t>* settings_taken;
+    const std::atomic<bool>* commissioned;
     std::uint32_t settings_seen;
     std::optional<PlannedMoves> planned;  // where corrective action has that form
     std::uint64_t order = 0;              // newest that is not answered yet; 0: none
@@ -133,6 +136,7 @@ class Monitor {
     loopwarden::monitor::ProcessSettings process_settings;
     std::string pv_unit;
     bool deviation_rests = false;  // as the board knows it
+    bool pv_lost = false;          // as the board knows it
     loopwarden::monitor::ModeTimes times;
   };
   // True if there may be more.

@@ -151,6 +151,12 @@ void WatchBoard::deviation_rests(std::size_t loop, bool rests) {
   write_down(loop, before, watches_[loop].alarms.deviation_rests(rests));
 }
 
+void WatchBoard::pv_lost(std::size_t loop, bool lost) {
+  const std::lock_guard lock(mutex_);
+  const Memories before = memories(loop);
+  write_down(loop, before, watches_[loop].alarms.pv_lost(lost));
+}
+
 void WatchBoard::set_flaps(std::size_t loop, const model::ProcessWatch& process) {
   const std::lock_guard lock(mutex_);
   for (const AlarmKind kind : model::kProcessAlarms) {

@@ -125,6 +125,7 @@ class WatchBoard {
   // All of one cycle.
   void process_changed(std::size_t loop, std::span<const ProcessNews> news);
   void deviation_rests(std::size_t loop, bool rests);
+  void pv_lost(std::size_t loop, bool lost);
   void set_flaps(std::size_t loop, const loopwarden::monitor::ProcessWatch& process);
   // It was found why an alarm came, for the first time or once more: the newest stands with the alarm and its incident, and may
   // give them another name. The journal has a line where that is another one.

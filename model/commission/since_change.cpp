@@ -230,6 +230,7 @@ class Competition {
     const std::vector<Hypothesis> seconds = pairs_with(best, 0);
     // The first was chosen without the second: it is chosen again beside it.
     const Hypothesis joined = plainest(seconds);
+    if (joined.kinds.empty()) return describe(best, singles, alone);
     const std::vector<Hypothesis> pairs = pairs_with(joined, joined.kinds.size() - 1);
     const Hypothesis second = plainest(pairs);
     const double left_by_both = std::max(second.errors.held - noise_ * held_share_, 0.0);

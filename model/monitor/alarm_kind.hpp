@@ -115,12 +115,24 @@ constexpr Priority usual_priority(AlarmKind kind) noexcept {
   }
 }
 
+// Of what PV is: known as soon as PV is.
+constexpr bool is_of_pv(AlarmKind kind) noexcept {
+  switch (kind) {
+    case AlarmKind::deviation:
+    case AlarmKind::pv_high_high:
+    case AlarmKind::pv_high:
+    case AlarmKind::pv_low:
+    case AlarmKind::pv_low_low:
+    case AlarmKind::rate_of_change: return true;
+    default: return false;
+  }
+}
+
 // Suppression by design: while `cause` is on, `effect` follows from it and is not raised by itself.
 constexpr bool follows(AlarmKind effect, AlarmKind cause) noexcept {
   const auto is = [effect](auto... kinds) { return ((effect == kinds) || ...); };
   using K = AlarmKind;
-  const bool of_pv =
-      is(K::deviation, K::pv_high_high, K::pv_high, K::pv_low, K::pv_low_low, K::rate_of_change);
+  const bool of_pv = is_of_pv(effect);
   switch (cause) {
     case K::low_air_supply: return !is_process_alarm(effect) && effect != cause;
     case K::source_lost: return of_pv || is(K::bad_pv, K::output_unknown, K::not_normal_mode);
@@ -132,6 +144,11 @@ constexpr bool follows(AlarmKind effect, AlarmKind cause) noexcept {
     case K::pv_low_low: return is(K::pv_low);
     default: return false;
   }
+}
+
+// By such a cause PV is not known. What is of PV follows from it only until PV is there again, whatever keeps the alarm on.
+constexpr bool loses_pv(AlarmKind cause) noexcept {
+  return cause == AlarmKind::bad_pv || cause == AlarmKind::source_lost;
 }
 
 }  // namespace loopwarden::monitor

@@ -85,7 +85,7 @@ CorrectiveStep CorrectiveAction::moves(const control::MovesState& state, double 
   }
   if (!calms() || state.shadow || !state.for_good) return {};
   if (state.reason == GivenBack::valve_follows) {
-    due_ = false;
+    due_ = ordered_ = false;
     return go(State::waiting, "the stem follows a probe: the valve does not stick");
   }
   return go(State::given_up, to_text(state.reason));
@@ -192,6 +192,7 @@ CorrectiveStep CorrectiveAction::reloaded() noexcept {
 CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {
   const bool vetoed = veto != Veto::none;
   if (state_ == State::off || vetoed == (state_ == State::vetoed)) return {};
+  ordered_ = false;
   if (!planned()) due_ = !vetoed;  // lifted: if the valve still sticks, it is time
   settling_ = 0;
   if (!vetoed) return go(State::waiting, "the operator's veto is lifted");

@@ -102,6 +102,10 @@ AlarmTransitions LoopAlarms::deviation_rests(bool rests) noexcept {
   });
 }
 
+AlarmTransitions LoopAlarms::pv_lost(bool lost) noexcept {
+  return after(AlarmReason::process, [&] { pv_lost_ = lost; });
+}
+
 AlarmTransitions LoopAlarms::pass_time(std::int64_t now_ms) noexcept {
   return after(AlarmReason::by_operator, [&] {
     for (Alarm& alarm : alarms_) alarm.pass_time(now_ms);
@@ -125,7 +129,8 @@ void LoopAlarms::find_root() noexcept {
 
 std::optional<AlarmKind> LoopAlarms::cause_of(AlarmKind kind) const noexcept {
   for (const AlarmKind cause : kAlarmKinds) {
-    if (follows(kind, cause) && alarm(cause).active()) return cause;
+    const bool known = is_of_pv(kind) && loses_pv(cause) && !pv_lost_;
+    if (follows(kind, cause) && alarm(cause).active() && !known) return cause;
   }
   return std::nullopt;
 }

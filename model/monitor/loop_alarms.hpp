@@ -88,6 +88,8 @@ class LoopAlarms {
 
   // The deviation is looked at, or rests.
   AlarmTransitions deviation_rests(bool rests) noexcept;
+  // PV is not known, or is again: see loses_pv().
+  AlarmTransitions pv_lost(bool lost) noexcept;
   // Conditions of process alarms that came or went in one cycle.
   AlarmTransitions process_changed(std::int64_t now_ms,
                                    std::span<const ProcessChange> changes) noexcept;
@@ -122,6 +124,7 @@ class LoopAlarms {
   std::array<bool, kAlarmKindCount> fitted_{};
   std::array<std::uint64_t, kAlarmKindCount> began_{};  // periods; 0: not known
   bool deviation_rests_ = false;
+  bool pv_lost_ = false;
   // What a valve alarm's condition that is on counts for; itself unless it was explained.
   struct CountsFor {
     AlarmKind kind = AlarmKind::stiction;

@@ -86,13 +86,10 @@ void ProcessWatch::count(Delayed& condition, bool there, std::uint64_t period) c
 }
 
 bool ProcessWatch::suppressed(AlarmKind kind) const noexcept {
-  // A PV that is good again has its limits at once, whatever keeps the cause on.
-  const auto holds = [&](AlarmKind cause) {
-    const bool of_pv = cause == AlarmKind::bad_pv || cause == AlarmKind::source_lost;
-    return at(cause).on && (!of_pv || at(cause).there);
-  };
-  return std::any_of(kProcessAlarms.begin(), kProcessAlarms.end(),
-                     [&](AlarmKind cause) { return follows(kind, cause) && holds(cause); });
+  const bool lost = pv_lost();
+  return std::any_of(kProcessAlarms.begin(), kProcessAlarms.end(), [&](AlarmKind cause) {
+    return follows(kind, cause) && at(cause).on && (lost || !is_of_pv(kind) || !loses_pv(cause));
+  });
 }
 
 bool ProcessWatch::is_due(const Delayed& condition, const ProcessRule& rule,

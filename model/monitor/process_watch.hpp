@@ -131,6 +131,10 @@ class ProcessWatch {
   ProcessChanges add(const ProcessCycle& cycle) noexcept;
 
   // The deviation is suppressed at present.
+  // By the newest cycle.
+  bool pv_lost() const noexcept {
+    return at(AlarmKind::bad_pv).there || at(AlarmKind::source_lost).there;
+  }
   bool deviation_rests() const noexcept { return limits_.rests(); }
   // How often the condition has come without a minute between.
   std::uint32_t flaps(AlarmKind kind) const noexcept { return at(kind).flaps; }

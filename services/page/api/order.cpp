@@ -178,6 +178,7 @@ http::Response order(Context& context, const Call& call) {
 http::Response tune(Context& context, const Call& call) {
   const auto state = context.now().state;
   const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
+  if (!context.settings.control) throw ApiError(403, "page.yaml has no control: true");
   check_may_tune(*state, loop);
   const json body = object_of(call.request, {"set", "confirm"});
   const protocol::Gains wanted = gains_at(body, "set");

@@ -47,7 +47,8 @@ json session_json(Context& context, const Identity& who) {
           {"can",
            {{"alarms", acts && state && state->about.page.alarms},
             {"control", acts && state && state->about.page.control && context.settings.control},
-            {"tuning", who.role == Role::engineer && state && state->about.page.tuning},
+            {"tuning", who.role == Role::engineer && context.settings.control && state &&
+                           state->about.page.tuning},
             {"reports", who.role >= Role::engineer && state && state->about.page.reports}}},
           {"box", context.settings.box},
           {"fleet", context.fleet != nullptr},

@@ -41,6 +41,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   }
 
   std::size_t loops() const override { return readings.size(); }
+  bool controlled_elsewhere(std::size_t loop) const override { return watched.contains(loop); }
   bool read_only(std::size_t loop) const override { return watched.contains(loop); }
   const std::string& name(std::size_t loop) const override { return names_[loop]; }
   daemon::gateway::LoopReading read(std::size_t loop) override {

@@ -45,7 +45,7 @@ export class LoopReports {
       el('div', {class: 'filters'}, field(t.kind, this.kind), field(`${t.from} (${wall().zone})`, this.from), field(t.to, this.to), asShown, this.go), this.means, this.said);
   }
 
-  #kept() { return {oldest_ms: this.trend.history?.oldest_ms ?? NaN, newest_ms: this.trend.newest()}; }
+  #kept() { return {oldest_ms: this.trend.rows()?.oldest_ms ?? NaN, newest_ms: this.trend.newest()}; }
 
   // The form's times are those of the trend until somebody writes others.
   #follow() {
