@@ -173,7 +173,8 @@ TEST_CASE("a record has the moves of the set point, and the loop is in manual af
   const std::string text = read_file(plant.s.state.found("record"));
   CHECK(text.find(",5.4,") != std::string::npos);
   CHECK(text.find(",4.6,") != std::string::npos);
-  CHECK(plant.daemon.is("FIC-101", "requested_mode", "MAN"));
+  // By the loop's next cycle.
+  CHECK(test::eventually([&] { return plant.daemon.is("FIC-101", "requested_mode", "MAN"); }));
   CHECK(plant.served());
 }
 

@@ -82,6 +82,20 @@ TEST_CASE("a loop that is commissioned obeys who has the session, and nobody els
   CHECK(bench.order(set).at("ok") == true);
 }
 
+TEST_CASE("anybody takes a loop that is commissioned back by manual, and nothing begins on it") {
+  Bench bench;
+  bench.run(2);
+  const json taken = bench.commission();
+  const json calm{{"request", "alarm"}, {"alarm", "stiction"}, {"action", "calm"}, {"reason", "x"}};
+  CHECK(bench.order(calm).at("error").get<std::string>().find("out of service") !=
+        std::string::npos);
+  CHECK(bench.order({{"request", "set"}, {"mode", "auto"}}).at("ok") == false);
+  REQUIRE(bench.order({{"request", "set"}, {"mode", "man"}}).at("ok") == true);
+  REQUIRE(bench.orders().size() == 1);
+  CHECK_FALSE(bench.loops[0].channels->commissioned);
+  CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
+}
+
 TEST_CASE("without a sign of life for a minute the output goes to the stop action") {
   Bench bench;
   bench.run(2);

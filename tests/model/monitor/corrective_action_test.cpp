@@ -317,6 +317,14 @@ TEST_CASE("planned moves that are only offered begin by a person's order",
     CHECK(action.interrupted(false).order == Order::back);
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
+  SECTION("an order is for one act: after a veto it is only offered again") {
+    REQUIRE(action.ordered().order == Order::shadow);
+    CHECK(action.veto(Veto::hands_off).to == State::vetoed);
+    CHECK(action.veto(Veto::none).to == State::waiting);
+    const CorrectiveStep again = windows(action, 20, errors(10.0));
+    CHECK(action.state() == State::offered);
+    CHECK(again.order == Order::none);
+  }
   SECTION("the alarm went") {
     CHECK(action.window(errors(1.0), false, false).to == State::waiting);
     CHECK_FALSE(action.ordered().changed());

@@ -171,6 +171,22 @@ TEST_CASE("what follows from another alarm is suppressed while that one is on, a
   CHECK(alarms.alarm(K::deviation).state() == S::unacknowledged);
 }
 
+TEST_CASE("a limit stands for itself as soon as PV is good, though bad_pv stays on",
+          "[monitor][alarm]") {
+  LoopAlarms alarms{AlarmSettings{}};
+  alarms.fit(K::pv_high_high);
+  alarms.pv_lost(true);
+  alarms.process_changed(1, one(K::bad_pv, true));
+  alarms.process_changed(2, one(K::not_normal_mode, true));
+  alarms.process_changed(3, one(K::pv_high_high, true));
+  CHECK(alarms.alarm(K::pv_high_high).state() == S::suppressed);
+  const AlarmTransitions known = alarms.pv_lost(false);
+  REQUIRE(known.view().size() == 1);
+  CHECK(alarms.alarm(K::pv_high_high).state() == S::unacknowledged);
+  CHECK(alarms.alarm(K::bad_pv).active());
+  CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
+}
+
 TEST_CASE("what came and went with its cause alone is told by the cause alone",
           "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
