@@ -44,7 +44,11 @@ void Compensator::configure(const CompensatorSettings& settings) noexcept {
   if (auto* const moves = std::get_if<PlannedMoves>(&law_); moves != nullptr && begins_to_act) {
     return moves->act();
   }
-  law_ = law_of(settings, period_s_);
+  Law next = law_of(settings, period_s_);
+  auto* const moves_next = std::get_if<PlannedMoves>(&next);
+  const auto* const moves_before = std::get_if<PlannedMoves>(&law_);
+  if (moves_next != nullptr && moves_before != nullptr) moves_next->continue_hour(*moves_before);
+  law_ = next;
   fresh_ = true;
 }
 

@@ -83,6 +83,18 @@ void PlannedMoves::LastHour::add() noexcept {
   parts_[newest_] += 1.0F;
 }
 
+void PlannedMoves::LastHour::take_over(const LastHour& other) noexcept {
+  const LastHour limit = *this;
+  *this = other;
+  most_ = limit.most_;
+  if (part_s_ == limit.part_s_) return;
+  // Of parts of another length nothing is known but how many: they count as new.
+  part_s_ = limit.part_s_;
+  parts_.fill(0.0F);
+  parts_[newest_] = static_cast<float>(made_);
+  since_s_ = 0.0;
+}
+
 // ---- what is there
 
 PlannedMoves::PlannedMoves(const PlannedMovesSettings& settings, bool shadow,
@@ -91,15 +103,16 @@ PlannedMoves::PlannedMoves(const PlannedMovesSettings& settings, bool shadow,
       shadow_(shadow),
       period_s_(period_s),
       answer_s_(settings.dead_time_s + settings.time_constant_s),
-      hour_(settings.max_moves_per_hour) {
+      hour_(settings.max_moves_per_hour),
+      acted_(settings.max_moves_per_hour) {
   process_.set(settings, period_s);
   virtual_process_.set(settings, period_s);
 }
 
 void PlannedMoves::reset(double output) noexcept {
-  const LastHour hour = hour_;
+  const PlannedMoves before = *this;
   *this = PlannedMoves(settings_, shadow_, period_s_);
-  if (!shadow_) hour_ = hour;
+  continue_hour(before);
   const double fs = 0.5 * (settings_.s + settings_.j);
   const double fd = 0.5 * (settings_.s - settings_.j);
   ways_[0] = {.breaks = -fs, .stands = -fd};
@@ -565,7 +578,7 @@ void PlannedMoves::plan(const CompensatorInputs& in, double error) noexcept {
   answer_due_ = false;
   travel_ = 0.0;
   tokens_ -= single ? 1.0 : 2.0;
-  hour_.add();
+  count_move();
   ++moves_;
   ++moves_since_probe_;
 }
@@ -605,7 +618,7 @@ void PlannedMoves::back_off() noexcept {
       return;
     }
   }
-  hour_.add();
+  count_move();
   const double on = sign_of(wanted_ - stem().place);
   phase_ = MovePhase::moving;
   start_leg(wanted_, wanted_ + way(on).stands);
@@ -686,6 +699,7 @@ Correction PlannedMoves::step(const CompensatorInputs& in) noexcept {
   since_plan_s_ += period_s_;
   since_probe_s_ += period_s_;
   hour_.pass(period_s_);
+  acted_.pass(period_s_);
   if (engage_) {
     engage_ = false;
     engage(in);
@@ -717,13 +731,23 @@ Correction PlannedMoves::step(const CompensatorInputs& in) noexcept {
   return {.added = output_ - in.output, .hold_integral = true};
 }
 
+void PlannedMoves::count_move() noexcept {
+  hour_.add();
+  if (!shadow_) acted_.add();
+}
+
+void PlannedMoves::continue_hour(const PlannedMoves& before) noexcept {
+  acted_.take_over(before.acted_);
+  if (!shadow_) hour_ = acted_;
+}
+
 void PlannedMoves::act() noexcept {
   if (!shadow_) return;
   shadow_ = false;
   given_back_ = 0;
   reason_ = GivenBack::no;
   again_s_ = 0.0;
-  hour_ = LastHour(settings_.max_moves_per_hour);
+  hour_ = acted_;
   if (settings_.actuator_lag_s <= 0.0 && seen()) actuator_s_ = kActuator;
   engage_ = variance_without_ > 0.0;
   phase_ = MovePhase::watching;

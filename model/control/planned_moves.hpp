@@ -131,6 +131,8 @@ class PlannedMoves {
 
   void reset(double output) noexcept;
   Correction step(const CompensatorInputs& in) noexcept;
+  // What `before` has moved the stem in the last hour counts here, too.
+  void continue_hour(const PlannedMoves& before) noexcept;
   void act() noexcept;
   MovesState state() const noexcept;
 
@@ -183,6 +185,8 @@ class PlannedMoves {
     void pass(double period_s) noexcept;
     bool has_room(double moves) const noexcept { return made_ + moves <= most_; }
     void add() noexcept;
+    // As many as `other` has, within the limit of this one.
+    void take_over(const LastHour& other) noexcept;
 
    private:
     double part_s_;
@@ -210,6 +214,7 @@ class PlannedMoves {
   bool stands_now(double samples) noexcept;
   bool waits_for_read_back() noexcept;
   void back_off() noexcept;
+  void count_move() noexcept;
   void move() noexcept;
   void start_leg(double to, double output) noexcept;
   void landed() noexcept;
@@ -297,7 +302,8 @@ class PlannedMoves {
   double left_ = 0.0;       // m
   double landing_variance_ = 0.0;
   double tokens_ = 0.0;  // moves
-  LastHour hour_;
+  LastHour hour_;        // of what it does or would do
+  LastHour acted_;       // of the stem's, over shadow and settings
   double budget_ = 0.0;  // CO units of travel
 
   // The move.
