@@ -37,7 +37,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(!value.name.empty() && value.name.size() <= 1024, "a name");
       require(!value.value || std::isfinite(*value.value), "a finite value");
       require(!value.time_s || std::isfinite(*value.time_s), "a finite time");
-      require(value.value || value.quality == FedValue::Quality::bad, "no value, so bad");
+      require(value.value || !value.word.empty() || value.quality == FedValue::Quality::bad,
+              "a value, a word, or bad");
     }
     if (!id.empty())
       check_answer(loopwarden::protocol::feed_taken(id, feed.values.size()), id, true);
