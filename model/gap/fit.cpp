@@ -19,7 +19,6 @@ constexpr std::size_t kNuisances = 5;  // time constant, dead time, three of the
 // Parts of what is allowed, that are tried. The filters stand in rows of kLoads, one row for each of kValves.
 constexpr std::array kLoads{0.0, 0.04, 0.125, 0.25, 0.5, 0.75, 1.0};
 constexpr std::array kValves{0.0, 0.35, 1.0};
-constexpr std::uint64_t kEvolutionSeed = 1;
 constexpr int kShownRounds = 3;
 constexpr double kLeastVariance = 1e-18;  // of PV's mean square; what rounding of numbers leaves
 
@@ -346,12 +345,15 @@ Fit Fitter::search(Work& work, const Fit& start, int evaluations) const {
 
 // Evolution around `start` over everything: where a slip comes or does not come with the least change of a
 // parameter, there is no slope to follow and no simplex that keeps its shape.
-Fit Fitter::evolve(Work& work, const Fit& start, std::size_t evaluations) const {
+Fit Fitter::evolve(Work& work, const Fit& start, const Evolution& how) const {
   constexpr std::size_t kPopulation = 32;
   const std::vector<double> x = positions(start);
-  std::vector<double> width{0.5, 0.5, 0.25, 0.25, 0.2};
-  for (const double first : first_steps(start)) width.push_back(std::min(0.2, first));
-  numeric::Random random(kEvolutionSeed);
+  const double actuator = how.wide ? 0.5 : 0.25;
+  std::vector<double> width{0.5, 0.5, actuator, actuator, 0.2};
+  for (const double first : first_steps(start)) {
+    width.push_back(how.wide ? 0.5 : std::min(0.2, first));
+  }
+  numeric::Random random(how.seed);
   const auto cost = [&](const std::vector<double>& at) {
     const double value =
         evaluate(work, start.terms, with_positions(start.terms, at), start.load, nullptr);
@@ -371,7 +373,7 @@ Fit Fitter::evolve(Work& work, const Fit& start, std::size_t evaluations) const 
       static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
   const std::size_t best = numeric::evolve(
       numeric::Population<std::vector<double>>{members, costs, trial, trial_cost, first},
-      {.trials = evaluations > kPopulation ? evaluations - kPopulation : 0}, random,
+      {.trials = how.evaluations > kPopulation ? how.evaluations - kPopulation : 0}, random,
       [&](const auto& trials, const auto& trial_costs) { trial_costs[0] = cost(trials[0]); });
   Fit fit = start;
   fit.point = with_positions(fit.terms, members[best]);
@@ -463,7 +465,7 @@ Fit Fitter::refine(const Fit& start, int evaluations) const {
   return fit;
 }
 
-Fit Fitter::polish(const Fit& start, std::size_t evaluations, Fit* close) const {
+Fit Fitter::polish(const Fit& start, const Evolution& how, Fit* close) const {
   if (!jumps(start.terms)) return start;
   Work work;
   Fit best = start;
@@ -471,7 +473,7 @@ Fit Fitter::polish(const Fit& start, std::size_t evaluations, Fit* close) const 
   fit.load = kLittleLoad;
   for (const std::size_t part : {std::size_t{1}, std::size_t{2}}) {
     evaluate(work, fit.terms, fit.point, fit.load, &fit);
-    fit = descend(work, evolve(work, fit, evaluations / part), 4);
+    fit = descend(work, evolve(work, fit, {how.evaluations / part, how.seed, how.wide}), 4);
     choose_load(work, fit);
     if (fit.deviance < best.deviance) best = fit;
     if (fit.load == kLittleLoad) break;

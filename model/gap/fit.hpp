@@ -15,6 +15,7 @@
 #include <Eigen/Dense>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "model/gap/free_run.hpp"
@@ -64,9 +65,15 @@ class Fitter {
                             const std::vector<double>* hint = nullptr) const;
   // The best of where they lead, all parameters jointly.
   Fit settle(const std::vector<Fit>& starts) const;
-  // Where PV jumps with a parameter: all jointly once more, by evolution. Into `close`, where a larger load was chosen, the
-  // fit that was closest to PV before that.
-  Fit polish(const Fit& start, std::size_t evaluations, Fit* close = nullptr) const;
+  // Where PV jumps with a parameter: all jointly once more, by evolution, which lands elsewhere with another `seed`. `wide`:
+  // over half of the range of each of the effects' own and of the actuator. Into `close`, where a larger load was chosen, the fit that was closest
+  // to PV before that.
+  struct Evolution {
+    std::size_t evaluations;
+    std::uint64_t seed;
+    bool wide;
+  };
+  Fit polish(const Fit& start, const Evolution& how, Fit* close = nullptr) const;
   // All jointly, from where `start` stands.
   Fit refine(const Fit& start, int evaluations) const;
   // Without term `index`, refined.
@@ -102,7 +109,7 @@ class Fitter {
   void linearise_shown(Work& work, const Terms& terms, const Point& point, std::size_t load) const;
   void choose_load(Work& work, Fit& fit) const;
   Fit search(Work& work, const Fit& start, int evaluations) const;
-  Fit evolve(Work& work, const Fit& start, std::size_t evaluations) const;
+  Fit evolve(Work& work, const Fit& start, const Evolution& how) const;
   Fit descend(Work& work, const Fit& start, int iterations) const;
   // Places to start from for the stiction that is the last term, and where they lead by ever longer runs.
   struct Sticking;

@@ -38,6 +38,16 @@ std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size
   return out;
 }
 
+// Up to where other fits are that the record can't tell from the chosen one.
+void widen(std::map<std::string, std::array<double, 2>>& intervals,
+           const plant::EffectSpec& other) {
+  for (auto& [name, interval] : intervals) {
+    const auto it = other.parameters.find(name);
+    if (it == other.parameters.end()) continue;
+    interval = {std::min(interval[0], it->second), std::max(interval[1], it->second)};
+  }
+}
+
 std::string parameters_text(const plant::EffectSpec& spec) {
   std::string out;
   const effects::Descriptor* info = effects::find_effect(spec.name);
@@ -104,6 +114,9 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
     effect.spec = spec_of(model_fit.run, fit, i);
     effect.block = fit.terms[i]->block;
     effect.interval = intervals(fit, i, model_fit.fitter, effect.spec);
+    for (const Hypothesis& h : search.alike) {
+      widen(effect.interval, spec_of(model_fit.run, h.fit, i));
+    }
     effect.confidence = confidence_after(named.confidence, proof);
     effect.lead_nats = named.lead_nats;
     effect.alternatives = named.alternatives;

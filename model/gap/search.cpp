@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::size_t kPolish = 1280;  // evaluations
 constexpr std::size_t kPolishLast = 3840;
+constexpr std::size_t kLandings = 8;
+constexpr double kSameLanding = 0.2;  // of what is left; two that are nearer are one
 // Of those with one more effect.
 constexpr std::size_t kSettled = 16;  // beside another
 constexpr std::size_t kPolished = 4;  // where PV jumps with a parameter
@@ -103,9 +105,7 @@ class Search {
     }
     if (several && !result_.chosen.fit.terms.empty()) add_further();
     prefer_simpler();
-    if (jumps(result_.chosen.fit.terms)) {
-      result_.chosen = firmer(polished(result_.chosen, kPolishLast), result_.chosen);
-    }
+    if (jumps(result_.chosen.fit.terms)) land();
     progress_(1.0);
     return std::move(result_);
   }
@@ -200,7 +200,9 @@ class Search {
       return promise(a->fit) > promise(b->fit);
     });
     rough.resize(std::min(rough.size(), kPolished));
-    parallel_(rough.size(), [&](std::size_t i) { *rough[i] = polished(*rough[i], kPolish); });
+    parallel_(rough.size(), [&](std::size_t i) {
+      *rough[i] = polished(*rough[i], {kPolish, 1, false});
+    });
     std::sort(made.begin(), made.end(), better);
     return made;
   }
@@ -215,10 +217,33 @@ class Search {
     return tells ? a : b;
   }
 
-  Hypothesis polished(const Hypothesis& rough, std::size_t evaluations) const {
+  Hypothesis polished(const Hypothesis& rough, const Fitter::Evolution& how) const {
     Fit close;
-    Hypothesis best = hypothesis(fitter_.polish(rough.fit, evaluations, &close));
+    Hypothesis best = hypothesis(fitter_.polish(rough.fit, how, &close));
     return close.terms.empty() ? best : firmer(std::move(best), hypothesis(std::move(close)));
+  }
+
+  // A slip more or less changes all, so each evolution lands elsewhere, and rounding decides where.
+  void land() {
+    std::vector<Hypothesis> landed(kLandings, result_.chosen);
+    parallel_(kLandings - 1, [&](std::size_t i) {
+      landed[i] = polished(result_.chosen, {kPolishLast, i + 1, i > 0});
+    });
+    std::sort(landed.begin(), landed.end(), better);
+    std::vector<std::vector<double>> pv;
+    for (const Hypothesis& h : landed) {
+      const bool told = h.placed != landed.front().placed || !std::isfinite(h.score) ||
+                        lead_on_blocks_left_out(fitter_, landed.front().fit, h.fit).t > kLeastT;
+      if (told) continue;
+      std::vector<double> own = fitter_.simulate(h.fit);
+      const bool again = std::any_of(pv.begin(), pv.end(), [&](const std::vector<double>& other) {
+        return numeric::rms_apart(own, other) < kSameLanding * h.training_rmse;
+      });
+      if (again) continue;
+      pv.push_back(std::move(own));
+      result_.alike.push_back(h);
+    }
+    if (!result_.alike.empty()) result_.chosen = result_.alike.front();
   }
 
   bool accepted(const Hypothesis& more, const Hypothesis& less) const {

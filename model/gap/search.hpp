@@ -14,6 +14,8 @@
 // them (a t-test; but for what shows at one moment), large enough to matter in PV, and if it closes 5 % of the gap in
 // free run; none is looked for where too little is left beside noise to matter. Of as many
 // effects that the record can't tell apart, those with fewer parameters are chosen, then the commoner ones.
+// Where PV jumps with a parameter of the winner, several evolutions land in several places; those that blocks left out
+// can't tell from the likeliest are `alike`, and the caller chooses among them.
 //
 // Sources: Schwarz, Ann. Stat. 6 (1978) 461-464; Bacher and Madsen, Energy and Buildings 43 (2011)
 // 1511-1522, for forward selection of physical models.
@@ -60,9 +62,11 @@ Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& l
 
 // Its fits point into the candidates that were searched, and must not outlive them.
 struct SearchResult {
-  Fit base;                                    // the model alone, within its uncertainty
-  double base_rmse = 0.0;                      // PV units, first two thirds
-  Hypothesis chosen;                           // without terms: none is missing
+  Fit base;                // the model alone, within its uncertainty
+  double base_rmse = 0.0;  // PV units, first two thirds
+  Hypothesis chosen;       // without terms: none is missing
+  std::vector<Hypothesis>
+      alike;  // of the chosen names, that the fit can't tell from the likeliest; that too
   std::vector<Hypothesis> singles;             // best of each name, best first
   std::vector<Hypothesis> tried;               // all
   std::vector<std::vector<std::string>> path;  // names after each step

@@ -216,12 +216,27 @@ class Workflow {
   void search(const ParallelFor& parallel, const std::function<void(double)>& progress) {
     search_ = search_effects(model_fit_.fitter, model_fit_.searched, scale_, options_.search,
                              parallel, progress);
+    choose_alike();
     result_.adjusted = free_run().corrected({}, search_.base.point, search_.base.solved);
     result_.adjusted.transmitter = model_.transmitter;
     result_.adjusted.controller = model_.controller;
     left_ = left_by(search_.chosen);
     decision_ = decide(competition_of(search_), left_, controller_, scale_);
     decision_.by_reading = !reading_.empty();
+  }
+
+  // Of fits of the same names that their own data can't tell apart the middle one on the data that none was fitted to: the
+  // best there would be chosen by what is to prove it.
+  void choose_alike() {
+    std::vector<std::pair<double, std::size_t>> there;
+    for (std::size_t i = 0; i < search_.alike.size(); ++i) {
+      const Fit& fit = search_.alike[i].fit;
+      const plant::LoopModel model = free_run().corrected(fit.terms, fit.point, fit.solved);
+      there.emplace_back(holdout_rmse(pv_of(model, fit)), i);
+    }
+    if (there.empty()) return;
+    std::sort(there.begin(), there.end());
+    search_.chosen = search_.alike[there[(there.size() - 1) / 2].second];
   }
 
   Residuals left_by(const Hypothesis& hypothesis) const {
