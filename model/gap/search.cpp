@@ -18,8 +18,9 @@ namespace {
 
 constexpr std::size_t kPolish = 1280;  // evaluations
 constexpr std::size_t kPolishLast = 3840;
-constexpr std::size_t kLandings = 8;
-constexpr double kSameLanding = 0.2;  // of what is left; two that are nearer are one
+constexpr std::size_t kMostLandings = 8;
+constexpr std::size_t kLandingSamples = 16000;  // of all together: long records take long
+constexpr double kSameLanding = 0.2;            // of what is left; two that are nearer are one
 // Of those with one more effect.
 constexpr std::size_t kSettled = 16;  // beside another
 constexpr std::size_t kPolished = 4;  // where PV jumps with a parameter
@@ -225,8 +226,10 @@ class Search {
 
   // A slip more or less changes all, so each evolution lands elsewhere, and rounding decides where.
   void land() {
-    std::vector<Hypothesis> landed(kLandings, result_.chosen);
-    parallel_(kLandings - 1, [&](std::size_t i) {
+    const std::size_t landings =
+        std::clamp<std::size_t>(kLandingSamples / result_.chosen.fit.samples, 2, kMostLandings);
+    std::vector<Hypothesis> landed(landings, result_.chosen);
+    parallel_(landings - 1, [&](std::size_t i) {
       landed[i] = polished(result_.chosen, {kPolishLast, i + 1, i > 0});
     });
     std::sort(landed.begin(), landed.end(), better);
