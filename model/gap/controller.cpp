@@ -285,6 +285,7 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
   found.mismatch = other_settings && other.apart < kSettingsLeave * found.training_rmse_before;
   found.unexplained = !found.mismatch;
   if (found.unexplained) return found;
+  found.exact = other.apart < least;
   found.kp = kp;
   found.ki = ki;
   found.filter_s = other.inlet.filter_s;

@@ -46,6 +46,7 @@ Decision decide(const Competition& competition, const Residuals& left,
                 const ConfidenceTable& table) {
   Decision out;
   out.other_settings = controller.mismatch;
+  out.exact_settings = controller.mismatch && controller.exact;
   out.unexplained =
       controller.unexplained || (!left.adequate && leaves_more(competition.model_rmse, scale));
   out.believable = left.believable;
@@ -67,8 +68,10 @@ Outcome outcome_of(const Decision& decision, Proof proof) noexcept {
   if (decision.by_reading) return Outcome::missing_effect;
   const bool named = !decision.named.empty();
   if (named && proof != Proof::refuted) return Outcome::missing_effect;
-  // Other settings of the controller close nothing of a gap of the plant.
-  if (decision.unexplained || (named && decision.believable)) return Outcome::unexplained;
+  // Other settings of the controller close nothing of a gap of the plant, but what makes CO to the last step is found.
+  if (decision.unexplained || (named && decision.believable)) {
+    return decision.exact_settings ? Outcome::missing_effect : Outcome::unexplained;
+  }
   return decision.other_settings ? Outcome::missing_effect : Outcome::no_gap;
 }
 

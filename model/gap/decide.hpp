@@ -45,6 +45,7 @@ struct Decision {
   std::vector<NamedEffect> named;  // in the order in which they were found
   bool believable = true;          // without a look at the holdout
   bool other_settings = false;     // of the controller
+  bool exact_settings = false;     // they are all of what CO does, whatever the plant lacks
   bool by_reading = false;         // what PV's flat places say of the transmitter
   bool unexplained = false;        // more is left than noise and a quiet load
 };

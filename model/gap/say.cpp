@@ -293,6 +293,12 @@ std::string sentence_of(const Summary& r) {
     names += i == 0 ? "" : i + 1 == r.effects.size() ? " and " : ", ";
     names += r.effects[i].spec.name + " (" + parameters_text(r.effects[i].spec) + ")";
   }
+  if (r.plant_unexplained) {
+    return text(
+        "The model lacks %s, as CO shows. Between CO and PV they disagree by %.3g rms, and no "
+        "effect that is known here explains that.",
+        names.c_str(), r.before.rmse);
+  }
   if (r.closed_loop && !(r.after.holdout_rmse < r.before.holdout_rmse)) {
     return text(
         "The model lacks %s. Without CO the closed loop runs free and does not keep the phase of a "

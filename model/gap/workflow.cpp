@@ -509,6 +509,11 @@ class Workflow {
     if (independence_.follows_co) result_.remainder->depends_on.push_back("co");
   }
 
+  // What is named is the controller's, and the plant's gap stays.
+  bool plant_unexplained() const {
+    return kept_.unexplained && kept_.other_settings && kept_.named.empty() && !kept_.by_reading;
+  }
+
   void say() {
     result_.sentence = sentence_of({.outcome = result_.outcome,
                                     .effects = result_.effects,
@@ -518,6 +523,7 @@ class Workflow {
                                     .best = taken_back_names(decision_, proof_),
                                     .best_closed = trial_.closed,
                                     .closed_loop = result_.closed_loop,
+                                    .plant_unexplained = plant_unexplained(),
                                     .with_load = result_.load_intensity > 0.0,
                                     .until_s = until_s_});
     if (taken_.late == 0) return;

@@ -147,6 +147,18 @@ TEST_CASE("a controller speaks for itself", "[gap][decide]") {
   CHECK(outcome_of(decided(none, noise(), other), Proof::holds) == Outcome::unexplained);
 }
 
+TEST_CASE("settings that make CO to the last step are named, whatever the plant lacks",
+          "[gap][decide]") {
+  const Competition none{{{}, 0.0, 0.4}, {}, 0.4};
+  ControllerFinding other;
+  other.compared = true;
+  other.mismatch = true;
+  CHECK(outcome_of(decided(none, more_than_noise(), other), Proof::holds) == Outcome::unexplained);
+  other.exact = true;
+  CHECK(outcome_of(decided(none, more_than_noise(), other), Proof::holds) ==
+        Outcome::missing_effect);
+}
+
 TEST_CASE("other settings of the controller close no gap of the plant", "[gap][decide]") {
   ControllerFinding other;
   other.compared = true;

@@ -36,6 +36,23 @@ std::string said(Outcome outcome, const std::optional<Remainder>& remainder,
 
 }  // namespace
 
+TEST_CASE("a controller that is named beside a plant that stays unexplained says both",
+          "[gap][say]") {
+  FoundEffect controller;
+  controller.spec = {"controller_mismatch", {{"kp", 1.9}, {"ki", 0.18}}};
+  const std::vector<FoundEffect> effects{controller};
+  const std::string text = sentence_of({.outcome = Outcome::missing_effect,
+                                        .effects = effects,
+                                        .before = kBefore,
+                                        .after = kBefore,
+                                        .remainder = std::nullopt,
+                                        .best = {},
+                                        .plant_unexplained = true});
+  CHECK(text ==
+        "The model lacks controller_mismatch (ki 0.18, kp 1.9), as CO shows. Between CO and PV "
+        "they disagree by 1.33 rms, and no effect that is known here explains that.");
+}
+
 TEST_CASE("a partial answer says how much it explains, and what the rest looks like",
           "[gap][say]") {
   const std::string sentence =
