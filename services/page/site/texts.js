@@ -37,7 +37,7 @@ const en = {
     loop: 'stands still', stands: 'stands still, last: {state}',
   },
   bell: {
-    title: 'Sound and notification', question: 'When an alarm waits, shall this browser sound and show a notification?', choose: 'Choose …', no: 'Not here',
+    title: 'Sound and notification', question: 'When an alarm waits, shall this browser sound and show a notification?', ask: 'Sound on alarms?', choose: 'Choose …', no: 'Not here',
     wishes: {off: 'No', high: 'For what must be acted on now, and when no values come', low: 'For every alarm, and when no values come'}, set: 'Set',
     silence: 'Silence', notSilent: 'Not silent', here: 'Of this browser alone; the alarm stays as it is.',
     off: 'No sound', on: {high: 'Sounds: act now', low: 'Sounds: every alarm'}, silent: 'Silent until {time}', blocked: 'No sound before a click or key', noNotification: 'This browser shows no notification.',
