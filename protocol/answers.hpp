@@ -25,7 +25,7 @@ struct Alarm {
   bool consequence = false;      // of another alarm that is active
   std::string consequence_of{};  // which
   bool first_out = false;        // of several process alarms of the loop the one that came first
-  std::uint64_t flaps = 0;       // of a process alarm: how often it has come without a quiet minute
+  std::uint64_t flaps = 0;       // of a process alarm: how often it came, as in process_watch.hpp
   std::int64_t raised_ms = 0, changed_ms = 0;
   std::uint64_t times_raised = 0;
   std::int64_t shelved_until_ms = 0;

@@ -18,9 +18,10 @@
 //
 // What follows from an alarm that is on (alarm_kind.hpp) goes without its off-delay: so it does not outlast its cause.
 //
-// What flaps is one alarm with a count: `flaps` counts how often the condition has come without a minute between. From the
-// second time on the alarm goes only after such a minute, and so it does the first time unless the off-delay is shorter;
-// what comes the fifth time raises its alarm although no single time outlasts the on-delay.
+// What flaps is one alarm with a count: `flaps` counts how often the condition has come without a minute between, or, with
+// an off-delay that is longer, while the alarm was on. From the second time on the alarm goes only after such a minute, or
+// its longer off-delay, and so it does the first time unless the off-delay is shorter; what comes the fifth time raises
+// its alarm although no single time outlasts the on-delay.
 //
 // Stepped once a cycle. No clock, no allocation.
 //
@@ -136,7 +137,7 @@ class ProcessWatch {
     return at(AlarmKind::bad_pv).there || at(AlarmKind::source_lost).there;
   }
   bool deviation_rests() const noexcept { return limits_.rests(); }
-  // How often the condition has come without a minute between.
+  // How often the condition has come without a minute between, or while the alarm was on.
   std::uint32_t flaps(AlarmKind kind) const noexcept { return at(kind).flaps; }
 
  private:

@@ -161,6 +161,12 @@ std::string name_meant(const std::vector<std::string>& names, const std::string&
                                 near.empty() ? near : "; is it " + base::in_quotes(near) + "?"));
 }
 
+bool is_without_tag(const LoopSignals& loop) { return loop.tag.empty() && loop.has(Role::pv); }
+
+bool is_mode_alone(const LoopSignals& loop) {
+  return !loop.has(Role::pv) && !loop.has(Role::sp) && !loop.has(Role::co) && !loop.has(Role::stem);
+}
+
 }  // namespace
 
 struct Importer::ToLookAt {
@@ -446,9 +452,12 @@ void Importer::join(FoundLoop& same, const LoopSignals& signals) {
 void Importer::add_loops(std::size_t file, const std::vector<std::string>& names) {
   std::set<std::string> used;
   const auto clash = [this](std::string text) { clashes_.insert(std::move(text)); };
-  for (LoopSignals& signals : options_.loops.empty()
-                                  ? find_loops(names, options_.rules, rule_use_, clash)
-                                  : asked_for(file, names)) {
+  std::vector<LoopSignals> found = options_.loops.empty()
+                                       ? find_loops(names, options_.rules, rule_use_, clash)
+                                       : asked_for(file, names);
+  // The daemon's records have "requested_mode" beside "pv": that is of no loop of its own.
+  if (std::any_of(found.begin(), found.end(), is_without_tag)) std::erase_if(found, is_mode_alone);
+  for (LoopSignals& signals : found) {
     used.insert(signals.names.begin(), signals.names.end());
     take_units(file, signals);
     add_loop(file, std::move(signals));

@@ -412,6 +412,7 @@ int run_gap(const GapOptions& options) {
   const auto [result, notes, sees_from_percent] = look_for_gap(options, model);
   GapReportContext context{
       .record = options.record,
+      .record_stays = !options.recorder.background(),
       .model = options.model,
       .model_text = text_of(options.model),
       .corrected_text = "",

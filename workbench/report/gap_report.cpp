@@ -532,19 +532,22 @@ class Page {
   }
 
   void commands() {
-    std::string lines =
-        fmt::format("loopwarden gap {} --model {} --out {}{}{}\n", quoted(context_.record),
-                    quoted(context_.model), quoted(context_.out),
-                    context_.options.empty() ? "" : " ", context_.options);
+    std::string lines;
+    if (context_.record_stays) {
+      lines = fmt::format("loopwarden gap {} --model {} --out {}{}{}\n", quoted(context_.record),
+                          quoted(context_.model), quoted(context_.out),
+                          context_.options.empty() ? "" : " ", context_.options);
+    }
     if (!context_.corrected_text.empty()) {
       lines += fmt::format("loopwarden simulate {} --out {}\n",
                            quoted(context_.out + "/model.corrected.yaml"),
                            quoted(context_.out + "/simulated.csv"));
     }
-    add("<h2>Again</h2>\n<p class=\"note\">The same record and model give the same "
-        "result.</p>"
-        "\n<pre>{}</pre>\n",
-        escaped(lines));
+    add("<h2>Again</h2>\n<p class=\"note\">{}</p>\n",
+        context_.record_stays ? "The same record and model give the same result."
+                              : "The record is of the daemon's recorder; where the daemon had this "
+                                "report made, it is not kept.");
+    if (!lines.empty()) add("<pre>{}</pre>\n", escaped(lines));
   }
 
   const gap::Result& result_;

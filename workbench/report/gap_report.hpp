@@ -10,6 +10,7 @@ namespace loopwarden::workbench {
 
 struct GapReportContext {
   std::string record;            // path, as given
+  bool record_stays = true;      // false: the daemon takes it away
   std::string model;             // path, as given
   std::string model_text;        // the model file as given
   std::string corrected_text;    // model.corrected.yaml; empty where none was written

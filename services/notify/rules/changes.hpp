@@ -20,11 +20,12 @@ struct AlarmReading {
   bool unacknowledged = false;  // waits for the operator
   std::int64_t times_raised = 0;
   std::optional<double> severity_percent{};
-  std::int64_t raised_ms = 0;   // when its condition came last; 0: not known
-  std::int64_t changed_ms = 0;  // when its state or shelf changed last; 0: not known
-  std::string description{};    // of the loop
-  std::string incident{};       // that it belongs to; empty: none
-  std::string area{};           // of the loop
+  std::int64_t raised_ms = 0;    // when its condition came last; 0: not known
+  std::int64_t changed_ms = 0;   // when its state or shelf changed last; 0: not known
+  std::string description{};     // of the loop
+  std::string incident{};        // that it belongs to; empty: none
+  std::int64_t incident_ms = 0;  // when that one opened
+  std::string area{};            // of the loop
   std::string priority{};
   std::string why{};  // what explains it; empty: nothing does
   std::string action{};

@@ -32,6 +32,9 @@ std::vector<AlarmReading> readings_of(const protocol::Alarms& all) {
     const auto incident = incidents.find(readings.back().key);
     if (incident == incidents.end()) continue;
     readings.back().incident = one_line(incident->second->id);
+    if (const double opened_s = incident->second->raised_s; std::isfinite(opened_s)) {
+      readings.back().incident_ms = std::llround(1000.0 * opened_s);
+    }
     readings.back().incident_says =
         fmt::format("{} {}", one_line(incident->second->name), incident->second->confidence);
   }
@@ -61,9 +64,12 @@ std::map<std::string, LoopWords> words_of(const protocol::Description& about) {
   return all;
 }
 
-AlarmWords words_of(const protocol::Explained& told) {
+AlarmWords words_of(const protocol::Explained& told, const AlarmReading& reading) {
   AlarmWords words{.action = one_line(told.action), .time_to_act = one_line(told.time_to_act)};
-  if (told.explanation && told.explanation->raised_ms >= told.alarm.raised_ms) {
+  // What joined an incident later has the explanation of what opened it.
+  const std::int64_t since_ms =
+      reading.incident.empty() ? told.alarm.raised_ms : reading.incident_ms;
+  if (told.explanation && told.explanation->raised_ms >= since_ms) {
     words.why = one_line(told.explanation->sentence);
     if (!told.explanation->remedy.empty()) words.action = one_line(told.explanation->remedy);
   }

@@ -23,10 +23,11 @@ std::map<std::string, LoopWords> words_of(const protocol::Description& about);
 
 // What a person is told beside the alarm itself.
 struct AlarmWords {
-  std::string why{};  // of this coming; empty: nothing explains it
+  std::string why{};  // of this coming or its incident; empty: nothing explains it
   std::string action{};
   std::string time_to_act{};
 };
-AlarmWords words_of(const protocol::Explained& told);
+// `reading`: the alarm that was asked about.
+AlarmWords words_of(const protocol::Explained& told, const AlarmReading& reading);
 
 }  // namespace loopwarden::notify

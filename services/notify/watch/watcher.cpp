@@ -100,10 +100,11 @@ void Watcher::ask() {
       alarm.description = loop->second.description;
       alarm.area = loop->second.area;
     }
-    if (const auto words = words_.find(alarm.key); words != words_.end()) {
-      alarm.why = words->second.why;
-      alarm.action = words->second.action;
-      alarm.time_to_act = words->second.time_to_act;
+    if (const auto known = words_.find(alarm.key); known != words_.end()) {
+      const AlarmWords& words = known->second.words;
+      alarm.why = words.why;
+      alarm.action = words.action;
+      alarm.time_to_act = words.time_to_act;
     }
   }
   before_ = snapshot.alarms;
@@ -123,19 +124,26 @@ void Watcher::describe() {
 }
 
 // Of those that are there, the newest words. A flood is told without them, and so is what a slow disk has not given in
-// time: the alarm itself does not wait for it.
+// time: the alarm itself does not wait for it. What was known of the same incident or coming stays until then.
 void Watcher::explain(const std::vector<AlarmReading>& alarms) {
   constexpr std::size_t kMostExplained = 20;
   const Clock::time_point until = Clock::now() + kExplains;
-  std::map<AlarmKey, AlarmWords> words;
+  std::map<AlarmKey, Explained> words;
+  std::size_t asked = 0;
   for (const AlarmReading& alarm : alarms) {
-    if (!is_told(alarm.state) || words.size() >= kMostExplained || Clock::now() > until) continue;
+    if (!is_told(alarm.state)) continue;
+    if (const auto known = words_.find(alarm.key);
+        known != words_.end() && known->second.is_of(alarm)) {
+      words.insert(*known);
+    }
+    if (asked >= kMostExplained || Clock::now() > until) continue;
+    ++asked;
     try {
-      words[alarm.key] = words_of(
-          answer_to(protocol::ExplainRequest{.loop = alarm.key.first, .alarm = alarm.key.second}));
+      const auto told =
+          answer_to(protocol::ExplainRequest{.loop = alarm.key.first, .alarm = alarm.key.second});
+      words[alarm.key] = {words_of(told, alarm), alarm.incident, alarm.times_raised};
     } catch (const protocol::DaemonError& e) {
       if (e.kind() == protocol::DaemonError::Kind::down) throw;
-      words[alarm.key] = {};
     }
   }
   words_ = std::move(words);

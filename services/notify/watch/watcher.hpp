@@ -61,7 +61,16 @@ class Watcher {
   protocol::DaemonClient daemon_;
   std::vector<AlarmReading> before_;
   std::map<std::string, LoopWords> loops_;
-  std::map<AlarmKey, AlarmWords> words_;  // of the alarms that are there
+  struct Explained {
+    AlarmWords words;
+    std::string incident;  // that they are of, else the coming
+    std::int64_t times_raised = 0;
+    bool is_of(const AlarmReading& alarm) const {
+      return incident == alarm.incident &&
+             (!incident.empty() || times_raised == alarm.times_raised);
+    }
+  };
+  std::map<AlarmKey, Explained> words_;  // of the alarms that are there
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

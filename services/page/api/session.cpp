@@ -79,15 +79,16 @@ struct Attempt {
   Moment begun = std::chrono::steady_clock::now();
 };
 
-// Where there is a directory every refusal comes as long after its request: its answer's time tells no names.
+// Where there is a directory a refusal comes as long after its request whatever was wrong, and by whom it was judged,
+// unless the directory itself takes longer than this: the time tells neither names nor passwords.
 constexpr std::chrono::milliseconds kAnswerOfDirectory{1000};
 constexpr std::chrono::seconds kPatience{10};
 constexpr std::chrono::milliseconds kLook{50};
 
-http::Response refused(const Attempt& attempt) {
+http::Response refused(const Attempt& attempt, int status, const char* why) {
   http::Response response;
-  response.status = 401;
-  response.body = dump({{"error", "user or password is wrong"}});
+  response.status = status;
+  response.body = dump({{"error", why}});
   response.delay = LogInGuard::kDelay;
   if (attempt.context->ldap != nullptr) {
     const auto taken = std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -95,6 +96,15 @@ http::Response refused(const Attempt& attempt) {
     response.delay += std::max(kAnswerOfDirectory - taken, std::chrono::milliseconds(0));
   }
   return response;
+}
+
+http::Response wrong(const Attempt& attempt) {
+  return refused(attempt, 401, "user or password is wrong");
+}
+
+[[noreturn]] void not_judged(const Attempt& attempt, const char* why) {
+  attempt.context->guard.not_judged(attempt.name, attempt.from.network, attempt.begun);
+  throw ApiError(503, why);
 }
 
 http::Response admitted(const Attempt& attempt, const User& user) {
@@ -125,7 +135,7 @@ http::Response by_directory(const Attempt& attempt,
   using End = ldap::Outcome::End;
   if (answer.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
     if (std::chrono::steady_clock::now() - attempt.begun > kPatience) {
-      throw ApiError(503, "the directory does not answer");
+      not_judged(attempt, "the directory does not answer");
     }
     http::Response later;
     later.delay = kLook;
@@ -139,10 +149,11 @@ http::Response by_directory(const Attempt& attempt,
   spdlog::warn("log-in from {} refused by the directory: {}", attempt.from.peer, outcome.why);
   switch (outcome.end) {
     case End::unavailable:
-      throw ApiError(503, "the directory can't be asked; the page's log says why");
+      not_judged(attempt, "the directory can't be asked; the page's log says why");
     case End::no_group:
-      throw ApiError(403, "the directory knows you, but no group of yours gives a role here");
-    default: return refused(attempt);
+      return refused(attempt, 403,
+                     "the directory knows you, but no group of yours gives a role here");
+    default: return wrong(attempt);
   }
 }
 
@@ -180,8 +191,11 @@ http::Response log_in(Context& context, const Call& call) {
     return too_often(wait_s);
   }
   if (in_directory && !password.empty()) {
-    const auto answer = context.ldap->begin(*in_directory, password, call.request.network);
-    if (!answer.valid()) throw ApiError(503, "too many log-ins wait for the directory; try again");
+    const auto answer = context.ldap->begin(*in_directory, password, call.request.network,
+                                            attempt.begun + kPatience);
+    if (!answer.valid()) {
+      not_judged(attempt, "too many log-ins wait for the directory; try again");
+    }
     return by_directory(attempt, answer);
   }
   const auto users = context.users.users();
@@ -190,7 +204,7 @@ http::Response log_in(Context& context, const Call& call) {
   const bool right = is_password(password, known ? user->second.hash : nobodys_hash());
   if (known && right) return admitted(attempt, user->second);
   spdlog::warn("log-in from {} refused", call.request.peer);
-  return refused(attempt);
+  return wrong(attempt);
 }
 
 http::Response log_out(Context& context, const Call& call) {

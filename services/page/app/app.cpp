@@ -28,6 +28,8 @@ namespace loopwarden::page {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience{1000};
+// For a directory's answer; of what is asked nothing has to be kept.
+constexpr std::chrono::milliseconds kPatienceAtEnd{2000};
 // An order waits for the daemon's disk.
 constexpr std::chrono::milliseconds kOrderPatience{3000};
 
@@ -127,7 +129,8 @@ class App {
     server_.run();
     sd_notify(0, "STOPPING=1");
     box_.stop();
-    if (ldap_) ldap_->stop();
+    // Its thread still works on what the destructors would take away.
+    if (ldap_ && !ldap_->stop_for(kPatienceAtEnd)) ::_exit(kExitOk);
     return kExitOk;
   }
 

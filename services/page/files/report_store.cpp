@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <regex>
 #include <string_view>
 #include <utility>
 
@@ -61,21 +62,26 @@ std::string title_in(std::string_view html) {
   return title;
 }
 
-// Of TAG-KIND-UTC, the folder of a report that was asked for on the page; else empty.
+// What the daemon's names are made of.
+constexpr const char* kTag = "([A-Za-z0-9][A-Za-z0-9._-]{0,31})";
+constexpr const char* kTime = "[0-9]{8}T[0-9]{9}Z";
+
+// Of TAG-KIND-TIME, the folder of a report that was asked for on the page; else empty.
 std::pair<std::string, std::string> loop_and_kind(const std::vector<std::string>& parts) {
-  if (parts.size() < 3 || parts.front() != "reports") return {};
-  const std::string& folder = parts[1];
-  const std::size_t time = folder.rfind('-');
-  const std::size_t kind =
-      time == std::string::npos || time == 0 ? std::string::npos : folder.rfind('-', time - 1);
-  if (kind == std::string::npos || kind == 0) return {};
-  return {folder.substr(0, kind), folder.substr(kind + 1, time - kind - 1)};
+  static const std::regex name(fmt::format("{}-(gap|commission|survey|diagnose)-{}", kTag, kTime));
+  std::smatch found;
+  if (parts.size() < 3 || parts.front() != "reports" || !std::regex_match(parts[1], found, name))
+    return {};
+  return {found[1], found[2]};
 }
 
 // By its place and its name, then by how its title begins, as the workbench writes them.
 std::string kind_of(const std::vector<std::string>& parts, std::string_view title) {
   const std::string& name = parts.back();
-  if (loop_and_kind(parts).second == "diagnose") return "diagnosis";
+  const std::string asked = loop_and_kind(parts).second;
+  if (asked == "diagnose") return "diagnosis";
+  if (asked == "commission") return "commissioning";
+  if (!asked.empty()) return asked;
   if (parts.front() == "evidence") return "explanation";
   if (name == "training.html") return "training";
   if (name == "survey.html" || title.starts_with("Survey")) return "survey";
@@ -85,15 +91,13 @@ std::string kind_of(const std::vector<std::string>& parts, std::string_view titl
   return "other";
 }
 
-// Evidence is called TIME-LOOP-ALARM.
+// Evidence is called TIME-TAG-ALARM.
 std::string loop_of(const std::vector<std::string>& parts) {
   if (std::string loop = loop_and_kind(parts).first; !loop.empty()) return loop;
   if (parts.size() < 3 || parts.front() != "evidence") return {};
-  const std::string& folder = parts[1];
-  const std::size_t first = folder.find('-');
-  const std::size_t last = folder.rfind('-');
-  return first == std::string::npos || first >= last ? std::string()
-                                                     : folder.substr(first + 1, last - first - 1);
+  static const std::regex name(fmt::format("{}-{}-[a-z_]+", kTime, kTag));
+  std::smatch found;
+  return std::regex_match(parts[1], found, name) ? found[1].str() : std::string();
 }
 
 std::string type_of(std::string_view name) {

@@ -8,6 +8,7 @@
 #include <poll.h>
 #include <sys/time.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdlib>
@@ -87,7 +88,7 @@ class Connection::Limit {
       throw LdapTrouble("libldap takes no limit");
     }
   }
-  void restart(std::chrono::milliseconds limit) { end_ = Clock::now() + limit; }
+  void restart(Clock::time_point end) { end_ = end; }
   bool has_passed() const { return passed_; }
 
  private:
@@ -110,9 +111,13 @@ class Connection::Limit {
 
   // No "try again" comes from here, which is what the circles are made of.
   bool waits(short what) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end_ - Clock::now()).count();
     pollfd socket{fd_, what, 0};
-    if (left > 0 && ::poll(&socket, 1, static_cast<int>(left)) > 0) return true;
+    int ready = -1;
+    do {
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(end_ - Clock::now()).count();
+      ready = left > 0 ? ::poll(&socket, 1, static_cast<int>(left)) : 0;
+    } while (ready < 0 && errno == EINTR);
+    if (ready > 0) return true;
     passed_ = true;
     errno = ETIMEDOUT;
     return false;
@@ -124,8 +129,8 @@ class Connection::Limit {
 };
 
 Connection::Connection(const std::string& server, const LdapSettings& settings,
-                       std::chrono::milliseconds limit)
-    : server_(server), limit_(limit), handle_(new_handle(server)) {
+                       std::chrono::milliseconds limit, Moment until)
+    : server_(server), limit_(limit), until_(until), handle_(new_handle(server)) {
   try {
     set_options(settings);
     const int error = ldap_connect(handle_);
@@ -138,18 +143,27 @@ Connection::Connection(const std::string& server, const LdapSettings& settings,
 }
 
 Connection::~Connection() {
-  restart_limit();
+  below_tls_->restart(std::min(Clock::now() + limit_, until_));
   ldap_unbind_ext_s(handle_, nullptr, nullptr);
+}
+
+Connection::Moment Connection::end_of_step() const {
+  const Moment now = Clock::now();
+  if (now >= until_) throw LdapTrouble(server_ + ": no time is left");
+  return std::min(now + limit_, until_);
 }
 
 void Connection::set_options(const LdapSettings& settings) {
   const int version = LDAP_VERSION3;
   const int never = LDAP_DEREF_NEVER;
-  const timeval limit = as_timeval(limit_);
+  const timeval limit = as_timeval(
+      std::max(std::chrono::ceil<std::chrono::milliseconds>(end_of_step() - Clock::now()),
+               std::chrono::milliseconds(1)));
   constexpr const char* kRefused = "libldap takes no option";
   set(handle_, LDAP_OPT_PROTOCOL_VERSION, &version, kRefused);
   set(handle_, LDAP_OPT_REFERRALS, LDAP_OPT_OFF, kRefused);
   set(handle_, LDAP_OPT_DEREF, &never, kRefused);
+  set(handle_, LDAP_OPT_RESTART, LDAP_OPT_ON, kRefused);  // a signal is no answer
   set(handle_, LDAP_OPT_NETWORK_TIMEOUT, &limit, kRefused);
   set(handle_, LDAP_OPT_TIMEOUT, &limit, kRefused);
   set_tls(handle_, settings);
@@ -159,7 +173,7 @@ void Connection::begin_tls(const LdapSettings& settings) {
   Sockbuf* buffer = nullptr;
   ldap_get_option(handle_, LDAP_OPT_SOCKBUF, &buffer);
   below_tls_ = std::make_unique<Limit>(buffer);
-  restart_limit();
+  below_tls_->restart(end_of_step());
   const int error =
       settings.start_tls ? ldap_start_tls_s(handle_, nullptr, nullptr) : ldap_install_tls(handle_);
   if (error == LDAP_SUCCESS && ldap_tls_inplace(handle_) != 0) return;
@@ -168,8 +182,6 @@ void Connection::begin_tls(const LdapSettings& settings) {
                    settings.ca_file.string()),
        error);
 }
-
-void Connection::restart_limit() { below_tls_->restart(limit_); }
 
 std::string Connection::said() const {
   char* words = nullptr;
@@ -196,7 +208,7 @@ std::string Connection::tls_version() const {
 
 std::string Connection::bind(const std::string& dn, const std::string& password) {
   if (dn.empty() || password.empty()) return "an empty password is none";
-  restart_limit();
+  below_tls_->restart(end_of_step());
   std::string bytes = password;
   berval secret{bytes.size(), bytes.data()};
   const int error =
@@ -221,7 +233,7 @@ std::string Connection::bind(const std::string& dn, const std::string& password)
 
 std::optional<std::vector<std::string>> Connection::find(const std::string& base, Depth depth,
                                                          const std::string& filter) {
-  restart_limit();
+  below_tls_->restart(end_of_step());
   std::string no_attribute = LDAP_NO_ATTRS;
   std::array<char*, 2> attributes{no_attribute.data(), nullptr};
   timeval limit = as_timeval(limit_);

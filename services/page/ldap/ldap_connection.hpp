@@ -25,10 +25,12 @@ enum class Depth { entry_itself, all_below };
 
 class Connection {
  public:
-  // Connects to `server` (HOST:PORT) and begins TLS; each and every later request may take `limit`. The look-up of
-  // HOST takes what the box's resolver takes. Throws LdapTrouble.
+  using Moment = std::chrono::steady_clock::time_point;
+
+  // Connects to `server` (HOST:PORT) and begins TLS; each and every later request may take `limit`, none beyond `until`.
+  // The look-up of HOST takes what the box's resolver takes. Throws LdapTrouble.
   Connection(const std::string& server, const LdapSettings& settings,
-             std::chrono::milliseconds limit);
+             std::chrono::milliseconds limit, Moment until);
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
   ~Connection();
@@ -46,12 +48,14 @@ class Connection {
 
   void set_options(const LdapSettings& settings);
   void begin_tls(const LdapSettings& settings);
-  void restart_limit();
+  // Of the step that begins now. Throws LdapTrouble if no time is left.
+  Moment end_of_step() const;
   [[noreturn]] void fail(const std::string& what, int error) const;
   std::string said() const;
 
   std::string server_;
   std::chrono::milliseconds limit_;
+  Moment until_;
   std::unique_ptr<Limit> below_tls_;
   LDAP* handle_ = nullptr;
 };

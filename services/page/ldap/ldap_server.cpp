@@ -43,18 +43,21 @@ void check_password_file(const std::filesystem::path& path) {
 Server::Server(LdapSettings settings, std::chrono::milliseconds limit)
     : settings_(std::move(settings)), limit_(limit) {}
 
-Outcome Server::log_in(const std::string& name, const std::string& password,
-                       const Tell& tell) const {
+Outcome Server::log_in(const std::string& name, const std::string& password, const Tell& tell,
+                       Moment until) const {
   if (password.empty()) return refusal(Outcome::End::wrong, "an empty password is none");
-  return ask(name, &password, tell);
+  return ask(name, &password, tell, until);
 }
 
-Outcome Server::look_up(const std::string& name) const { return ask(name, nullptr, {}); }
+Outcome Server::look_up(const std::string& name, Moment until) const {
+  return ask(name, nullptr, {}, until);
+}
 
-Outcome Server::ask(const std::string& name, const std::string* password, const Tell& given) const {
+Outcome Server::ask(const std::string& name, const std::string* password, const Tell& given,
+                    Moment until) const {
   const Tell tell = given ? given : [](const std::string&) {};
   try {
-    const std::unique_ptr<Connection> connection = connect(tell);
+    const std::unique_ptr<Connection> connection = connect(tell, until);
     std::string why;
     const std::string dn = dn_of(*connection, name, why);
     if (dn.empty()) return refusal(Outcome::End::wrong, why);
@@ -73,11 +76,11 @@ Outcome Server::ask(const std::string& name, const std::string* password, const 
   }
 }
 
-std::unique_ptr<Connection> Server::connect(const Tell& tell) const {
+std::unique_ptr<Connection> Server::connect(const Tell& tell, Moment until) const {
   std::string why;
   for (const std::string& server : settings_.servers) {
     try {
-      auto connection = std::make_unique<Connection>(server, settings_, limit_);
+      auto connection = std::make_unique<Connection>(server, settings_, limit_, until);
       tell(fmt::format("{}: {}, certificate by {}", server, connection->tls_version(),
                        settings_.ca_file.string()));
       if (settings_.bind_dn.empty()) {

@@ -31,17 +31,21 @@ class Server {
   // Each step is told as it is done, for a person at a terminal.
   using Tell = std::function<void(const std::string&)>;
 
+  using Moment = std::chrono::steady_clock::time_point;
+
   explicit Server(LdapSettings settings, std::chrono::milliseconds limit = std::chrono::seconds(3));
 
-  // `name`: of account_name(). A connection of its own each, whose steps may take `limit`. Throw nothing but
-  // std::bad_alloc.
-  Outcome log_in(const std::string& name, const std::string& password, const Tell& tell) const;
+  // `name`: of account_name(). A connection of its own each, whose steps may take `limit`, none beyond `until`. Throw
+  // nothing but std::bad_alloc.
+  Outcome log_in(const std::string& name, const std::string& password, const Tell& tell,
+                 Moment until = Moment::max()) const;
   // As he is now, without his password: never `wrong` but where he is no longer there.
-  Outcome look_up(const std::string& name) const;
+  Outcome look_up(const std::string& name, Moment until = Moment::max()) const;
 
  private:
-  Outcome ask(const std::string& name, const std::string* password, const Tell& tell) const;
-  std::unique_ptr<Connection> connect(const Tell& tell) const;
+  Outcome ask(const std::string& name, const std::string* password, const Tell& tell,
+              Moment until) const;
+  std::unique_ptr<Connection> connect(const Tell& tell, Moment until) const;
   std::string dn_of(Connection& connection, const std::string& name, std::string& why) const;
   Role role_of(Connection& connection, const std::string& name, const std::string& dn,
                const Tell& tell) const;

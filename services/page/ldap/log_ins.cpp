@@ -7,12 +7,14 @@
 #include <exception>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace loopwarden::page::ldap {
 namespace {
 
 constexpr std::size_t kMostJobs = 8;
 constexpr std::size_t kStackBytes = 1024UL * 1024UL;
+constexpr std::chrono::milliseconds kLook{10'000};  // one takes no longer
 // After a look that got no answer.
 constexpr std::chrono::milliseconds kSoon{60'000};
 
@@ -28,17 +30,17 @@ Worker::Worker(Server server, UserDirectory& users, Sessions& sessions,
   thread_.start({.name = "pg-ldap", .stack_bytes = kStackBytes}, [this] { run(); });
 }
 
-void Worker::stop() {
+bool Worker::stop_for(std::chrono::milliseconds patience) {
   {
     const std::lock_guard lock(mutex_);
     quit_ = true;
   }
   changed_.notify_one();
-  thread_.join();
+  return thread_.join_for(patience);
 }
 
 std::shared_future<Outcome> Worker::begin(const std::string& name, const std::string& password,
-                                          const std::string& whose) {
+                                          const std::string& whose, Moment until) {
   std::shared_future<Outcome> answer;
   {
     const std::lock_guard lock(mutex_);
@@ -46,7 +48,7 @@ std::shared_future<Outcome> Worker::begin(const std::string& name, const std::st
                                     [&](const Job& job) { return job.whose == whose; });
     if (quit_ || jobs_.size() >= kMostJobs || static_cast<std::size_t>(same) >= kMostJobs / 2)
       return answer;
-    jobs_.push_back({name, password, whose, {}});
+    jobs_.push_back({name, password, whose, until, {}});
     answer = jobs_.back().answer.get_future().share();
   }
   changed_.notify_one();
@@ -66,31 +68,37 @@ void Worker::run() {
       }
     }
     // Who wants to log in does not wait for a round.
-    if (!job) {
-      look_again();
-      continue;
-    }
-    try {
-      job->answer.set_value(server_.log_in(job->name, job->password, {}));
-    } catch (...) {
-      job->answer.set_exception(std::current_exception());
-    }
+    job ? answer(std::move(*job)) : look_again();
   }
 }
 
+void Worker::answer(Job job) {
+  try {
+    job.answer.set_value(server_.log_in(job.name, job.password, {}, job.until));
+  } catch (...) {
+    job.answer.set_exception(std::current_exception());
+  }
+}
+
+// Each by itself: an entry that can't be asked keeps nobody else logged in.
 void Worker::look_again() {
   const Moment now = std::chrono::steady_clock::now();
-  if (due_.empty()) due_ = users_.of_directory();
-  next_ = now + again_;
-  if (due_.empty()) return;
-  const std::string name = std::move(due_.back());
-  due_.pop_back();
-  if (!look_at(name)) {
-    due_.clear();
-    next_ = now + std::min(again_, kSoon);
-  } else if (!due_.empty()) {
-    next_ = now;
+  const std::vector<std::string> names = users_.of_directory();
+  std::erase_if(due_, [&](const auto& one) {
+    return std::find(names.begin(), names.end(), one.first) == names.end();
+  });
+  for (const std::string& name : names) due_.try_emplace(name, now);
+  const auto first = [this] {
+    return std::min_element(due_.begin(), due_.end(),
+                            [](const auto& a, const auto& b) { return a.second < b.second; });
+  };
+  if (!due_.empty() && first()->second <= now) {
+    const auto one = first();
+    const bool said = look_at(one->first);
+    one->second = now + (said ? again_ : std::min(again_, kSoon));
   }
+  // Who has logged in meanwhile is seen after `again_` at the latest.
+  next_ = due_.empty() ? now + again_ : std::min(first()->second, now + again_);
 }
 
 bool Worker::look_at(const std::string& name) {
@@ -98,14 +106,17 @@ bool Worker::look_at(const std::string& name) {
     users_.dismiss(name);
     return true;
   }
-  const Outcome outcome = server_.look_up(name);
-  switch (outcome.end) {
-    case Outcome::End::admitted: users_.admit(name, outcome.role, outcome.dn); return true;
-    case Outcome::End::unavailable:
-      spdlog::warn("directory: {}; who is logged in stays", outcome.why);
-      return false;
-    case Outcome::End::wrong:
-    case Outcome::End::no_group: break;
+  const Outcome outcome = server_.look_up(name, std::chrono::steady_clock::now() + kLook);
+  if (outcome.end == Outcome::End::unavailable) {
+    // Once for all whom it keeps.
+    if (trouble_ != outcome.why) spdlog::warn("directory: {}; who is logged in stays", outcome.why);
+    trouble_ = outcome.why;
+    return false;
+  }
+  trouble_.clear();
+  if (outcome.end == Outcome::End::admitted) {
+    users_.admit(name, outcome.role, outcome.dn);
+    return true;
   }
   spdlog::info("{} is logged out by the directory: {}", name, outcome.why);
   users_.dismiss(name);

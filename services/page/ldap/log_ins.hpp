@@ -6,9 +6,9 @@
 #include <condition_variable>
 #include <deque>
 #include <future>
+#include <map>
 #include <mutex>
 #include <string>
-#include <vector>
 
 #include "base/thread.hpp"
 #include "services/page/ldap/ldap_server.hpp"
@@ -21,9 +21,10 @@ namespace loopwarden::page::ldap {
 class LogIns {
  public:
   virtual ~LogIns() = default;
-  // The answer, once there is one; not valid(): too many wait. `whose`: the client, who gets half of the room.
+  // The answer, once there is one; not valid(): too many wait. `whose`: the client, who gets half of the room. `until`:
+  // when the client no longer waits; then nothing more of it is done.
   virtual std::shared_future<Outcome> begin(const std::string& name, const std::string& password,
-                                            const std::string& whose) = 0;
+                                            const std::string& whose, Moment until) = 0;
 };
 
 class Worker final : public LogIns {
@@ -33,21 +34,24 @@ class Worker final : public LogIns {
          std::chrono::milliseconds again = std::chrono::minutes(15));
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
-  ~Worker() override { stop(); }
-  // What is being asked goes on to its end; nothing else is begun.
-  void stop();
+  ~Worker() override { stop_for(std::chrono::milliseconds(0)); }
+  // Nothing else is begun. False if what is being asked still goes on.
+  bool stop_for(std::chrono::milliseconds patience);
 
   std::shared_future<Outcome> begin(const std::string& name, const std::string& password,
-                                    const std::string& whose) override;
+                                    const std::string& whose, Moment until) override;
 
  private:
   struct Job {
     std::string name;
     std::string password;
     std::string whose;
+    Moment until;
     std::promise<Outcome> answer;
   };
   void run();
+  void answer(Job job);
+  // At who is due first.
   void look_again();
   // False: the directory did not say.
   bool look_at(const std::string& name);
@@ -56,8 +60,10 @@ class Worker final : public LogIns {
   UserDirectory& users_;
   Sessions& sessions_;
   std::chrono::milliseconds again_;
-  std::vector<std::string> due_;  // of this round, the thread's own
-  Moment next_;                   // as well
+  // The thread's own.
+  std::map<std::string, Moment> due_;  // who is looked at next, and when
+  Moment next_;                        // look_again()
+  std::string trouble_;                // that was logged last
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Job> jobs_;

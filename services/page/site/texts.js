@@ -37,7 +37,7 @@ const en = {
     loop: 'stands still', stands: 'stands still, last: {state}',
   },
   bell: {
-    title: 'Sound and notification', question: 'When an alarm waits, shall this browser sound and show a notification?', choose: 'Choose …', no: 'Not here',
+    title: 'Sound and notification', question: 'When an alarm waits, shall this browser sound and show a notification?', ask: 'Sound on alarms?', choose: 'Choose …', no: 'Not here',
     wishes: {off: 'No', high: 'For what must be acted on now, and when no values come', low: 'For every alarm, and when no values come'}, set: 'Set',
     silence: 'Silence', notSilent: 'Not silent', here: 'Of this browser alone; the alarm stays as it is.',
     off: 'No sound', on: {high: 'Sounds: act now', low: 'Sounds: every alarm'}, silent: 'Silent until {time}', blocked: 'No sound before a click or key', noNotification: 'This browser shows no notification.',
@@ -100,7 +100,7 @@ const en = {
   },
   tuning: {
     title: 'Tuning', caption: 'Gains in force and by rules, with what each would do', gains: {kp: 'kp', ki: 'ki', kd: 'kd'}, integralTime: 'Integral time', noIntegral: 'no integral action',
-    notInFile: 'Gains not in file', setBy: 'Set by {who}, {time}.', restart: 'A restart takes those of the file: {gains}.', paste: 'To keep these, write them into the loop’s file, under controller, in the place of its gains:',
+    notInFile: 'Gains not in file', setBy: 'Set by {who}, {time}.', restart: 'When it was read last, the file had {gains}; a restart takes what it has then.', paste: 'To keep these, write them into the loop’s file, under controller, in the place of its gains:',
     propose: 'Propose gains', working: 'Working out gains …', model: 'Model', twin: 'Twin', record: 'Newest step', form: 'Form', noFilter: 'PID needs controller.derivative_filter in the loop’s file.',
     gain: 'Process gain', timeConstant: 'Time constant', secondLag: 'Second lag', deadTime: 'Dead time', step: 'Identified from', stepAt: 'the step of SP at {time}; explains {fit}',
     rule: 'Rule', today: 'today', rules: {'zn-thesis': 'Ziegler-Nichols of the thesis', zn: 'Ziegler-Nichols', 'cohen-coon': 'Cohen-Coon', lambda: 'lambda', simc: 'SIMC', amigo: 'AMIGO'},
@@ -109,7 +109,7 @@ const en = {
     steps: 'Simulated at mid range: SP steps by 10 % of PV’s range, then the load by −10 %. Overshoot and settling (2 %) are of SP’s step, IAE, the integral of |SP − PV|, of the load’s. Recommended is the least IAE with Ms of {most} at most. A sticking valve, noise and other limits are left out.',
     upper: 'Simulated PV, today and proposed', lower: 'Simulated controller output, today and proposed', apply: 'Apply {rule} …', nothing: 'These gains are in force.',
     needsEngineer: 'To tune, log in as an engineer.', off: 'Tuning from this page is off (loopwardend.yaml: page: tuning).',
-    confirm: 'Check tag and gains. They act on the process at once, without a bump, until a restart or a reload takes those of the file.', old: 'In force', new: 'New', set: 'Set {tag}', done: '{tag}: the gains are in force.', conflict: 'Nothing was changed: the gains are {gains} by now. Check again.',
+    confirm: 'Check tag and gains. They act on the process at once, without a bump. A restart of the daemon takes the gains of the file, a reload only with --take-file.', old: 'In force', new: 'New', set: 'Set {tag}', done: '{tag}: the gains are in force.', conflict: 'Nothing was changed: the gains are {gains} by now. Check again.',
   },
   trend: {
     spans: {60: '1 min', 600: '10 min', 3600: '1 h', 28800: '8 h', 86400: '1 d', 604800: '7 d', 0: 'All'}, span: 'Span',
@@ -183,7 +183,7 @@ const en = {
     dialog: {acknowledge: 'Acknowledge {alarm} of {loop}?', reset: 'Reset {alarm} of {loop}?', shelve: 'Shelve {alarm} of {loop}', unshelve: 'Take {alarm} of {loop} off the shelf?',
       calm: 'Calm {loop} by planned moves, in shadow first?'},
     ofBox: 'Of the box: {alarms}', boxCaption: 'Alarms of the box, what waits first', raisedBy: 'raised by {alarms}', where: 'Where', incidentAlarms: 'What raised it', named: 'Named', renamed: '{from} became {to} at {time}', incident: 'Incident',
-    flaps: 'Came again while it was on', open: 'Open the loop', openBox: 'How the box is', verdict: 'Verdict', chance: 'Probability of each fault', back: 'All alarms',
+    flaps: 'Flaps', flapsTimes: '{n} times, each within a minute of going or while the alarm was on', open: 'Open the loop', openBox: 'How the box is', verdict: 'Verdict', chance: 'Probability of each fault', back: 'All alarms',
   },
   alarmFigures: {
     title: 'How the alarm system does', hours: 'Time', about: 'Targets of ISA-18.2 for one operator', spans: {8: 'Last 8 h', 24: 'Last 24 h', 168: 'Last 7 d', 720: 'Last 30 d'},

@@ -2,6 +2,7 @@
 #include "services/page/users/log_in_guard.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace loopwarden::page {
 namespace {
@@ -32,7 +33,7 @@ LogInGuard::Tries& LogInGuard::tries_of(std::map<std::string, Tries>& all, const
       return a.second.last < b.second.last;
     }));
   }
-  return all.try_emplace(key, Tries{0, now}).first->second;
+  return all.try_emplace(key, Tries{0, now, now}).first->second;
 }
 
 unsigned LogInGuard::wait_s(const std::string& user, const std::string& address, Moment now) {
@@ -45,9 +46,10 @@ unsigned LogInGuard::wait_s(const std::string& user, const std::string& address,
   if (free_at > now) {
     return static_cast<unsigned>(std::chrono::ceil<seconds>(free_at - now).count());
   }
-  ++of_user.count;
-  ++of_address.count;
-  of_user.last = of_address.last = now;
+  for (Tries* tries : {&of_user, &of_address}) {
+    ++tries->count;
+    tries->before = std::exchange(tries->last, now);
+  }
   return 0;
 }
 
@@ -55,6 +57,20 @@ void LogInGuard::right(const std::string& user, const std::string& address) {
   const std::lock_guard lock(mutex_);
   by_user_.erase(user);
   by_address_.erase(address);
+}
+
+void LogInGuard::take_back(std::map<std::string, Tries>& all, const std::string& key,
+                           Moment tried) {
+  const auto found = all.find(key);
+  if (found == all.end() || found->second.count == 0) return;
+  --found->second.count;
+  if (found->second.last == tried) found->second.last = found->second.before;
+}
+
+void LogInGuard::not_judged(const std::string& user, const std::string& address, Moment tried) {
+  const std::lock_guard lock(mutex_);
+  take_back(by_user_, user, tried);
+  take_back(by_address_, address, tried);
 }
 
 }  // namespace loopwarden::page

@@ -19,6 +19,8 @@ class LogInGuard {
   unsigned wait_s(const std::string& user, const std::string& address, Moment now);
   // The one just tried was right: it does not count, and the address's earlier ones are forgotten.
   void right(const std::string& user, const std::string& address);
+  // The one tried at `tried` was neither right nor wrong, since nobody judged it: it does not count, nor wait.
+  void not_judged(const std::string& user, const std::string& address, Moment tried);
 
   // A wrong password is answered after this.
   static constexpr std::chrono::milliseconds kDelay{1000};
@@ -27,10 +29,13 @@ class LogInGuard {
   struct Tries {
     unsigned count = 0;
     Moment last;
+    Moment before;  // `last`, before the newest try
   };
   static constexpr std::size_t kMost = 4096;  // of each map; then the oldest goes
 
   static Tries& tries_of(std::map<std::string, Tries>& all, const std::string& key, Moment now);
+
+  static void take_back(std::map<std::string, Tries>& all, const std::string& key, Moment tried);
 
   std::mutex mutex_;
   std::map<std::string, Tries> by_user_;

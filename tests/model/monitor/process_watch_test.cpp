@@ -359,6 +359,20 @@ TEST_CASE("what flaps a thousand times is one alarm with a count", "[monitor]") 
   }
 }
 
+TEST_CASE("with an off-delay of minutes each time counts while the alarm is on", "[monitor]") {
+  ProcessSettings settings{.limits = {}};
+  settings.at(AlarmKind::bad_pv).off_delay_s = 180.0;
+  Loop loop(settings);
+  for (int i = 0; i < 3; ++i) {
+    loop.run(with_bad_pv(), kDelay + 1);
+    loop.run(healthy(), kMinute + kMinute / 2);
+  }
+  CHECK(loop.take() == came(AlarmKind::bad_pv));
+  CHECK(loop.watch.flaps(AlarmKind::bad_pv) == 3);
+  loop.run(healthy(), 3 * kMinute);
+  CHECK(loop.take() == went(AlarmKind::bad_pv));
+}
+
 TEST_CASE("whatever the pace and the delays a device that flaps is one alarm", "[monitor]") {
   property::for_all("flapping", 60, [] {
     ProcessSettings settings{.limits = {}};

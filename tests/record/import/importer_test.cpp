@@ -461,6 +461,17 @@ TEST_CASE("several loops in a file, by their tags, and a choice that is asked fo
   CHECK(imported(text, mapped).notes.names[index_of(Role::co)] == "FIC101.PV");
 }
 
+TEST_CASE("a mode that the operator asked for is no loop beside the one of the file", "[import]") {
+  const TemporaryFolder folder;
+  std::string text = "time_s,pv,sp,co,mode,requested_mode\n";
+  for (int k = 0; k < 20; ++k) text += number(k) + ",5,5,4,1,1\n";
+  write_file(folder / "FIC-102.csv", text);
+  const Importer importer({folder / "FIC-102.csv"}, {});
+  REQUIRE(importer.loops().size() == 1);
+  CHECK(importer.loops().front().tag == "FIC-102");
+  CHECK(importer.other_names() == std::vector<std::string>{"requested_mode"});
+}
+
 TEST_CASE(
     "a folder: a loop that goes on from file to file, and one bad file that costs only itself",
     "[import]") {

@@ -142,6 +142,12 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     trend_ = trend;
   }
+  // What explains whatever is asked about.
+  void set_explanation(const nlohmann::json& explanation) {
+    const std::lock_guard lock(mutex_);
+    explanation_ = explanation;
+  }
+  std::atomic<bool> explains{true};  // else it refuses to
   int asked() const { return asked_; }
   // How long each explanation takes, and how many were asked for.
   std::atomic<int> explain_ms{0};
@@ -155,6 +161,9 @@ class FakeDaemon {
     if (request == "explain") {
       ++explained;
       std::this_thread::sleep_for(std::chrono::milliseconds(explain_ms.load()));
+      if (!explains) return nlohmann::json{{"ok", false}, {"error", "not now"}}.dump();
+      return nlohmann::json{{"ok", true}, {"evidence", nullptr}, {"explanation", explanation_}}
+          .dump();
     }
     if (request == "describe")
       return nlohmann::json{{"ok", true}, {"loops", nlohmann::json::array({loop_})}}.dump();
@@ -170,6 +179,7 @@ class FakeDaemon {
   std::map<AlarmKey, nlohmann::json> alarms_;
   nlohmann::json journal_ = nlohmann::json::array();
   nlohmann::json loop_ = {{"tag", "FIC-101"}, {"description", "cooling water"}};
+  nlohmann::json explanation_;
   nlohmann::json trend_ = {{"ok", false}, {"error", "none"}};
   std::atomic<int> asked_{0};
   std::atomic<bool> quit_{false};

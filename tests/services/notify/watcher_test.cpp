@@ -2,6 +2,7 @@
 #include "services/notify/watch/watcher.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include "tests/services/notify/notify_support.hpp"
 
@@ -31,6 +32,65 @@ TEST_CASE("a daemon that explains slowly answers all the same, and its alarms do
   CHECK(daemon.explained > 0);
   CHECK(daemon.explained < 20);
   CHECK(watcher.stop_for(std::chrono::seconds(10)));
+}
+
+TEST_CASE("what explains an alarm stays known while the daemon has nothing newer to say",
+          "[notify][daemon]") {
+  const TemporaryFolder folder;
+  FakeDaemon daemon(folder / "status.sock");
+  daemon.set_explanation({{"alarm", "stiction"}, {"sentence", "The valve sticks."}});
+  Watcher watcher((folder / "status.sock").string());
+  watcher.start();
+  std::map<AlarmKey, AlarmReading> alarms;
+  const auto told = [&](auto is) {
+    return eventually([&] {
+      const auto newest = watcher.take();
+      if (!newest) return false;
+      alarms.clear();
+      for (const AlarmReading& alarm : newest->alarms) alarms[alarm.key] = alarm;
+      return is();
+    });
+  };
+  const AlarmKey sticks{"FIC-101", "stiction"};
+  daemon.set("FIC-101", "unacknowledged", true);
+  REQUIRE(told([&] { return alarms[sticks].why == "The valve sticks."; }));
+
+  daemon.explains = false;
+  daemon.set("FIC-102", "unacknowledged", true);
+  REQUIRE(told([&] { return alarms.contains({"FIC-102", "stiction"}); }));
+  CHECK(alarms[sticks].why == "The valve sticks.");
+  CHECK(alarms[{"FIC-102", "stiction"}].why.empty());
+
+  daemon.set("FIC-101", "unacknowledged", true);
+  REQUIRE(told([&] { return alarms[sticks].times_raised == 2; }));
+  CHECK(alarms[sticks].why.empty());  // nothing is known of this coming
+  CHECK(watcher.stop_for(std::chrono::seconds(10)));
+}
+
+TEST_CASE("what joined an incident is told why, as what opened it", "[notify]") {
+  using loopwarden::protocol::Alarm;
+  using loopwarden::protocol::Alarms;
+  using loopwarden::protocol::Explained;
+  Alarms all;
+  all.alarms = {Alarm{.loop = "FIC-101", .alarm = "stiction", .raised_ms = 1'000},
+                Alarm{.loop = "FIC-101", .alarm = "backlash", .raised_ms = 9'000}};
+  all.incidents.emplace_back();
+  all.incidents.back().id = "one";
+  all.incidents.back().loop = "FIC-101";
+  all.incidents.back().raised_s = 1.0;
+  all.incidents.back().alarms = {"stiction", "backlash"};
+  Explained told;
+  told.alarm = all.alarms.back();
+  told.explanation.emplace();
+  told.explanation->raised_ms = 1'000;
+  told.explanation->sentence = "The valve sticks.";
+  CHECK(words_of(told, readings_of(all).back()).why == "The valve sticks.");
+
+  // Of the incident before this one.
+  all.incidents.back().raised_s = 5.0;
+  CHECK(words_of(told, readings_of(all).back()).why.empty());
+  all.incidents.clear();
+  CHECK(words_of(told, readings_of(all).back()).why.empty());
 }
 
 }  // namespace watcher_test

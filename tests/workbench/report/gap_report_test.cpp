@@ -259,6 +259,16 @@ TEST_CASE("a name with a quote is one word of the command", "[gap][report]") {
                  "loopwarden gap &#39;loop 7&#39;\\&#39;&#39;s.csv&#39; --model model.yaml"));
 }
 
+TEST_CASE("a record that is not kept is in no command", "[gap][report]") {
+  const gap::Result result = complete_gap_result();
+  GapReportContext context = context_of(result);
+  CHECK(contains(gap_report_html(result, context), "loopwarden gap record.csv"));
+  context.record_stays = false;
+  const std::string html = gap_report_html(result, context);
+  CHECK_FALSE(contains(html, "loopwarden gap record.csv"));
+  CHECK(contains(html, "it is not kept"));
+}
+
 TEST_CASE("100 000 samples make a page below a megabyte", "[gap][report]") {
   gap::Result result = complete_gap_result(100'000);
   for (std::size_t k = 0; k < result.series.pv.size(); ++k) {

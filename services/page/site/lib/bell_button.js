@@ -17,7 +17,7 @@ export class BellButton {
     this.bell = new Bell({recall, remember}, {sound, notify});
     this.word = el('span', {});
     this.node = el('button', {type: 'button', class: 'bell plain', hidden: true, click: () => this.#choose()}, icon('alarms'), this.word);
-    this.question = el('div', {class: 'question', hidden: true, role: 'region', 'aria-label': t.title}, el('span', {}, t.question),
+    this.question = el('div', {class: 'question', hidden: true, role: 'region', 'aria-label': t.title}, el('span', {}, t.ask),
       el('button', {type: 'button', click: () => this.#choose()}, t.choose), el('button', {type: 'button', class: 'plain', click: () => this.#wish('off')}, t.no));
     // A browser that was told before may sound again with the first click or key in this tab, and after it took that back with the next.
     for (const hand of ['pointerup', 'keydown']) addEventListener(hand, () => { if (this.bell.wish !== 'off' && !maySound()) this.#wake(); }, {capture: true});

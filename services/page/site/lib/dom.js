@@ -50,6 +50,11 @@ export function table(caption, columns, rows, {captionHidden = false, ...attribu
 // A table that may be wider than the page: scrolled by itself, by keys too.
 export const scroller = (label, child) => el('div', {class: 'scroller', tabindex: 0, role: 'region', 'aria-label': label}, child);
 
+// A panel that a phone shows folded: what is rarely needed does not push away what is.
+export function foldingPanel(title, ...what) {
+  return el('details', {class: 'panel folding', open: !matchMedia('(max-width: 700px)').matches}, el('summary', {}, el('h2', {}, title)), what);
+}
+
 export const unseen = (text) => el('span', {class: 'unseen'}, text);
 export const unit = (text) => (text ? el('span', {class: 'unit', title: text}, text) : null);
 

@@ -6,7 +6,7 @@ import {NONE, decimalsFor, decimalsOfStep, fixed} from './format.js';
 import {extent, kept, nearest, scaleOf, timeMarks} from './history.js';
 
 const FONT = '12px system-ui, sans-serif';
-const LANE = 17; // of alarms, pixels
+const LANE = 17, EDGE = 3; // of alarms, pixels
 let plotter = null;
 
 // uPlot comes when the first curve is to be drawn: the overview does without.
@@ -20,6 +20,8 @@ export function loadPlotter() {
 }
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+
+const inkOf = (band) => colour(band.priority === 'high' ? 'high' : 'low');
 
 // A stroke of a curve's colour and dash, for its name.
 export const swatch = (ink, dash) => svg('svg', {class: `swatch stroke-${ink}`, viewBox: '0 0 22 8', 'aria-hidden': 'true'},
@@ -68,8 +70,7 @@ export class Trend {
       series: [{}, ...pane.curves.map((curve) => ({label: curve.name, stroke: () => colour(curve.ink), width: curve.width ?? 1.5,
         dash: curve.dash, points: {show: false}, spanGaps: false}))],
       hooks: {
-        drawClear: [(u) => this.#tint(u)],
-        draw: [(u) => { if (number === 0) this.#lanes(u); this.#flags(u); }],
+        draw: [(u) => { if (number === 0) this.#lanes(u); else this.#edge(u); this.#flags(u); }],
         setCursor: [(u) => this.#follow(u)],
         setSelect: [(u) => this.#selected(u)],
       },
@@ -112,20 +113,20 @@ export class Trend {
     return this.step >= 1000 ? time : clock.fine(at, this.step).slice(11);
   }
 
-  // --- what lies behind and above the curves: bands have lanes of their own there, and cover none ---
+  // --- what lies above the curves: bands have lanes of their own over the first pane, a line at the edge of the others, and cover none ---
   #edges(u, band) {
     const {left, width} = u.bbox, at = (time) => Math.min(Math.max(u.valToPos(time, 'x', true), left), left + width);
     const [from, to] = this.span;
     const begin = at(Math.max(band.from_ms, from)), end = at(Math.min(band.to_ms ?? Infinity, to));
     return (band.to_ms ?? Infinity) < from || band.from_ms > to ? null : [begin, Math.max(end, begin + 2)];
   }
-  #tint(u) {
-    const {ctx, bbox} = u;
+  #edge(u) {
+    const {ctx, bbox} = u, high = EDGE * devicePixelRatio;
     ctx.save();
-    ctx.fillStyle = colour('band');
     for (const band of this.bands) {
       const edges = this.#edges(u, band);
-      if (edges) ctx.fillRect(edges[0], bbox.top, edges[1] - edges[0], bbox.height);
+      ctx.fillStyle = inkOf(band);
+      if (edges) ctx.fillRect(edges[0], bbox.top - high, edges[1] - edges[0], high);
     }
     ctx.restore();
   }
@@ -139,7 +140,7 @@ export class Trend {
       const edges = this.#edges(u, band);
       if (!edges) continue;
       const [a, b] = edges, top = first + band.lane * LANE * dots;
-      ctx.fillStyle = colour(band.priority === 'high' ? 'high' : 'low');
+      ctx.fillStyle = inkOf(band);
       ctx.fillRect(a, top, b - a, high);
       ctx.beginPath();
       ctx.rect(a, top, b - a - 2 * dots, high);

@@ -24,6 +24,13 @@ const HISTORY = [{head: texts.journal.time, row: true, class: 'time'}, {head: te
 const hrefOf = (loop, part) => `#/alarms/${encodeURIComponent(loop)}/${encodeURIComponent(part)}`;
 const sizeText = (size) => (typeof size === 'number' ? percent(size, 1) : '–');
 
+// What came once does not flap: null.
+export const flapsText = ({flaps}) => (flaps > 1 ? fill(t.flapsTimes, {n: count(flaps)}) : null);
+
+// Without a twin there is nothing to wait for; a loop that is not known may have one.
+export const notExplained = (loop) => (loop && !loop.twin ? texts.explain.noTwin : t.noExplanation);
+const describedLoop = (tag) => live.describe?.loops[live.places.get(tag)];
+
 function stateCell(state, grave) {
   const look = waits(state) ? `${grave} waits` : state === 'acknowledged' ? `${grave} seen` : 'soft';
   return el('span', {class: `state ${look}`}, el('span', {class: 'sign'}, icon(signOf(state, grave))), el('span', {}, texts.alarmStates[state] ?? texts.alarmStates.other));
@@ -165,7 +172,7 @@ class IncidentDetail {
       line.size !== null ? [t.size, sizeText(line.size)] : null, [texts.explain.since, time(incident.from_s)], [t.raised, time(incident.raised_s)], [t.incident, incident.id],
       incident.renamed.length ? [t.named, el('ul', {}, incident.renamed.map((one) => el('li', {}, fill(t.renamed, {from: nameOf(one.from), to: nameOf(one.to), time: time(one.time_s)}))))] : null]),
     el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(incident.loop)}`}, t.open)));
-    this.why.replaceChildren(el('h3', {}, t.explanation), explanation ? explanationPart(explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
+    this.why.replaceChildren(el('h3', {}, t.explanation), explanation ? explanationPart(explanation, report?.id ?? null) : el('p', {class: 'soft'}, notExplained(describedLoop(incident.loop))));
     this.alarms.replaceChildren(el('h3', {}, t.incidentAlarms), el('ul', {class: 'its-alarms'}, line.alarms.map((alarm) => el('li', {},
       el('a', {href: hrefOf(alarm.loop, alarm.alarm)}, nameOf(alarm.alarm)), `, ${texts.alarmStates[alarm.state]}, ${wall().dateTime(alarm.raised_ms)}`))));
   }
@@ -200,15 +207,15 @@ class Detail {
   }
 
   #fill(e, report) {
-    const {alarm} = e, loop = live.describe?.loops[live.places.get(alarm.loop)];
+    const {alarm} = e, loop = describedLoop(alarm.loop);
     this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(alarm.state, priority(alarm, live.severe_percent)), hands(alarm)), facts([
       ofValve(alarm.alarm) ? [t.size, `${sizeText(alarm.severity_percent)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`] : null,
-      alarm.priority ? [texts.design.priority, texts.design.priorities[alarm.priority] ?? alarm.priority] : null, [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)], alarm.flaps ? [t.flaps, count(alarm.flaps)] : null,
+      alarm.priority ? [texts.design.priority, texts.design.priorities[alarm.priority] ?? alarm.priority] : null, [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)], flapsText(alarm) ? [t.flaps, flapsText(alarm)] : null,
       alarm.shelved_until_ms ? [texts.alarmStates.shelved, fill(t.until, {time: wall().dateTime(alarm.shelved_until_ms)})] : null]),
     alarm.consequence ? el('p', {}, fill(t.consequenceOf, {alarm: nameOf(alarm.consequence_of)})) : '', loop || ofBox(alarm) ? el('p', {}, el('a', {href: ownerHref(alarm.loop)}, loop ? t.open : t.openBox)) : '');
     this.guide.replaceChildren(guideOf(e));
     const id = e.evidence?.id ?? null;
-    if (ofValve(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, t.noExplanation));
+    if (ofValve(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, notExplained(loop)));
     const lines = e.history ?? [];
     this.history.replaceChildren(...(lines.length ? [el('h3', {}, t.history), scroller(t.history, table(t.historyCaption, HISTORY, lines.map((line) => [wall().dateTime(line.utc_ms),
       line.what || changeOf(line), line.peer || texts.journal.daemon, line.reason]), {captionHidden: true, class: 'lines as-cards history'}))] : []));

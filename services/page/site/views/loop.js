@@ -7,7 +7,7 @@ import {bar, drawPhase} from '../lib/charts.js';
 import {curvesText} from '../lib/curves.js';
 import {byTag} from '../lib/order.js';
 import {decimalsFor, fixed, quantity} from '../lib/format.js';
-import {el, facts, icon, scroller, setAttribute, setText, table, unseen} from '../lib/dom.js';
+import {el, facts, foldingPanel, icon, setAttribute, setText, table, unseen} from '../lib/dom.js';
 import {extent, merged, trimmed} from '../lib/history.js';
 import {field} from '../lib/dialog.js';
 import {get, loopPath, query} from '../lib/api.js';
@@ -24,6 +24,7 @@ import {fill, texts} from '../texts.js';
 const t = texts.loop;
 const tt = texts.trend;
 
+const across = (title, node) => el('div', {class: 'across'}, foldingPanel(title, node));
 const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, title), what);
 
 class Faceplate {
@@ -252,8 +253,9 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   places.calm = el('div', {class: 'told'});
   const tuning = loop.control === 'elsewhere' ? null : tuningPart(loop, scope, uPlot);
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
-    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? panel(t.twin, places.twin) : null), panel(t.measures, places.measures), panel(t.health, places.health),
-      tuning ? el('div', {class: 'across'}, panel(texts.tuning.title, tuning.node)) : null, el('div', {class: 'across'}, panel(t.processAlarms, places.alarms)), el('div', {class: 'across'}, panel(t.condition, places.condition)), el('div', {class: 'across'}, panel(t.windows, places.windows)), el('div', {class: 'across'}, reports.node)));
+    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? foldingPanel(t.twin, places.twin) : null), foldingPanel(t.measures, places.measures), foldingPanel(t.health, places.health),
+      tuning ? across(texts.tuning.title, tuning.node) : null, across(t.processAlarms, places.alarms), across(t.condition, places.condition), across(t.windows, places.windows), across(texts.asked.title, reports.node)));
+  scope.on(window, 'beforeprint', () => main.querySelectorAll('.folding').forEach((one) => { one.open = true; }));
   const i = live.places.get(tag);
   const update = () => {
     if (!live.overview) return;

@@ -18,11 +18,12 @@ const CALM_ROUNDS = 5; // while nothing is at work, only each fifth round asks
 export class LoopReports {
   #round = 0;
   #touched = false;
+  #placed = false; // the form says what place the newest wish has
 
   constructor(loop, trend, scope) {
     Object.assign(this, {loop, trend, scope});
     this.list = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
-    this.node = el('section', {class: 'panel asked-reports'}, el('h2', {}, t.title), this.#asking(), this.list);
+    this.node = el('div', {class: 'asked-reports'}, this.#asking(), this.list);
   }
 
   start() { this.scope.every(EACH_MS, () => this.#look()); }
@@ -60,6 +61,7 @@ export class LoopReports {
     try {
       const {waiting} = await post(loopPath(this.loop.tag, 'reports'), {kind: this.kind.value, from_ms, to_ms});
       setText(this.said, fill(t.taken, {kind: t.kinds[this.kind.value], place: waiting}));
+      this.#placed = true;
       this.#round = 0;
       await this.#look();
     } catch (error) {
@@ -75,6 +77,7 @@ export class LoopReports {
     try {
       const {reports} = await get(loopPath(this.loop.tag, 'reports'), this.scope.signal);
       if (atWork(reports)) this.#round = 0;
+      else if (this.#placed) { this.#placed = false; setText(this.said, ''); } // it has its line in the list
       this.#show(reports);
     } catch (error) {
       if (error.name !== 'AbortError') this.list.replaceChildren(el('p', {class: 'trouble'}, fill(texts.failed, {why: error.message})));

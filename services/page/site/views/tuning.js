@@ -133,7 +133,7 @@ function whyNot() {
   return session.login && live.describe.page?.tuning ? t.needsEngineer : t.off;
 }
 
-// {node, show(gains)}: `gains` as the daemon tells them.
+// {node, show(gains), refresh()}: `gains` as the daemon tells them; refresh() asks it.
 export function tuningPart(loop, scope, uPlot) {
   const told = el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading)), why = whyNot();
   let key = '';
@@ -143,10 +143,19 @@ export function tuningPart(loop, scope, uPlot) {
     key = now;
     told.replaceChildren(gainFacts(gains, loop), gains.not_in_file ? fileNote(gains) : '');
   };
+  const refresh = async () => {
+    try {
+      show((await get(loopPath(loop.tag), scope.signal)).gains);
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      key = '';
+      told.replaceChildren(el('p', {class: 'trouble', role: 'alert'}, fill(texts.failed, {why: error.message})));
+    }
+  };
   // What was set is shown at once, and the proposals stand beside it.
   const proposals = why ? null : new Proposals(loop, scope, uPlot, async () => {
-    show((await get(loopPath(loop.tag), scope.signal)).gains);
+    await refresh();
     await proposals.load();
   });
-  return {node: el('div', {class: 'tuning'}, told, proposals?.node ?? el('p', {class: 'soft small'}, why)), show};
+  return {node: el('div', {class: 'tuning'}, told, proposals?.node ?? el('p', {class: 'soft small'}, why)), show, refresh};
 }

@@ -698,15 +698,22 @@ TEST_CASE("log-in by a directory") {
     const auto response = log_in("nora", "her own");
     CHECK(response.status == 403);
     CHECK(response.headers.empty());
+    CHECK(response.delay >= std::chrono::seconds(1));
+    CHECK(response.delay <= std::chrono::seconds(2));
   }
   SECTION("it is away: nobody new by it, the file's users as ever") {
     rig.directory.says = {End::unavailable, page::Role::none, "", "away"};
-    CHECK(log_in("nora", "her own").status == 503);
+    rig.directory.full = GENERATE(false, true);  // or too many wait for it
+    // However often somebody tries: nobody has judged him.
+    for (int i = 0; i < 30; ++i) CHECK(log_in("nora", "her own").status == 503);
+    CHECK(log_in("otto", "wrong").status == 401);
     CHECK(log_in("otto", "correct horse").status == 200);
   }
-  SECTION("too many wait") {
-    rig.directory.full = true;
-    CHECK(log_in("nora", "her own").status == 503);
+  SECTION("it is told how long the client waits") {
+    const auto now = std::chrono::steady_clock::now();
+    CHECK(log_in("nora", "her own").status == 200);
+    CHECK(rig.directory.waits_until > now);
+    CHECK(rig.directory.waits_until < now + std::chrono::hours(1));
   }
   SECTION("while it thinks no thread waits") {
     rig.directory.silent = true;

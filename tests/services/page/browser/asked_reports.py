@@ -1,9 +1,62 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reports that are asked for on a loop's page: by an engineer, seen by everybody."""
+import re
+import time
 
 POST = """const {csrf} = await (await fetch('/api/session')).json();
   return (await fetch(a, {method: 'POST', body: JSON.stringify(b), headers: {'Content-Type': 'application/json', 'X-CSRF-Token': csrf}})).status;"""
 ROWS = ".asked-reports tbody tr"
+
+
+def form_comes(box, browser, tag):
+    browser.go(box, f"loop/{tag}")
+    browser.until(lambda: browser.all(".asked-reports form") and all(one.get_attribute("value") for one in browser.all(".asked-reports input")),
+                  "the times are not those of the trend")
+
+
+def move(box, tag):
+    """Steps of SP, each held until PV has settled: what a model is identified from."""
+    accelerate = box.ask({"request": "describe"})["accelerate"]
+    begin = box.ask({"request": "loop", "loop": tag})["sp"]
+    for by in (1, -1, 1, -1, 0):
+        box.ask({"request": "set", "loop": tag, "set_point": begin + by})
+        time.sleep(60 / accelerate)
+    time.sleep(6)  # the recorder writes each 5 s
+
+
+def ends(box, browser, tag, kind, how):
+    """Its row, once it says `how`."""
+    browser.find(f".asked-reports select option[value={kind}]").click()
+    browser.find(".asked-reports button[type=submit]").click()
+    browser.until(lambda: browser.all(ROWS), f"{kind} is not in the list: {browser.text('.asked-reports')}")
+    browser.until(lambda: re.search("\\b(done|failed)\\b", browser.text(ROWS)), f"{kind} does not end", 900)
+    browser.check(how in browser.text(ROWS), f"{kind} ends so: {browser.text(ROWS)}")
+    browser.until(lambda: "of those that wait" not in browser.text(".asked-reports form"), f"{kind} has ended, and is said to wait")
+    browser.until(lambda: browser.all(f"{ROWS} th a"), f"{kind} can't be opened: {browser.text(ROWS)}", 30)
+    return browser.find(f"{ROWS} th a").get_attribute("href")
+
+
+def opens(browser, link, words):
+    """In a tab of its own, as a reader has it."""
+    mine = browser.driver.current_window_handle
+    browser.driver.switch_to.new_window("tab")
+    browser.driver.get(link)
+    for word in words:
+        browser.until(lambda: word in browser.text("body"), f"{link} does not say {word!r}: {browser.text('body')[:200]}")
+    browser.check("http" in browser.driver.current_url, f"{link} leads to {browser.driver.current_url}")
+    browser.driver.close()
+    browser.driver.switch_to.window(mine)
+
+
+def made_of_the_record(box, browser, tag, still):
+    """`tag`, whose SP moves, has a gap report; `still`, whose SP does not, a commissioning that says what is missing."""
+    move(box, tag)
+    form_comes(box, browser, tag)
+    link = ends(box, browser, tag, "gap", "done")
+    opens(browser, link, ["Gap"])
+    form_comes(box, browser, still)
+    link = ends(box, browser, still, "commission", "not enough movement")
+    opens(browser, link, ["not enough movement"])
 
 
 def asked(box, browser, tag):
@@ -17,9 +70,7 @@ def asked(box, browser, tag):
 
     browser.log_out()
     browser.log_in(box, "ella")
-    browser.go(box, f"loop/{tag}")
-    browser.until(lambda: browser.all(".asked-reports form") and all(one.get_attribute("value") for one in browser.all(".asked-reports input")),
-                  "the times are not those of the trend")
+    form_comes(box, browser, tag)
     status = browser.run_async(POST, path, {"kind": "gap", "from_ms": 1, "to_ms": 60_001})
     browser.check(status == 409, f"a report of before the record gets {status}")
     browser.find(".asked-reports select option[value=diagnose]").click()

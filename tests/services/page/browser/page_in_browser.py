@@ -434,6 +434,15 @@ def nothing_cut_off(browser, name, width):
     browser.check(not cut, f"{name}: cut off: {cut}")
 
 
+def folded_on_a_phone(browser):
+    """What is rarely needed of a loop takes a line, until somebody opens it."""
+    browser.check(not browser.all(".folding[open]"), "a section of the loop is open on a phone")
+    high = browser.run("document.documentElement.scrollHeight")
+    browser.check(high < 3500, f"a loop is {high} pixels long on a phone")
+    browser.run("[...document.querySelectorAll('.folding > summary')].forEach((one) => one.click())")
+    browser.until(lambda: browser.run("[...document.querySelectorAll('.folding')].every((one) => one.open && one.scrollHeight > 60)"), "a section does not open")
+
+
 def narrow_and_paper(box, browser, folder):
     for width in (360, 1280, 3840):
         browser.screen(width, 2160 if width > 1000 else 760)
@@ -441,6 +450,8 @@ def narrow_and_paper(box, browser, folder):
             browser.go(box, route)
             name = f"{width}-{plain(route)}"
             browser.until(lambda: browser.text("main").strip() and "Loading" not in browser.text("main"), f"{name} stays empty")
+            if width == 360 and route.startswith("loop/"):
+                folded_on_a_phone(browser)
             wide = browser.run("document.documentElement.scrollWidth")
             browser.check(wide <= width, f"{name}: {wide} pixels wide on a screen of {width}")
             nothing_cut_off(browser, name, width)
@@ -603,6 +614,19 @@ def whether_it_acts(source, folder):
         alarms_of_the_box(box, browser, source, folder)
 
 
+def reports_of_records(folder):
+    """Of a loop with a twin, and of one that has none and does not move. No alarm comes, whose explanation would be made first."""
+    box = Box(healthy=1, sticking=False)
+    loop = box.folder / "config/loops.d/0000.yaml"
+    loop.write_text(loop.read_text(encoding="utf-8").replace("plant1}", f"plant1, twin: {box.folder}/calm.yaml}}"), encoding="utf-8")
+    with tempfile.TemporaryDirectory() as profile, box, Browser(profile, wrong) as browser:
+        browser.screen()
+        browser.log_in(box, "ella")
+        asked_reports.made_of_the_record(box, browser, TAG, "FIC-102")
+        keep(browser, folder, "asked-reports", full=True)
+        browser.quiet("reports of records", allowed=("getImageData", "status of 401"))
+
+
 def smoke(box, browser, source, options):
     browser.driver.get(box.url)
     browser.until(lambda: browser.all("form.panel input[name=password]"), "nobody is asked to log in")
@@ -666,6 +690,7 @@ def main():
             browser.quiet("dead daemon", allowed=("getImageData", "status of 401", "status of 503", "ERR_"))
         if options.all:
             whether_it_acts(source, options.keep)
+            reports_of_records(options.keep)
             view_states.no_data(wrong)
     except (WebDriverException, OSError, subprocess.CalledProcessError) as error:
         print(f"page_in_browser: {error}", file=sys.stderr)

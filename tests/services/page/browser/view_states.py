@@ -27,7 +27,7 @@ def claims(browser):
       const good = new RegExp(pattern), walker = document.createTreeWalker(document.querySelector('#app'), NodeFilter.SHOW_TEXT), found = [];
       for (let node = walker.nextNode(); node; node = walker.nextNode()) {
         const text = node.textContent.trim(), seen = node.parentElement.checkVisibility();
-        if (!seen || !good.test(text) || /^not known/i.test(text) || node.parentElement.closest('select, details, caption, .theme, .guide, .history, .unseen, .journal')) continue;
+        if (!seen || !good.test(text) || /^not known/i.test(text) || node.parentElement.closest('select, details:not(.folding), caption, .theme, .guide, .history, .unseen, .journal')) continue;
         let struck = false;
         for (let e = node.parentElement; e; e = e.parentElement) struck ||= getComputedStyle(e).textDecorationLine === 'line-through';
         if (!struck) found.push(text.slice(0, 60));

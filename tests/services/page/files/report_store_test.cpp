@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -17,6 +18,15 @@ std::string html(const std::string& title) {
   return "<!doctype html><html><head><title>" + title + "</title></head></html>";
 }
 
+// Folders whose names only look like those of reports that were asked for.
+constexpr std::array kNotAsked{"-x-y",
+                               "-gap-20261126T100000000Z",
+                               "FIC-1-notes-20261126T100000000Z",
+                               "FIC-1-gap-20261126",
+                               "FIC-1-gap-old",
+                               "my own-gap-20261126T100000000Z",
+                               "visit-by-vendor"};
+
 TEST_CASE("reports below the state directory, by kind, title and loop") {
   const TemporaryFolder folder;
   write_file(folder / "evidence/20261124T070000000Z-FIC-101-stiction/report.html",
@@ -28,15 +38,19 @@ TEST_CASE("reports below the state directory, by kind, title and loop") {
   write_file(folder / "notes.html", "no title");
   write_file(folder / "reports/FIC-102-diagnose-20261126T100000000Z/report.html", html("FIC-102"));
   write_file(folder / "reports/FIC-1-gap-20261126T100000000Z/report.html", html("Gap: r.csv"));
+  write_file(folder / "reports/P-1-A-commission-20261126T100000000Z/report.html", html("P-1-A"));
   write_file(folder / "reports/mine/report.html", html("Mine"));
-  write_file(folder / "reports/-x-y/report.html", html("Odd"));
+  for (const char* odd : kNotAsked) {
+    write_file(folder / "reports" / odd / "report.html", html(odd));
+  }
+  write_file(folder / "evidence/kept-FIC-9-by-me/report.html", html("Kept"));
   write_file(folder / "segments/FIC-101/x.html", html("not looked for"));
   write_file(folder / ".hidden/x.html", html("hidden"));
   std::filesystem::create_symlink("/etc", folder / "link");
   ReportStore store(folder.path());
   const auto list = store.reports();
   const auto& reports = *list;
-  REQUIRE(reports.size() == 10);
+  REQUIRE(reports.size() == 18);
   const auto kind = [&](const std::string& title) {
     const auto it = std::find_if(reports.begin(), reports.end(),
                                  [&](const Report& report) { return report.title == title; });
@@ -51,7 +65,11 @@ TEST_CASE("reports below the state directory, by kind, title and loop") {
   CHECK(kind("FIC-102") == "diagnosis FIC-102");
   CHECK(kind("Gap: r.csv") == "gap FIC-1");
   CHECK(kind("Mine") == "other ");
-  CHECK(kind("Odd") == "other ");
+  CHECK(kind("P-1-A") == "commissioning P-1-A");
+  for (const char* odd : kNotAsked) {
+    CHECK(kind(odd) == "other ");
+  }
+  CHECK(kind("Kept") == "explanation ");
   CHECK(std::is_sorted(reports.begin(), reports.end(),
                        [](const Report& a, const Report& b) { return a.utc_ms > b.utc_ms; }));
 }

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/page/ldap/ldap_server.hpp"
 
+#include <pthread.h>
+
+#include <atomic>
 #include <catch2/catch.hpp>
+#include <csignal>
+#include <thread>
 
 #include "tests/services/page/support/slapd.hpp"
 
@@ -144,6 +149,45 @@ TEST_CASE("a server that stands still or is gone lets nobody in", "[slapd]") {
   CHECK_THAT(trouble(settings), Contains("TLS: no answer"));
   slapd.stop();
   CHECK_THAT(trouble(settings), Contains("can't be reached"));
+}
+
+TEST_CASE("a log-in as a whole has an end, whatever each step may take", "[slapd]") {
+  if (!Slapd::is_there()) return;
+  const Slapd slapd;
+  slapd.hang();
+  const auto outcome =
+      ldap::Server(slapd.settings(), std::chrono::hours(1))
+          .log_in("otto", Slapd::kPassword, {},
+                  std::chrono::steady_clock::now() + std::chrono::milliseconds(300));
+  CHECK(outcome.end == End::unavailable);
+  CHECK_THAT(outcome.why, Contains("TLS: no answer"));
+}
+
+TEST_CASE("a signal is no answer", "[slapd]") {
+  if (!Slapd::is_there()) return;
+  const Slapd slapd;
+  slapd.hang();
+  static std::atomic<int> signals{0};
+  struct sigaction act {};
+  act.sa_handler = [](int) { ++signals; };
+  struct sigaction before {};
+  REQUIRE(::sigaction(SIGUSR1, &act, &before) == 0);
+  std::atomic<bool> done{false};
+  ldap::Outcome outcome;
+  std::thread asks([&] {
+    outcome =
+        ldap::Server(slapd.settings(), std::chrono::hours(1)).log_in("otto", Slapd::kPassword, {});
+    done = true;
+  });
+  CHECK(test::eventually([&] {
+    ::pthread_kill(asks.native_handle(), SIGUSR1);
+    return signals > 100 || done;
+  }));
+  slapd.go_on();
+  asks.join();
+  ::sigaction(SIGUSR1, &before, nullptr);
+  CHECK(outcome.why.empty());
+  CHECK(outcome.end == End::admitted);
 }
 
 TEST_CASE("a password's file is closed to others") {

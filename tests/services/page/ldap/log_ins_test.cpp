@@ -3,6 +3,10 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <future>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "services/page/users/password.hpp"
 #include "tests/services/page/support/slapd.hpp"
@@ -13,19 +17,27 @@ using namespace page;
 using test::eventually;
 
 struct Page {
-  explicit Page(const Slapd& slapd)
+  explicit Page(const Slapd& slapd) : Page(ldap::Server(slapd.settings())) {}
+  explicit Page(ldap::Server server)
       : users(folder / "users"),
-        worker(ldap::Server(slapd.settings()), users, sessions, std::chrono::milliseconds(50)) {
+        worker(std::move(server), users, sessions, std::chrono::milliseconds(50)) {
     sessions.on_end([this] { ++ended; });
   }
 
   // As the API does it.
   std::string log_in(const std::string& name) {
-    const ldap::Outcome outcome = worker.begin(name, Slapd::kPassword, "here").get();
+    const ldap::Outcome outcome = ask(name).get();
     REQUIRE(outcome.end == ldap::Outcome::End::admitted);
+    return admit(name, outcome.role, outcome.dn);
+  }
+  std::shared_future<ldap::Outcome> ask(const std::string& name, const std::string& whose = "here",
+                                        Moment until = Moment::max()) {
+    return worker.begin(name, Slapd::kPassword, whose, until);
+  }
+  std::string admit(const std::string& name, Role role, const std::string& dn) {
     const Moment now = std::chrono::steady_clock::now();
-    const std::string cookie = sessions.begin(name, {outcome.role, outcome.dn, false, true}, now);
-    users.admit(name, outcome.role, outcome.dn);
+    const std::string cookie = sessions.begin(name, {role, dn, false, true}, now);
+    users.admit(name, role, dn);
     return cookie;
   }
   Role role(const std::string& cookie) {
@@ -64,8 +76,7 @@ TEST_CASE("who has logged in is looked at again and again", "[slapd]") {
   }
   SECTION("while the server is away a session stays") {
     slapd.stop();
-    CHECK(page.worker.begin("ella", Slapd::kPassword, "here").get().end ==
-          ldap::Outcome::End::unavailable);
+    CHECK(page.ask("ella").get().end == ldap::Outcome::End::unavailable);
     CHECK(page.role(cookie) == Role::operator_);
     slapd.start();
     slapd.change_member("operators", Change::remove, "otto");
@@ -84,14 +95,58 @@ TEST_CASE("who has logged in is looked at again and again", "[slapd]") {
   }
 }
 
+TEST_CASE("an entry that can't be asked keeps nobody else logged in", "[slapd]") {
+  if (!Slapd::is_there()) return;
+  const Slapd slapd;
+  LdapSettings settings = slapd.settings();
+  settings.base.clear();
+  settings.user_filter.clear();
+  settings.user_dn = "uid={user},ou=people,dc=plant";
+  const ldap::Server server(settings);
+  REQUIRE(server.look_up("zoe").end == ldap::Outcome::End::unavailable);
+  Page page(server);
+  const std::string zoe = page.admit("zoe", Role::viewer, Slapd::user("zoe"));
+  const std::string otto = page.log_in("otto");
+  slapd.change_member("engineers", Slapd::Change::add, "otto");
+  REQUIRE(eventually([&] { return page.role(otto) == Role::engineer; }));
+  for (const char* group : {"engineers", "operators"}) {
+    slapd.change_member(group, Slapd::Change::remove, "otto");
+  }
+  CHECK(eventually([&] { return page.role(otto) == Role::none; }));
+  CHECK(page.role(zoe) == Role::viewer);
+}
+
+TEST_CASE("what nobody waits for any longer is not done", "[slapd]") {
+  if (!Slapd::is_there()) return;
+  Page page(Slapd::shared());
+  const ldap::Outcome late = page.ask("otto", "here", std::chrono::steady_clock::now()).get();
+  CHECK(late.end == ldap::Outcome::End::unavailable);
+  CHECK_THAT(late.why, Catch::Contains("no time is left"));
+}
+
+TEST_CASE("who stops does not wait for a directory that hangs", "[slapd]") {
+  if (!Slapd::is_there()) return;
+  const Slapd slapd;
+  slapd.hang();
+  Page page(ldap::Server(slapd.settings(), std::chrono::hours(1)));
+  std::vector<std::shared_future<ldap::Outcome>> asked;
+  // One more than wait: the first is being asked.
+  REQUIRE(eventually([&] {
+    if (auto one = page.ask("otto"); one.valid()) asked.push_back(std::move(one));
+    return asked.size() == 5;
+  }));
+  CHECK_FALSE(page.worker.stop_for(std::chrono::milliseconds(0)));
+  slapd.go_on();
+  CHECK(page.worker.stop_for(std::chrono::seconds(60)));
+  CHECK(asked.front().get().end == ldap::Outcome::End::admitted);
+}
+
 TEST_CASE("room for log-ins is bounded, of one client and in all", "[slapd]") {
   if (!Slapd::is_there()) return;
   const Slapd slapd;
   Page page(slapd);
   slapd.hang();
-  const auto begin = [&](const std::string& whose) {
-    return page.worker.begin("otto", Slapd::kPassword, whose).valid();
-  };
+  const auto begin = [&](const std::string& whose) { return page.ask("otto", whose).valid(); };
   const auto taken_of = [&](const std::string& whose) {
     int taken = 0;
     for (int i = 0; i < 20; ++i) taken += begin(whose) ? 1 : 0;
@@ -102,7 +157,8 @@ TEST_CASE("room for log-ins is bounded, of one client and in all", "[slapd]") {
   CHECK(of_one >= 4);
   CHECK(of_one <= 5);
   CHECK(of_one + taken_of("another") + taken_of("a third") <= 9);
-  page.worker.stop();
+  slapd.go_on();
+  CHECK(page.worker.stop_for(std::chrono::seconds(60)));
   CHECK_FALSE(begin("one"));
 }
 

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import test from 'node:test';
+import './document.mjs';
 import {against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains} from '../../../../services/page/site/lib/tuning.js';
+
+const {live} = await import('../../../../services/page/site/lib/live.js');
+const {tuningPart} = await import('../../../../services/page/site/views/tuning.js');
 
 const none = {kp: 1, ki: 0, kd: 0};
 
@@ -47,4 +51,18 @@ test('the trend has the answers of today beside those of the chosen rule', () =>
   const answer = {t: [0, 1], sp: [5, 6], rules: [{pv: [5, 5], co: [1, 1]}, {pv: [5, 6], co: [1, 2]}]};
   assert.deepEqual(answersOf(answer, 1), {t: [0, 1], sp: [5, 6], pv_now: [5, 5], co_now: [1, 1], pv: [5, 6], co: [1, 2]});
   assert.deepEqual(answersOf(answer, 7).pv, [5, 5]);
+});
+
+test('gains that can’t be asked for after an order are said to be so, until they are told again', async () => {
+  live.session = {};
+  const scope = {signal: undefined}, loop = {tag: 'FIC-101', pv_unit: 'L/min', co_unit: 'V'}, gains = {in_force: none, file: none, not_in_file: false};
+  const part = tuningPart(loop, scope, null), words = (node) => (typeof node === 'object' ? node.children.map(words).join(' ') || node.textContent || '' : String(node));
+  part.show(gains);
+  assert.match(words(part.node), /Integral time/);
+  globalThis.fetch = async () => ({ok: false, status: 503, headers: new Headers(), json: async () => ({error: 'the daemon is away'})});
+  await part.refresh();
+  assert.match(words(part.node), /the daemon is away/);
+  part.show(gains);
+  assert.match(words(part.node), /Integral time/);
+  assert.doesNotMatch(words(part.node), /away/);
 });

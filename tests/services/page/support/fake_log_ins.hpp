@@ -14,8 +14,10 @@ class FakeLogIns final : public page::ldap::LogIns {
  public:
   std::shared_future<page::ldap::Outcome> begin(const std::string& name,
                                                 const std::string& password,
-                                                const std::string& whose) override {
+                                                const std::string& whose,
+                                                page::Moment until) override {
     asked.push_back(name + "|" + password + "|" + whose);
+    waits_until = until;
     if (full) return {};
     answer = {};
     if (!silent) answer.set_value(says);
@@ -28,6 +30,7 @@ class FakeLogIns final : public page::ldap::LogIns {
   bool silent = false;  // until the test sets `answer`
   std::promise<page::ldap::Outcome> answer;
   std::vector<std::string> asked;
+  page::Moment waits_until;  // the newest
 };
 
 }  // namespace loopwarden::tests

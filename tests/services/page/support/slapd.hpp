@@ -24,6 +24,7 @@ class Slapd {
   static constexpr const char* kProgram = "/usr/sbin/slapd";
   static constexpr const char* kPassword = "correct horse";  // of all people
 
+  // otto is an operator, ella an engineer, nils in no group; zoe is another server's.
   // For tests that change nothing in it.
   static const Slapd& shared() {
     static const Slapd one;
@@ -63,6 +64,7 @@ class Slapd {
   void stop() { program_.end(SIGKILL); }
   // It accepts connections all the same: its system does.
   void hang() const { program_.signal(SIGSTOP); }
+  void go_on() const { program_.signal(SIGCONT); }
 
   std::string tls_server() const { return "127.0.0.1:" + std::to_string(tls_port_); }
   std::string plain_server() const { return "127.0.0.1:" + std::to_string(port_); }
@@ -150,7 +152,9 @@ class Slapd {
            "dn: cn=page,dc=plant\nobjectClass: organizationalRole\nobjectClass: "
            "simpleSecurityObject\nuserPassword: of the page\n\n" +
            person(user("otto"), "otto") + person(user("ella"), "ella") +
-           person(user("nils"), "nils") + person(odd, "odd") +
+           person(user("nils"), "nils") + person(odd, "odd") + "dn: " + user("zoe") +
+           "\nobjectClass: referral\nobjectClass: extensibleObject\nuid: zoe\nref: "
+           "ldap://elsewhere/\n\n" +
            group_of("viewers", "member: " + user("ella") + "\nmember: " + odd + "\n") +
            group_of("operators", "member: " + user("otto") + "\n") +
            group_of("engineers", "member: " + user("ella") + "\n");

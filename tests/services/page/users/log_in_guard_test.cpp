@@ -45,4 +45,27 @@ TEST_CASE("who knows the password is let in again soon") {
   for (int i = 0; i < 5; ++i) CHECK(guard.wait_s("anna", "10.0.0.1", kStart + seconds(232)) == 0);
 }
 
+TEST_CASE("what nobody judged does not count") {
+  LogInGuard guard;
+  const auto tried = [&](seconds at) { return guard.wait_s("anna", "10.0.0.1", kStart + at) == 0; };
+  for (int i = 0; i < 100; ++i) {
+    REQUIRE(tried(seconds(i)));
+    guard.not_judged("anna", "10.0.0.1", kStart + seconds(i));
+  }
+  for (int i = 0; i < 5; ++i) CHECK(tried(seconds(100)));
+  CHECK_FALSE(tried(seconds(100)));
+  SECTION("and prolongs no wait") {
+    for (int i = 0; i < 4; ++i) CHECK(tried(seconds(200 + 40 * i)));
+    const auto free_at = seconds(320 + 16);  // doubled four times
+    CHECK_FALSE(tried(free_at - seconds(1)));
+    REQUIRE(tried(free_at));
+    guard.not_judged("anna", "10.0.0.1", kStart + free_at);
+    CHECK(tried(free_at + seconds(1)));
+  }
+  SECTION("nor is another user's taken away") {
+    guard.not_judged("otto", "10.0.0.2", kStart + seconds(100));
+    CHECK_FALSE(tried(seconds(100)));
+  }
+}
+
 }  // namespace loopwarden::tests::log_in_guard_test

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/errand/disk_errand.hpp"
+
+#include <array>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+
+namespace disk_errand_test {
+
+using loopwarden::base::DiskErrand;
+
+namespace {
+
+int threads_called(const std::string& name) {
+  int count = 0;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream file(task.path() / "comm");
+    std::string one;
+    if (std::getline(file, one) && one == name) ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("several that ask for the first time at once have one thread between them") {
+  for (int round = 0; round < 200; ++round) {
+    DiskErrand errand("t-errand");
+    std::atomic<int> ready{0};
+    std::atomic<int> answered{0};
+    std::array<std::thread, 4> all;
+    for (std::thread& one : all) {
+      one = std::thread([&] {
+        ++ready;
+        while (ready < static_cast<int>(all.size())) std::this_thread::yield();
+        if (errand.ask<int>([] { return 1; }, std::chrono::minutes(1)) == 1) ++answered;
+      });
+    }
+    for (std::thread& one : all) one.join();
+    REQUIRE(answered == static_cast<int>(all.size()));
+    REQUIRE(threads_called("t-errand") == 1);
+  }
+}
+
+}  // namespace disk_errand_test

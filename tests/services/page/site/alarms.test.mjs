@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import './document.mjs';
+
+const {flapsText, notExplained} = await import('../../../../services/page/site/views/alarms.js');
+
+test('what came once does not flap, and what flaps is told with how often it came', () => {
+  assert.equal(flapsText({flaps: 0}), null);
+  assert.equal(flapsText({flaps: 1}), null);
+  assert.match(flapsText({flaps: 3}), /^3 times, each within a minute of going or while the alarm was on$/);
+});
+
+test('of a loop without a twin no explanation is awaited', () => {
+  assert.match(notExplained({twin: true}), /^The twin has not explained/);
+  assert.match(notExplained(undefined), /^The twin has not explained/);
+  assert.match(notExplained({twin: false}), /^This loop has no twin/);
+});
