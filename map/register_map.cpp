@@ -289,8 +289,7 @@ constexpr std::array kRegisters{
     holding(Field::explanation_high, Area::third, 22, f32, "explanation_high", "% of CO span",
             "interval of the size"),
     holding(Field::explanation_gap_closed, Area::third, 24, i16, "explanation_gap_closed", "%",
-            "of the gap to the twin, on minutes that were not fitted; -327.68: can't be said",
-            0.01),
+            "of the gap to the twin; -327.68: can't be said", 0.01),
     holding(Field::explanation_alarm, Area::third, 25, u16, "explanation_alarm", "",
             "the alarm that is explained: 1 stiction, 2 backlash, 3 hysteresis, 4 low_air_supply, "
             "5 unknown, 6 model_gap; 0: none is"),

@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <iterator>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "daemon/explain/explanation_file.hpp"
@@ -18,6 +20,7 @@ namespace loopwarden::daemon {
 namespace {
 
 namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLook{100};
 
 // Time counts from the alarm.
@@ -42,6 +45,10 @@ double after_alarm_s(const monitor::History::Minutes& minutes, std::uint64_t rai
 // Of minutes that a restart ended too soon, and that tell nothing.
 bool cut_short(const ExplainJob& job, const Explanation& explanation) {
   return job.resumed_s && *job.resumed_s < job.enough_s && explanation.verdict == kNotExplained;
+}
+
+void tell_no_room(const ExplainJob& job) {
+  spdlog::warn("explanation: no room to explain {} again", job.folder.string());
 }
 
 void tell_cut_short(const ExplainJob& job, Explanation& explanation) {
@@ -83,10 +90,8 @@ void Explainer::post(ExplainJob job) {
   if (settings_.program.empty()) return;
   {
     const std::lock_guard lock(mutex_);
-    const auto firsts = static_cast<std::size_t>(std::count_if(
-        queue_.begin(), queue_.end(), [](const Waiting& one) { return !one.job.repeat; }));
-    if (job.repeat || firsts < settings_.most_waiting) {
-      const auto now = std::chrono::steady_clock::now();
+    if (make_room(job)) {
+      const auto now = Clock::now();
       const auto due = now + job.wait;
       queue_.push_back({std::move(job), due, now});
       status_.waiting = queue_.size();
@@ -95,7 +100,23 @@ void Explainer::post(ExplainJob job) {
     }
     ++status_.failed;
   }
+  if (job.repeat) return tell_no_room(job);  // the one before it stands
   report_(job, nullptr, fmt::format("{} explanations wait already", settings_.most_waiting));
+}
+
+bool Explainer::make_room(const ExplainJob& job) {
+  const auto waiting = static_cast<std::size_t>(
+      std::count_if(queue_.begin(), queue_.end(), [](const Waiting& one) { return !one.at_work; }));
+  if (waiting < settings_.most_waiting) return true;
+  if (job.repeat) return false;
+  const auto newest = std::find_if(queue_.rbegin(), queue_.rend(), [](const Waiting& one) {
+    return one.job.repeat && !one.at_work;
+  });
+  if (newest == queue_.rend()) return false;
+  tell_no_room(newest->job);
+  ++status_.failed;
+  queue_.erase(std::next(newest).base());
+  return true;
 }
 
 void Explainer::wake() {
@@ -120,15 +141,23 @@ Explainer::Item Explainer::next_to_save() {
   return next;
 }
 
+Explainer::Item Explainer::next_to_explain() {
+  const auto rank = [now = Clock::now()](const Waiting& one) {
+    const bool due = one.due <= now;
+    return std::tuple(!due, due && one.job.repeat, one.due);
+  };
+  return std::min_element(queue_.begin(), queue_.end(),
+                          [&](const Waiting& a, const Waiting& b) { return rank(a) < rank(b); });
+}
+
 bool Explainer::is_due() const {
-  const auto now = std::chrono::steady_clock::now();
+  const auto now = Clock::now();
   return std::any_of(queue_.begin(), queue_.end(),
                      [&](const Waiting& one) { return one.due <= now; });
 }
 
-// Others are only put behind these while the lock is free.
+// While the lock is free others are put behind it, and repeats taken away: it is none.
 bool Explainer::save_one(std::unique_lock<std::mutex>& lock) {
-  using Clock = std::chrono::steady_clock;
   const Item unsaved = next_to_save();
   if (unsaved == queue_.end() || unsaved->save > Clock::now()) return false;
   lock.unlock();
@@ -154,16 +183,13 @@ bool Explainer::work_between(std::unique_lock<std::mutex>& lock) {
 }
 
 void Explainer::run() {
-  using Clock = std::chrono::steady_clock;
   std::unique_lock lock(mutex_);
   // Whatever is due: so it begins with what it has to read.
   work_between(lock);
   while (!quit_) {
     if (save_one(lock)) continue;
     if (!is_due() && work_between(lock)) continue;
-    const auto next =
-        std::min_element(queue_.begin(), queue_.end(),
-                         [](const Waiting& a, const Waiting& b) { return a.due < b.due; });
+    const Item next = next_to_explain();
     if (next == queue_.end()) {
       if (!quit_ && !woken_) changed_.wait(lock);
       continue;
@@ -174,9 +200,11 @@ void Explainer::run() {
                           unsaved == queue_.end() ? next->due : std::min(next->due, unsaved->save));
       continue;
     }
+    next->at_work = true;
     lock.unlock();
     const bool ended = explain(next->job);
     lock.lock();
+    next->at_work = false;
     if (quit_) break;
     if (!ended) {
       next->job.renewed = true;
@@ -244,14 +272,14 @@ bool Explainer::explain(const ExplainJob& job) {
 std::string Explainer::run_child(const ExplainJob& job) {
   base::ChildProcess child(settings_.program.string(),
                            {"explain", "--background", job.folder.string()});
-  const auto deadline = std::chrono::steady_clock::now() + settings_.most_time;
+  const auto deadline = Clock::now() + settings_.most_time;
   std::unique_lock lock(mutex_);
   for (;;) {
     if (const std::optional<int> code = child.ended()) {
       return *code == 0 ? "" : fmt::format("loopwarden explain ended with {}", *code);
     }
     if (quit_) return "the daemon ends";
-    if (std::chrono::steady_clock::now() >= deadline) {
+    if (Clock::now() >= deadline) {
       return fmt::format("not there after {} s", settings_.most_time.count());
     }
     changed_.wait_for(lock, kLook);

@@ -3,9 +3,10 @@
 // folder of the alarm's evidence.
 //
 // An explanation waits until its minutes are there (`wait`), then writes them to minutes.csv and starts the child; the
-// child bounds its own memory and processor time, and is killed after `most_time`. Whoever posts never waits. A queue
-// that is full drops the newest that came, and says so: the alarm stands without an explanation.
-// The loop's alarms of one incident have one explanation, done again as more has been seen (`repeat`).
+// child bounds its own memory and processor time, and is killed after `most_time`. Whoever posts never waits.
+// The loop's alarms of one incident have one explanation, done again as more has been seen (`repeat`). First ones go before
+// repeats. A queue that is full drops its newest repeat, else the newest that came, and says so: a repeat leaves the explanation
+// that is there, a first one the alarm without any.
 // While none is due, the thread does other work of this kind (`spare`), which makes room for one that comes due.
 //
 // Minutes live in memory. While an explanation waits, what is there of them is saved once a minute and at the end of the
@@ -46,8 +47,8 @@ struct ExplainJob {
   // Of what has changed, of the loop's time: how much has been seen once it is due, and the cycle at which it began.
   double seen_s = 0.0;
   std::int64_t changed_at = 0;
-  // One more of an alarm that has an explanation, over more minutes; dropped where `wanted` says no once it is due. It takes
-  // no first one's room; its minutes are not saved for a restart.
+  // One more of an alarm that has an explanation, over more minutes; dropped where `wanted` says no once it is due. Its
+  // minutes are not saved for a restart.
   bool repeat = false;
   std::function<bool()> wanted{};
 };
@@ -56,10 +57,10 @@ struct ExplainJob {
 using StopWork = std::function<bool(std::chrono::milliseconds)>;
 
 struct ExplainerSettings {
-  std::filesystem::path program;  // loopwarden; empty: there is none, nothing is explained
-  std::size_t most_waiting = 16;
-  std::chrono::seconds most_time{3600};               // of one, on a box without a moment to spare
-  std::chrono::milliseconds save{60'000};             // between saves of the minutes that wait
+  std::filesystem::path program;           // loopwarden; empty: there is none, nothing is explained
+  std::size_t most_waiting = 16;           // beside the one at work
+  std::chrono::seconds most_time{3600};    // of one, on a box without a moment to spare
+  std::chrono::milliseconds save{60'000};  // between saves of the minutes that wait
   std::function<bool(const StopWork& stop)> spare{};  // false: there is nothing to do
 };
 
@@ -97,10 +98,14 @@ class Explainer {
     ExplainJob job;
     std::chrono::steady_clock::time_point due;
     std::chrono::steady_clock::time_point save;  // the next time
+    bool at_work = false;
   };
   using Item = std::list<Waiting>::iterator;
   void ask_to_end();
+  // False: there is none. Of a full queue a repeat is dropped for a first one.
+  bool make_room(const ExplainJob& job);
   void run();
+  Item next_to_explain();
   bool is_due() const;
   // Of the minutes that wait those whose time has come; false: none has.
   bool save_one(std::unique_lock<std::mutex>& lock);

@@ -31,7 +31,7 @@ struct Explanation {
   double high_percent = kNone;
   std::optional<commission::Stick> stick{};  // agrees, and has the effect stiction
   double confidence = kNone;
-  double gap_closed = kNone;  // share, on minutes that were not fitted; NaN: too near to the noise
+  double gap_closed = kNone;  // share; NaN: too near to the noise
   bool agrees = false;
   double since_s = kNone;  // before the alarm
   std::vector<std::string> alternatives;

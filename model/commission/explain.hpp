@@ -8,9 +8,8 @@
 //               gap workflow does over the stretch alone; else what that finds
 //   agreement   an effect agrees with an alarm of its own name, and with others as its descriptor says; every effect
 //               agrees with model_gap
-//   final name  where no effect agrees, one has the confidence kSure and kClosed of the gap is closed on data that
-//               were not fitted (where that can't be said, confidence alone decides): of a valve effect its own alarm,
-//               else model_gap
+//   final name  where no effect agrees, one has the confidence kSure and kClosed of the gap is closed (where that can't be
+//               said, confidence alone decides): of a valve effect its own alarm, else model_gap
 //
 // Errors: none: a stretch that can't be used is not explained.
 // What it can't do: two changes at different times within the stretch.
@@ -53,7 +52,8 @@ struct Explanation {
   std::size_t at = 0;       // sample at which the change began, as far as is known
   gap::SampleRange from{};  // at which it may have begun, both ends; both 0: not known
   gap::Result result;
-  double closed = gap::kNone;  // share of the gap; NaN: too near to the noise floor to say
+  double closed = gap::
+      kNone;  // share of the gap, as its source has it; NaN: too near to the noise floor to say
   bool usable() const noexcept { return result.check.usable; }
 };
 Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm,

@@ -188,7 +188,8 @@ struct Sums {
 
 struct Hypothesis {
   std::vector<std::size_t> kinds;  // by number
-  std::vector<double> x;           // of each kind; last the moment, 0 earliest to 1 likeliest
+  // Of each kind; last the moment: -1 kUnseen_s before the earliest, 0 the earliest, 1 the likeliest.
+  std::vector<double> x;
   Sums errors;
 };
 
@@ -206,12 +207,12 @@ class Competition {
     twin_.scenario.faults.clear();
     const double h = record.period_s;
     const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
-    const double noise2 = noise2_ =
+    noise2_ =
         std::max(twin.transmitter.noise * twin.transmitter.noise + rounding * rounding, 1e-12);
     const double drive = 2.0 * monitor::load_intensity(twin);
     const double drive2 = drive * drive * h;
-    const double ahead2 = 0.5 * (drive2 + std::sqrt(drive2 * drive2 + 4.0 * drive2 * noise2));
-    gain_ = std::max(ahead2 / (ahead2 + noise2), 1.0 - std::exp(-h / kForgets_s));
+    const double ahead2 = 0.5 * (drive2 + std::sqrt(drive2 * drive2 + 4.0 * drive2 * noise2_));
+    gain_ = std::max(ahead2 / (ahead2 + noise2_), 1.0 - std::exp(-h / kForgets_s));
     warm_ = std::min(counted_ / 2, static_cast<std::size_t>(5.0 * plant::answer_s(twin) / h));
     training_end_ = change_ + (record.size() - change_) * 2 / 3;
   }
@@ -565,7 +566,8 @@ class Competition {
     const double noise_held = noise_square_ * held_share_;
     const double gap = alone.square_held - noise_held;
     // By then the load's filter may have taken over what no longer changes.
-    const double left = gap > kLeastExcess * noise_held
+    const bool held_tells = gap > kLeastExcess * noise_held;
+    const double left = held_tells
                             ? (won.errors.square_held - noise_held) / gap
                             : (won.errors.square - noise_square_) / (alone.square - noise_square_);
     out.closed = std::clamp(1.0 - left, -1.0, 1.0);
@@ -597,9 +599,13 @@ class Competition {
       out.effects.back().confidence = confidence;
       out.effects.back().evidence = numeric::text(
           "With %s, since %.0f s before the last sample (%.0f to %.0f s), the twin explains %.0f "
-          "%% of what it leaves alone, on data that were not fitted.",
+          "%% of what it can't without it, %s.",
           kinds_[won.kinds[k]].name, before_end_s(out.at), before_end_s(out.from.end),
-          before_end_s(out.from.begin), 100.0 * out.closed);
+          before_end_s(out.from.begin), 100.0 * out.closed,
+          held_tells
+              ? "over the last third of the stretch: fitted to what comes before, chosen by all"
+              : "over all that it was chosen by, most of which it was fitted to: the last "
+                "third of the stretch alone does not tell");
       if (kinds_[won.kinds[k]].block == Block::valve) {
         out.effects.back().interval = intervals(won, k);
       }

@@ -4,18 +4,20 @@
 // stem, or SP, moves), and the same law before and after.
 //
 //   r(k) = PV(k) - PV of the twin with the change under the measured CO       PV units
-//   e(k) = r(k) - d(k),  d <- d + K e    K of a load of twice the twin's intensity, begun before kUnseen_s
+//   e(k) = r(k) - d(k),  d <- d + K e    K of a load of twice the twin's intensity; it counts from kUnseen_s before the
+//            earliest moment on, of a record that begins later than twice that before it from half way on
 //   s^2    mean of e^2 before that
 //   rho(e) = b log(1 + e^2/b),  b = (kBound s)^2   the error as it counts: a slip that comes too late, or not at all, outweighs
 //            no more than others that are right
-//   closed = 1 - (sum e^2 - N s^2)/(the same of the twin alone), over the last third, which no number was fitted
-//            to (of what slips it chose among kFollowed places)
+//   closed = 1 - (sum e^2 - N s^2)/(the same of the twin alone), over the last third of what comes after the earliest moment:
+//            nothing was fitted to it, but it took part in the choice among what was; where the twin alone leaves next to
+//            no more than noise there, over all that counts, of which the most was fitted
 //   t      mean over sd/sqrt(B) of a rival's sum of rho less the winner's, over B blocks
 //   from   the moments at which the winner, all else kept, leaves less than kHardlyMore s^2 more
 //
 // What is fitted to the first two thirds of what comes after the earliest moment wins by the least sum of rho over all; of
 // those that the blocks can't tell apart (t below kAlike) the plainest is chosen, in the order of kinds(): gain, dead time,
-// lag, step, drift, then the valve's; the others are its alternatives. A second change is taken in where it halves what is
+// lag, step, drift, oscillation, then the valve's; the others are its alternatives. A second change is taken in where it halves what is
 // left, by blocks too, and closes kOfGap of the gap. Confidence is that of t against the nearest rival that is no
 // alternative, at most kMostSure, and less where not all is closed.
 //

@@ -383,7 +383,7 @@ void PlannedMoves::supervise(const CompensatorInputs& in) noexcept {
 void PlannedMoves::give_back(GivenBack reason) noexcept {
   ++given_back_;
   const bool for_good = reason == GivenBack::valve_follows || reason == GivenBack::no_gain ||
-                        reason == GivenBack::read_back_late || given_back_ >= 3;
+                        reason == GivenBack::moved_late || given_back_ >= 3;
   phase_ = MovePhase::given_back;
   reason_ = reason;
   release_ = true;
@@ -489,11 +489,9 @@ void PlannedMoves::probe() noexcept {
 void PlannedMoves::rest(const CompensatorInputs& in) noexcept {
   rested_s_ += period_s_;
   since_stood_s_ += period_s_;
-  if (since_stood_s_ < std::max(kLate_s, answer_s_)) {
-    const bool moved = (stem_.place - from_) * sign_of(leg_to_ - from_) > 0.3 * jump();
-    if (moved) give_back(GivenBack::read_back_late);
-    return;
-  }
+  const bool may_be_late = since_stood_s_ < std::max(kLate_s, answer_s_);
+  if (may_be_late && (stem_.place - from_) * sign_of(leg_to_ - from_) > 0.3 * jump())
+    return give_back(GivenBack::moved_late);
   if (seen() && stem_.moved && rested_s_ > settle_s()) {
     slipped_ = true;
     rested_s_ = 0.0;
@@ -505,15 +503,18 @@ void PlannedMoves::rest(const CompensatorInputs& in) noexcept {
   if (answer_due_ && rested_s_ > settings_.dead_time_s + 3.0 * settings_.time_constant_s)
     judge_answer();
   if (phase_ != MovePhase::resting) return;
-  if (slipped_ && answer_due_) return;
+  // What a set point asks for waits for neither.
+  const bool new_set_point = std::abs(in.set_point - planned_for_) > threshold_;
+  const bool waits = may_be_late || (slipped_ && answer_due_);
+  if (waits && !new_set_point) return;
   const bool long_ago = seen() && !answer_due_ && since_probe_s_ > kProbeAgain * cycle_s_;
-  if (slipped_ || suspicious_ >= 2 || moves_since_probe_ >= 25 || long_ago) {
+  const bool doubtful = slipped_ || suspicious_ >= 2 || moves_since_probe_ >= 25 || long_ago;
+  if (doubtful && !waits) {
     slipped_ = false;
     suspicious_ = 0;
     return begin_probe(in);
   }
   const double error = in.set_point - settings_.gain * stem().place - load_;
-  const bool new_set_point = std::abs(in.set_point - planned_for_) > threshold_;
   const double strained = budget_ < 0.0 && !new_set_point ? 1.0 - budget_ / (4.0 * jump()) : 1.0;
   const double pays = std::sqrt(squared(threshold_ * strained) + kDoubt * load_variance_);
   const bool shown = rested_s_ > kShown * answer_s_ + settle_s();
@@ -523,6 +524,7 @@ void PlannedMoves::rest(const CompensatorInputs& in) noexcept {
 
 void PlannedMoves::start_leg(double to, double output) noexcept {
   leg_s_ = 0.0;
+  since_stood_s_ = kNever;
   from_ = stem().place;
   leg_to_ = to;
   pushed_ = 0.0;

@@ -30,8 +30,9 @@
 //   the stem follows the probe (for good)            the read-back is lost; comes back: watches again
 //   PV and read-back contradict each other           windows of four cycles: RMS 1.1 times v0's (for good)
 //   two moves in a row did not move the stem         |SP - PV| above 5 sqrt(v0) + K s for longer than 3 L + 5 T
-//   the stem is read to move after a move was given up: the read-back is late (for good)
+//   the stem is read to move after its move was given up: it, or the read-back, is late (for good)
 // and watched again after ten cycles where not for good; after the third time for good. Reset starts afresh.
+// A set point that changes by more than h is followed at once, except in a move or a probe.
 // Probed again: the stem moved by itself, two moves landed as without friction, 25 moves, ten cycles (read-back only).
 //
 // `read_back` false: x is the stiction law's (Choudhury et al. 2005) stepped with CO. `shadow`: the same on a valve and a process
@@ -93,7 +94,7 @@ enum class GivenBack : std::uint8_t {
   stem_stands,
   no_gain,
   error_too_large,
-  read_back_late
+  moved_late
 };
 
 constexpr const char* to_text(MovePhase phase) noexcept {
@@ -101,10 +102,11 @@ constexpr const char* to_text(MovePhase phase) noexcept {
       phase, {"watching", "probing", "resting", "backing off", "moving", "given back"});
 }
 constexpr const char* to_text(GivenBack reason) noexcept {
-  return numeric::enum_name<GivenBack::read_back_late>(
+  return numeric::enum_name<GivenBack::moved_late>(
       reason, {"no", "the stem follows a probe", "the read-back is lost",
                "PV and read-back contradict each other", "the stem does not move",
-               "RMS of SP - PV does not fall", "SP - PV is too large", "the read-back is late"});
+               "RMS of SP - PV does not fall", "SP - PV is too large",
+               "the stem is read to move after its move was given up"});
 }
 
 // What it does at the moment, and why.
@@ -330,8 +332,9 @@ class PlannedMoves {
   bool slipped_ = false;        // the stem moved by itself
   std::uint32_t followed_ = 0;  // samples in a row in which the stem has followed the probe
   std::uint32_t unanswered_ = 0;
-  std::uint32_t stands_ = 0;      // moves in a row that did not move the stem
-  double since_stood_s_ = 0.0;    // since the last of them
+  std::uint32_t stands_ = 0;  // moves in a row that did not move the stem
+  // since the last of them, until the next move
+  double since_stood_s_ = std::numeric_limits<double>::infinity();
   std::uint32_t suspicious_ = 0;  // landings as of a valve without friction
   std::uint32_t moves_ = 0;
   std::uint32_t moves_since_probe_ = 0;

@@ -214,8 +214,7 @@ void print_explanation(const protocol::Explanation& e) {
                size_text(e.low_percent), size_text(e.high_percent));
   }
   if (std::isfinite(e.gap_closed)) {
-    fmt::print("  closes {:.0f} % of the gap on minutes that it was not fitted to\n",
-               100.0 * e.gap_closed);
+    fmt::print("  closes {:.0f} % of the gap to the twin\n", 100.0 * e.gap_closed);
   }
   if (e.since_s > 0.0) {
     fmt::print("  since {:.0f} min before the alarm, or earlier\n", e.since_s / 60.0);

@@ -270,10 +270,60 @@ TEST_CASE("a history that began anew after the alarm does not replace the minute
   CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4});
 }
 
-TEST_CASE("a repeat takes no first one's room, is not kept for a restart, and may be called off",
-          "[explain]") {
+TEST_CASE("repeats count towards the limit, and go before no first one", "[explain]") {
+  Bench bench("exit 1");
+  Explainer explainer = bench.make({.program = {}, .most_waiting = 3});
+  const auto repeat = [&](std::size_t loop) {
+    ExplainJob job = bench.job(loop);
+    job.repeat = true;
+    return job;
+  };
+  explainer.post(repeat(0));
+  explainer.post(repeat(1));
+  explainer.post(bench.job(2));
+  explainer.post(repeat(3));  // no room
+  CHECK(explainer.status().waiting == 3);
+  explainer.post(bench.job(4));  // in the place of 1
+  CHECK(explainer.status().waiting == 3);
+  CHECK(explainer.status().failed == 2);
+  CHECK(bench.reports.empty());
+  explainer.start();
+  REQUIRE(bench.wait(3));
+  explainer.stop();
+  std::vector<std::size_t> loops;
+  for (const Bench::Report& report : bench.reports) loops.push_back(report.job.loop);
+  CHECK(loops == std::vector<std::size_t>{2, 4, 0});
+}
+
+TEST_CASE("an explanation at work takes no room, of its repeat neither", "[explain]") {
+  Bench bench("exit 1");
+  std::mutex mutex;
+  Explainer* explainer = nullptr;
+  std::vector<std::size_t> waiting;
+  Explainer made{{.program = bench.program, .most_waiting = 1},
+                 [](std::size_t) { return minutes(); },
+                 [&](const ExplainJob& job, const Explanation*, const std::string&) {
+                   if (!job.repeat) {
+                     ExplainJob next = job;
+                     next.repeat = true;
+                     next.wait = std::chrono::hours(1);
+                     explainer->post(next);
+                   }
+                   const std::lock_guard lock(mutex);
+                   waiting.push_back(explainer->status().waiting);
+                 }};
+  explainer = &made;
+  made.post(bench.job());
+  made.start();
+  REQUIRE(
+      Bench::wait_until([&] { return made.status().failed == 1 && made.status().waiting == 1; }));
+  made.stop();
+  CHECK(waiting == std::vector<std::size_t>{2});
+}
+
+TEST_CASE("a repeat is not kept for a restart, and may be called off", "[explain]") {
   Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
-  Explainer explainer = bench.make({.program = {}, .most_waiting = 1});
+  Explainer explainer = bench.make();
   ExplainJob later = bench.job(1);
   later.repeat = true;
   later.wait = std::chrono::hours(1);

@@ -41,12 +41,16 @@ TEST_CASE("a change since a moment is named with its size, the plainest first",
   CHECK(gain.effects[0].spec.parameters.at("factor") == Approx(1.3).margin(0.02));
   CHECK(gain.effects[0].block == Block::process);
   CHECK(gain.closed > 0.9);
+  CHECK_THAT(gain.effects[0].evidence,
+             Catch::Contains("over the last third of the stretch: fitted to what comes before"));
 
   const auto step = named({{{"output_bias", {{"bias", 0.6}}}, Block::transmitter}});
   REQUIRE(step.effects.size() == 1);
   CHECK(step.effects[0].spec.name == "step_disturbance");
   CHECK(step.effects[0].spec.parameters.at("size") == Approx(0.6).margin(0.05));
   CHECK(step.effects[0].alternatives == std::vector<std::string>{"output_bias"});
+  // By the last third the load's filter has taken it over.
+  CHECK_THAT(step.effects[0].evidence, Catch::Contains("most of which it was fitted to"));
 }
 
 TEST_CASE("a fault of the valve is none of the process", "[commission][since]") {
@@ -107,6 +111,18 @@ TEST_CASE("what closes next to nothing beside a change is not named", "[commissi
   CHECK(sticks.effects[0].spec.name == "stiction");
 }
 
+TEST_CASE("a hysteresis of a tenth of the stick beside it is named, sizes of both are off",
+          "[commission][since]") {
+  const auto both = named({{{"stiction", {{"s", 0.9}, {"j", 0.4}}}, Block::valve},
+                           {{"hysteresis", {{"width", 0.08}}}, Block::valve}});
+  REQUIRE(both.effects.size() == 2);
+  CHECK(both.effects[0].spec.name == "stiction");
+  CHECK(both.effects[0].spec.parameters.at("s") == Approx(0.74).margin(0.03));
+  CHECK(both.effects[0].spec.parameters.at("j") == Approx(0.39).margin(0.02));
+  CHECK(both.effects[1].spec.name == "hysteresis");
+  CHECK(both.effects[1].spec.parameters.at("width") == Approx(0.155).margin(0.02));
+}
+
 TEST_CASE("a moment that is known within bounds is found, with its interval",
           "[commission][since]") {
   const auto gain = named({{{"gain_change", {{"factor", 1.3}}}, Block::process}}, 240.0, 360.0);
@@ -123,6 +139,15 @@ TEST_CASE("a moment that is known within bounds is found, with its interval",
   const auto play = named({{{"backlash", {{"deadband", 0.6}}}, Block::valve}}, 240.0, 330.0);
   REQUIRE(play.effects.size() == 1);
   CHECK(play.effects[0].block == Block::valve);
+}
+
+TEST_CASE("a change that began before it could be seen is found where it began",
+          "[commission][since]") {
+  const auto gain = named({{{"gain_change", {{"factor", 1.3}}}, Block::process}}, 380.0, 400.0);
+  REQUIRE(gain.effects.size() == 1);
+  CHECK(gain.effects[0].spec.name == "gain_change");
+  CHECK(gain.effects[0].spec.parameters.at("factor") == Approx(1.3).margin(0.02));
+  CHECK(0.1 * static_cast<double>(gain.at) == Approx(kAt_s).margin(6.0));
 }
 
 TEST_CASE("where nothing changed, nothing is named", "[commission][since]") {

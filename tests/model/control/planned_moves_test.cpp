@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "model/control/loop_controller.hpp"
@@ -73,16 +72,46 @@ struct Run {
   }
 };
 
+// A loop, one period after the other.
+struct Bench {
+  explicit Bench(const plant::LoopModel& m)
+      : plant(m, m.scenario.seed),
+        controller(m.controller, m.sample_time_s, m.scenario.set_point.front().second, 0.0) {
+    co = plant.output_for(m.scenario.set_point.front().second);
+    plant.reset(co);
+    controller.assume_output(co);
+    controller.request_mode(Mode::automatic);
+  }
+  ControllerOutput step(ReadBack read) {
+    const ControllerOutput out = controller.step({.process_variable = plant.process_variable(),
+                                                  .read_back = read.position,
+                                                  .read_back_valid = read.valid});
+    co = out.output;
+    plant.step(to_valve ? to_valve(co) : co);
+    return out;
+  }
+  ControllerOutput step() { return step({plant.stem()}); }
+  void steps(int count) {
+    for (int k = 0; k < count; ++k) step();
+  }
+  bool until(MovePhase phase, int most) {
+    for (int k = 0; k < most && state().phase != phase; ++k) step();
+    return state().phase == phase;
+  }
+  MovesState state() const { return controller.compensator().planned_moves()->state(); }
+
+  plant::Plant plant;
+  LoopController controller;
+  double co = 0.0;
+  std::function<double(double)> to_valve;  // what comes of CO at the stem
+};
+
 // `read_back`: what is read when the stem is there; `set_point` where the scenario's is not wanted.
 Run run(const plant::LoopModel& m, double duration_s,
         const std::function<ReadBack(double time_s, double stem)>& read_back = {},
         const std::function<double(double time_s)>& set_point = {}) {
-  plant::Plant plant(m, m.scenario.seed);
-  const double start = plant.output_for(m.scenario.set_point.front().second);
-  plant.reset(start);
-  LoopController c(m.controller, m.sample_time_s, m.scenario.set_point.front().second, 0.0);
-  c.assume_output(start);
-  c.request_mode(Mode::automatic);
+  Bench bench(m);
+  LoopController& c = bench.controller;
   Run result;
   const auto samples = static_cast<std::size_t>(duration_s / m.sample_time_s);
   for (std::size_t k = 0; k < samples; ++k) {
@@ -91,11 +120,9 @@ Run run(const plant::LoopModel& m, double duration_s,
       if (time_s >= from_s) c.request_set_point(wanted);
     }
     if (set_point) c.request_set_point(set_point(time_s));
-    const ReadBack read = read_back ? read_back(time_s, plant.stem()) : ReadBack{plant.stem()};
-    const double true_pv = plant.true_process_variable();
-    const ControllerOutput out = c.step({.process_variable = plant.process_variable(),
-                                         .read_back = read.position,
-                                         .read_back_valid = read.valid});
+    const double stem = bench.plant.stem();
+    const double true_pv = bench.plant.true_process_variable();
+    const ControllerOutput out = bench.step(read_back ? read_back(time_s, stem) : ReadBack{stem});
     result.error.push_back(out.set_point - true_pv);
     result.pv.push_back(true_pv);
     result.co.push_back(out.output);
@@ -103,7 +130,6 @@ Run run(const plant::LoopModel& m, double duration_s,
       result.state = planned->state();
       result.phase.push_back(result.state.phase);
     }
-    plant.step(out.output);
   }
   return result;
 }
@@ -257,7 +283,7 @@ TEST_CASE("a read-back that comes late gives the loop back for good after one mo
   });
   REQUIRE(with.phase[39999] != MovePhase::given_back);
   CHECK(with.state.phase == MovePhase::given_back);
-  CHECK(with.state.reason == GivenBack::read_back_late);
+  CHECK(with.state.reason == GivenBack::moved_late);
   CHECK(with.state.for_good);
 }
 
@@ -363,47 +389,136 @@ TEST_CASE("what a shadow says it gains is what is gained", "[control][planned_mo
 
 TEST_CASE("planned moves that are to act after a shadow go on with what they know",
           "[control][planned_moves]") {
-  const plant::LoopModel m = loop("choudhury");
-  CompensatorSettings settings = moves();
-  settings.shadow = true;
-  settings.planned.s *= 1.2;
-  plant::Plant plant(m, m.scenario.seed);
-  const double start = plant.output_for(7.0);
-  plant.reset(start);
-  ControllerSettings controller = m.controller;
-  controller.compensator = settings;
-  LoopController c(controller, m.sample_time_s, 7.0, 0.0);
-  c.assume_output(start);
-  c.request_mode(Mode::automatic);
-  c.request_set_point(8.0);
-  double co = start;
-  const auto step = [&] {
-    const ControllerOutput out = c.step({.process_variable = plant.process_variable(),
-                                         .read_back = plant.stem(),
-                                         .read_back_valid = true});
-    plant.step(out.output);
-    return std::exchange(co, out.output);
-  };
-  const auto state = [&] { return c.compensator().planned_moves()->state(); };
-  for (int k = 0; k < 30000; ++k) step();
-  REQUIRE(state().gain > 0.0);
-  REQUIRE(state().moves > 0);
-  const double learnt = state().s;
+  plant::LoopModel m = loop("choudhury");
+  m.controller.compensator = moves();
+  m.controller.compensator.shadow = true;
+  m.controller.compensator.planned.s *= 1.2;
+  Bench bench(m);
+  bench.controller.request_set_point(8.0);
+  bench.steps(30000);
+  REQUIRE(bench.state().gain > 0.0);
+  REQUIRE(bench.state().moves > 0);
+  const double learnt = bench.state().s;
   CHECK(learnt == Approx(kS).epsilon(0.1));
 
-  controller.compensator.shadow = false;
-  c.configure(controller);
-  const double before = step();
-  CHECK(co == Approx(before).margin(0.02));
-  CHECK(state().phase == MovePhase::probing);
-  CHECK(state().moves == 0);
-  CHECK_FALSE(state().shadow);
-  CHECK(state().s == Approx(learnt));
+  m.controller.compensator.shadow = false;
+  bench.controller.configure(m.controller);
+  const double before = bench.co;
+  bench.step();
+  CHECK(bench.co == Approx(before).margin(0.02));
+  CHECK(bench.state().phase == MovePhase::probing);
+  CHECK(bench.state().moves == 0);
+  CHECK_FALSE(bench.state().shadow);
+  CHECK(bench.state().s == Approx(learnt));
   // Other settings begin anew.
-  controller.compensator.planned.load = 0.01;
-  c.configure(controller);
-  step();
-  CHECK(state().phase == MovePhase::watching);
+  m.controller.compensator.planned.load = 0.01;
+  bench.controller.configure(m.controller);
+  bench.step();
+  CHECK(bench.state().phase == MovePhase::watching);
+}
+
+TEST_CASE("no hour has more moves than allowed over a time in shadow, or a reload",
+          "[control][planned_moves]") {
+  const bool shadow = GENERATE(true, false);
+  CAPTURE(shadow);
+  plant::LoopModel m = loop("choudhury");
+  m.controller.compensator = moves();
+  m.controller.compensator.planned.max_moves_per_hour = 2.0;
+  Bench bench(m);
+  std::vector<int> made;  // periods
+  MovePhase before = MovePhase::watching;
+  int period = 0;
+  const auto go_on_until = [&](int end) {
+    for (; period < end; ++period) {
+      bench.step();
+      const MovesState now = bench.state();
+      const bool leg = now.phase == MovePhase::moving || now.phase == MovePhase::backing_off;
+      if (!now.shadow && leg && now.phase != before) made.push_back(period);
+      before = now.phase;
+    }
+  };
+  while (made.size() < 2 && period < 20000) {
+    bench.controller.request_set_point(period / 1000 % 2 == 0 ? 8.0 : 7.0);
+    go_on_until(period + 1);
+  }
+  REQUIRE(made.size() == 2);
+  REQUIRE(made.back() - made.front() < 3000);
+  bench.controller.request_set_point(8.0);
+  if (shadow) {
+    go_on_until(made.front() + 10000);
+    m.controller.compensator.shadow = true;
+    bench.controller.configure(m.controller);
+    bench.controller.request_set_point(7.5);  // by which it cycles
+    go_on_until(made.front() + 32000);
+    REQUIRE(bench.state().shadow);
+    REQUIRE(bench.state().phase == MovePhase::resting);
+    m.controller.compensator.shadow = false;
+  } else {
+    go_on_until(made.front() + 28000);
+    m.controller.compensator.planned.load = 0.001;
+  }
+  bench.controller.configure(m.controller);
+  go_on_until(made.front() + 34000);
+  REQUIRE(bench.state().phase == MovePhase::resting);
+  bench.controller.request_set_point(7.0);
+  go_on_until(made.front() + 35900);
+  CHECK(made.size() == 2);
+  go_on_until(made.front() + 37000);
+  CHECK(made.size() > 2);
+}
+
+TEST_CASE("a set point that steps just after a move did not move the stem is followed at once",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury");
+  m.controller.compensator = moves();
+  Bench bench(m);
+  bench.controller.request_set_point(8.0);
+  bench.steps(30000);
+  REQUIRE(bench.state().phase == MovePhase::resting);
+  // From here on the stem breaks loose only where CO goes far.
+  bench.to_valve = [held = bench.co](double co) mutable {
+    if (std::abs(co - held) > 2.0) held = co;
+    return held;
+  };
+  const double stem = bench.plant.stem();
+  bench.controller.request_set_point(8.8);
+  REQUIRE(bench.until(MovePhase::moving, 50));
+  REQUIRE(bench.until(MovePhase::resting, 600));
+  REQUIRE(bench.plant.stem() == Approx(stem).margin(1e-3));
+  bench.steps(20);
+  const double before = bench.co;
+  bench.controller.request_set_point(12.0);
+  bench.steps(10);
+  CHECK(bench.co > before + 1.0);
+  bench.steps(300);
+  CHECK(bench.plant.true_process_variable() == Approx(12.0).margin(0.3));
+  CHECK(bench.state().reason == GivenBack::no);
+}
+
+TEST_CASE("a set point that steps just after the stem slipped by itself is followed at once",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury");
+  m.controller.compensator = moves();
+  Bench bench(m);
+  bench.controller.request_set_point(8.0);
+  bench.steps(30000);
+  REQUIRE(bench.state().phase == MovePhase::resting);
+  const double stem = bench.plant.stem();
+  const double push = bench.co > stem ? 0.5 : -0.5;
+  bench.to_valve = [push](double co) { return co + push; };
+  bench.steps(3);
+  bench.to_valve = nullptr;
+  bench.steps(30);
+  REQUIRE(std::abs(bench.plant.stem() - stem) > 0.2);
+  REQUIRE(bench.state().phase == MovePhase::resting);
+  const double before = bench.co;
+  bench.controller.request_set_point(10.0);
+  bench.steps(10);
+  CHECK(bench.co > before + 0.5);
+  // Whether the valve still sticks is looked at nevertheless.
+  CHECK(bench.until(MovePhase::probing, 600));
+  CHECK(bench.until(MovePhase::resting, 600));
+  CHECK(bench.plant.true_process_variable() == Approx(10.0).margin(0.3));
 }
 
 TEST_CASE("units and direction of action change nothing but their numbers",
