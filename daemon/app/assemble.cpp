@@ -231,6 +231,7 @@ console::Parts Assembly::console_parts() {
           .severe_percent = configuration.daemon.alarms.severe_percent,
           .daemon_status = [this] { return status_of(*this); },
           .box_description = [this] { return description_of(*this); },
+          .links = [this] { return links_of(*this); },
           .config_hash = [this] { return reloader.config_hash(); },
           .reload = [this](const std::string& peer, bool dry_run,
                            bool take_file) { return reloader.post(peer, dry_run, take_file); },
