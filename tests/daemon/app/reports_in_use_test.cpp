@@ -49,8 +49,7 @@ TEST_CASE("a report that a running loop works with is needed, by whatever name",
 
 TEST_CASE("a report that a file names is needed by the next start", "[app]") {
   Bench bench;
-  bench.files.write("loops.d/a.yaml",
-                    kLoop + "monitor: {twin: ../state/reports/one/twin.yaml}\n");
+  bench.files.write("loops.d/a.yaml", kLoop + "monitor: {twin: ../state/reports/one/twin.yaml}\n");
   CHECK(bench.needed("one"));
   CHECK_FALSE(bench.needed("one-more"));
   // What they name can't be told.
