@@ -236,13 +236,13 @@ TEST_CASE("a loop that can't be put back is not given back, and what ended the t
 
 TEST_CASE("where a fault's action has the output, a loop that is not put back is not given back",
           "[setup]") {
-  Plant plant;
+  Plant plant(with(loop_text(), "output_lost: hold", "output_lost: 3"));
   plant.start();
   ScriptedPerson& person = plant.s.person;
   person.lines = {"FIC-101", "2 8", "0 10", "1.5"};
   person.hears = [&](const std::string& text) {
     if (text.find("CO 2 V") == std::string::npos) return;
-    plant.device.command("pv nan");
+    plant.device.freeze();
     REQUIRE(test::eventually([&] { return !plant.daemon.is("FIC-101", "fault", "none"); }));
   };
   CHECK_THROWS_AS(setup::stroke_valve(plant.s.all), workbench::TestAborted);

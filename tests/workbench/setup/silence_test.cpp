@@ -39,10 +39,9 @@ TEST_CASE("what is no watchdog's move does not pass for one", "[setup]") {
   // It was on its way, or something else moves it.
   CHECK_THAT(why([](double t) { return t < 0.5 ? kBefore : kHome; }), Catch::Contains("too soon"));
   CHECK_THAT(why([](double t) { return t < 5.5 ? kBefore : kHome; }), Catch::Contains("too soon"));
-  CHECK_THAT(why([](double t) {
-               return t < 11.0 ? kBefore : std::numeric_limits<double>::quiet_NaN();
-             }),
-             Catch::Contains("nothing told"));
+  CHECK_THAT(
+      why([](double t) { return t < 11.0 ? kBefore : std::numeric_limits<double>::quiet_NaN(); }),
+      Catch::Contains("nothing told"));
 }
 
 }  // namespace loopwarden::workbench::setup::silence_test
