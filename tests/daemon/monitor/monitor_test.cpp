@@ -48,6 +48,25 @@ model::WindowJudgement fault(AlarmKind kind, double severity) {
   return judgement;
 }
 
+model::CorrectiveSettings planned_moves(bool on_order) {
+  return {.enabled = true,
+          .form = model::CorrectiveForm::planned_moves,
+          .on_order = on_order,
+          .max_move = 2.0,
+          .max_moves_per_hour = 30.0};
+}
+
+// A stiction alarm, as a stick that is known.
+Explanation explained_at(std::int64_t utc_ms) {
+  Explanation e;
+  e.alarm = AlarmKind::stiction;
+  e.raised_ms = e.ended_ms = utc_ms;
+  e.effect = "stiction";
+  e.stick = commission::Stick{
+      .s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}, .confidence = 0.9};
+  return e;
+}
+
 constexpr std::uint64_t kWindow = model::kWindowSamples;
 
 struct Bench {
@@ -140,6 +159,16 @@ struct Bench {
       if (i % 200 == 199) monitor->round();
     }
     for (int i = 0; i < 8; ++i) monitor->round();
+  }
+
+  // The loop takes the order that has been given, which is this.
+  void answer(rt::MovesWish wish) {
+    rt::Order order;
+    REQUIRE(box.orders.try_pop(order));
+    CHECK(order.moves == wish);
+    CHECK_FALSE(order.jacket);
+    box.answers.try_push({order.number, rt::Refusal::none});
+    monitor->round();
   }
 
   // Of the first loop.
@@ -695,41 +724,24 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
           "[monitor][corrective]") {
   Bench bench;
   const bool on_order = GENERATE(false, true);
-  bench.make_monitor({.enabled = true,
-                      .form = model::CorrectiveForm::planned_moves,
-                      .on_order = on_order,
-                      .max_move = 2.0,
-                      .max_moves_per_hour = 30.0});
+  bench.make_monitor(planned_moves(on_order));
   const auto corrective = [&] { return bench.board->watch(0).corrective; };
-  rt::OrderBox& box = bench.box;
   rt::Order order;
-  const auto answered = [&](rt::MovesWish wish) {
-    REQUIRE(box.orders.try_pop(order));
-    CHECK(order.moves == wish);
-    CHECK_FALSE(order.jacket);
-    box.answers.try_push({order.number, rt::Refusal::none});
-    bench.monitor->round();
-  };
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
   CHECK(corrective() == model::CorrectiveState::waiting);
   CHECK_FALSE(bench.board->begin_offered(0, "anna", "").accepted);
 
-  Explanation e;
-  e.alarm = AlarmKind::stiction;
-  e.raised_ms = e.ended_ms = bench.now_ms;
-  e.effect = "stiction";
-  e.stick = commission::Stick{
-      .s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}, .confidence = 0.9};
+  const Explanation e = explained_at(bench.now_ms);
   bench.board->explained(0, e);
   bench.run(kWindow);
   if (on_order) {
     CHECK(corrective() == model::CorrectiveState::offered);
-    CHECK_FALSE(box.orders.try_pop(order));
+    CHECK_FALSE(bench.box.orders.try_pop(order));
     CHECK(bench.board->begin_offered(0, "anna", "until the shutdown").accepted);
     bench.monitor->round();
   }
-  answered(rt::MovesWish::shadow);
+  bench.answer(rt::MovesWish::shadow);
   CHECK(corrective() == model::CorrectiveState::in_shadow);
   const control::PlannedMovesSettings settings = bench.moves_settings.newest();
   CHECK(settings.gain == bench.twin.process.gain);
@@ -739,7 +751,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
 
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
   bench.run(7 * kWindow);  // 673 s
-  answered(rt::MovesWish::on);
+  bench.answer(rt::MovesWish::on);
   CHECK(corrective() == model::CorrectiveState::trying);
 
   // The windows no longer show the valve: the alarm stays all the same.
@@ -755,13 +767,13 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
                        .reason = control::GivenBack::valve_follows,
                        .for_good = true});
   bench.run(1);
-  answered(rt::MovesWish::off);
+  bench.answer(rt::MovesWish::off);
   CHECK(corrective() == model::CorrectiveState::waiting);
   bench.moves.none();
   bench.judges[0]->says.result = model::WindowJudgement::Result::no_fault;
   bench.run(3 * kWindow);
   CHECK_FALSE(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).active());
-  CHECK_FALSE(box.orders.try_pop(order));
+  CHECK_FALSE(bench.box.orders.try_pop(order));
 }
 
 TEST_CASE("what was explained of an alarm from before the start begins no planned moves",
@@ -769,19 +781,10 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
-  Explanation e;
-  e.alarm = AlarmKind::stiction;
-  e.raised_ms = e.ended_ms = bench.now_ms;
-  e.effect = "stiction";
-  e.stick = commission::Stick{
-      .s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}, .confidence = 0.9};
+  const Explanation e = explained_at(bench.now_ms);
   bench.now_ms += 1000;
   const bool on_order = GENERATE(false, true);
-  bench.make_monitor({.enabled = true,
-                      .form = model::CorrectiveForm::planned_moves,
-                      .on_order = on_order,
-                      .max_move = 2.0,
-                      .max_moves_per_hour = 30.0});
+  bench.make_monitor(planned_moves(on_order));
   // As the daemon does once all is made.
   bench.board->restore(0, e);
   bench.run(3 * kWindow);
@@ -794,32 +797,14 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
 TEST_CASE("planned moves go by the newest explanation of the incident", "[monitor][corrective]") {
   Bench bench;
   const bool on_order = GENERATE(false, true);
-  bench.make_monitor({.enabled = true,
-                      .form = model::CorrectiveForm::planned_moves,
-                      .on_order = on_order,
-                      .max_move = 2.0,
-                      .max_moves_per_hour = 30.0});
+  bench.make_monitor(planned_moves(on_order));
   const auto corrective = [&] { return bench.board->watch(0).corrective; };
   rt::Order order;
-  const auto answered = [&](rt::MovesWish wish) {
-    REQUIRE(bench.box.orders.try_pop(order));
-    CHECK(order.moves == wish);
-    bench.box.answers.try_push({order.number, rt::Refusal::none});
-    bench.monitor->round();
-  };
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
-  const Explanation earlier = [&] {
-    Explanation e;
-    e.alarm = AlarmKind::stiction;
-    e.raised_ms = bench.now_ms - 1;
-    e.ended_ms = bench.now_ms;
-    e.effect = "stiction";
-    e.final_name = AlarmKind::model_gap;
-    e.stick = commission::Stick{
-        .s = 0.8, .j = 0.3, .s_interval = {0.7, 0.9}, .j_interval = {}, .confidence = 0.9};
-    return e;
-  }();
+  Explanation earlier = explained_at(bench.now_ms);
+  --earlier.raised_ms;
+  earlier.final_name = AlarmKind::model_gap;
   // Of the incident before this one.
   bench.board->explained(0, earlier);
   bench.run(kWindow);
@@ -843,19 +828,19 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
     CHECK_FALSE(bench.box.orders.try_pop(order));
     return;
   }
-  answered(rt::MovesWish::shadow);
+  bench.answer(rt::MovesWish::shadow);
   CHECK(bench.moves_settings.newest().s == 0.8);
   // Anew, while they are in shadow.
   e.stick->s = 0.7;
   bench.board->explained(0, e);
   bench.monitor->round();
-  answered(rt::MovesWish::shadow);
+  bench.answer(rt::MovesWish::shadow);
   CHECK(bench.moves_settings.newest().s == 0.7);
   bench.monitor->round();
   CHECK_FALSE(bench.box.orders.try_pop(order));
   bench.board->explained(0, other);
   bench.monitor->round();
-  answered(rt::MovesWish::off);
+  bench.answer(rt::MovesWish::off);
   CHECK(corrective() == model::CorrectiveState::waiting);
 }
 
@@ -865,20 +850,15 @@ TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly
   bench.make_monitor({.enabled = true, .form = model::CorrectiveForm::planned_moves});
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
-  Explanation e;
-  e.alarm = AlarmKind::stiction;
-  e.raised_ms = e.ended_ms = bench.now_ms;
-  e.effect = "stiction";
-  e.stick = commission::Stick{
-      .s = 0.8, .j = 0.3, .s_interval = {0.4, 0.9}, .j_interval = {}, .confidence = 0.9};
+  Explanation e = explained_at(bench.now_ms);
+  e.stick->s_interval = {0.4, 0.9};
   bench.board->explained(0, e);
   bench.run(kWindow);
-  rt::Order order;
-  REQUIRE(bench.box.orders.try_pop(order));
-  bench.box.answers.try_push({order.number, rt::Refusal::none});
+  bench.answer(rt::MovesWish::shadow);
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
   bench.run(10 * kWindow);
   CHECK(bench.board->watch(0).corrective == model::CorrectiveState::in_shadow);
+  rt::Order order;
   CHECK_FALSE(bench.box.orders.try_pop(order));
 }
 
