@@ -107,6 +107,7 @@ const en = {
     overshoot: 'Overshoot', settling: 'Settles', iae: 'IAE, {unit}', gainMargin: 'Gain margin', remark: 'Remark', recommended: 'recommended',
     against: {unstable: 'unstable', restless: 'does not settle', margin: 'little margin', scale: 'leaves out the gain'},
     steps: 'Simulated at mid range: SP steps by 10 % of PV’s range, then the load by −10 %. Overshoot and settling (2 %) are of SP’s step, IAE, the integral of |SP − PV|, of the load’s. Recommended is the least IAE with Ms of {most} at most. A sticking valve, noise and other limits are left out.',
+    sick: 'On now: {alarms}. What stands here leaves that out: clear it up before the loop is tuned.',
     upper: 'Simulated PV, today and proposed', lower: 'Simulated controller output, today and proposed', apply: 'Apply {rule} …', nothing: 'These gains are in force.',
     needsEngineer: 'To tune, log in as an engineer.', off: 'Tuning from this page is off (loopwardend.yaml: page: tuning).',
     confirm: 'Check tag and gains. They act on the process at once, without a bump. A restart of the daemon takes the gains of the file, a reload only with --take-file.', old: 'In force', new: 'New', set: 'Set {tag}', done: '{tag}: the gains are in force.', conflict: 'Nothing was changed: the gains are {gains} by now. Check again.',
@@ -202,7 +203,7 @@ const en = {
   },
   journal: {
     title: 'Journal', search: 'Search', loop: 'Loop', kind: 'Kind', from: 'From', to: 'To', any: 'All', apply: 'Search', reset: 'Clear', csv: 'Download CSV', older: 'Older lines', nothing: 'No line is like that.',
-    caption: 'Lines of the journal, the newest first', time: 'Time', what: 'What', change: 'From → to', who: 'Who', result: 'Result', reason: 'Reason',
+    caption: 'Lines of the journal, the newest first', time: 'Time', what: 'What', change: 'From → to', consequence: 'consequence of {alarm}', who: 'Who', result: 'Result', reason: 'Reason',
     kinds: {alarm: 'Alarm', operator: 'Operator', register: 'Register', system: 'System'}, daemon: 'daemon',
   },
   asked: {
