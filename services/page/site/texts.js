@@ -138,7 +138,7 @@ const en = {
   },
   measures: {
     caption: 'Classical measures of the newest window', measure: 'Measure', value: 'Value',
-    oscillation: 'Oscillation', oscillates: 'every {period}, regularity {index}', steady: 'does not oscillate (regularity {index})',
+    oscillation: 'Oscillation', oscillates: 'every {period}, regularity {index}', steady: 'none within this window (regularity {index})',
     variability: 'Variability, std of SP − PV', meanError: 'Mean of SP − PV', saturated: 'Output at a limit', travel: 'Travel',
     reversals: 'Reversals', stick: 'Stick', stickBy: '{value}, from {source}', perHour: '{value} /h', percentPerHour: '{value} %/h',
     state: 'Window', windows: 'Windows judged', suppressed: '{n}, of them {m} not fit', hours: 'Hours automatic, manual, at a limit',
@@ -177,7 +177,7 @@ const en = {
     firstOut: 'first', nothing: 'No alarm is on, and none waits.', gone: 'This incident is over, and none of its alarms waits.', pick: 'Choose an alarm to see what it means and what to do.',
     cause: 'What it means', consequence: 'If nothing is done', action: 'What to do', evidence: 'Evidence', evidenceFor: '{n} samples that raised it, every {step}', noEvidence: 'No evidence is kept for this alarm.',
     evidenceUpper: 'Evidence: PV and set point', evidenceLower: 'Evidence: output and stem', replay: 'Judge it once more, on this box', history: 'History', historyCaption: 'Lines of the journal on this alarm, the newest first',
-    worst: 'worst {size}', changed: 'Changed', until: 'shelved until {time}', consequenceOf: 'It follows from: {alarm}.', explanation: 'Why, by the twin', noExplanation: 'The twin has not explained this alarm.',
+    worst: 'worst {size}', changed: 'Changed', until: 'shelved until {time}', consequenceOf: 'It follows from: {alarm}.', explanation: 'Why, by the twin', noExplanation: 'The twin has not explained this alarm so far. It needs ten minutes of what has changed, and then the processor’s idle time.',
     acknowledge: 'Acknowledge', reset: 'Reset', shelve: 'Shelve …', unshelve: 'Take off the shelf', calm: 'Begin planned moves', noActing: 'Acting on alarms from this page is off (loopwardend.yaml: page: alarms).',
     needsOperator: 'To acknowledge or shelve, log in as an operator.',
     reason: 'Reason', reasonOptional: 'Reason (optional)', minutes: 'For', minutesUnit: '{n} min', hoursUnit: '{n} h', done: 'Done: {loop}, {alarm}: {state}', notOnDisk: 'Done, but the journal is not on the disk yet.',

@@ -34,7 +34,13 @@ test('before the first window nothing is measured, and no measure is good', () =
   const variability = (windows) => cellsOf(measureTable({...MONITOR, windows})).find(([name]) => name.startsWith('Variability'))[1];
   assert.equal(variability(3), '0.00 %');
   assert.equal(variability(0), '–');
-  assert.doesNotMatch(wordsOf(measureTable({...MONITOR, windows: 0})), /oscillate/);
+  assert.doesNotMatch(wordsOf(measureTable({...MONITOR, windows: 0})), /regularity/);
+});
+
+test('a window in which nothing oscillates says so of itself, not of the loop', () => {
+  const said = (more) => cellsOf(measureTable({...MONITOR, ...more})).find(([name]) => name === 'Oscillation')[1];
+  assert.equal(said({oscillation_index: 0.7}), 'none within this window (regularity 0.7)');
+  assert.equal(said({oscillation_index: 2, oscillation_period_s: 40}), 'every 40 s, regularity 2');
 });
 
 test('a PV that is older than the daemon has never come', () => {
