@@ -51,7 +51,7 @@ const en = {
   // Whether a loop acts on its valve: at a glance, and in full.
   acts: {
     acts: ['Acts', 'The controller writes its output to the valve.'],
-    manual: ['Manual', 'A person has set the output; the controller does not move it.'],
+    manual: ['Manual', 'The controller does not move the output.'],
     fallback: ['Fallback', 'A safe action holds the output; the controller does not move it.'],
     not_written: ['Not written', 'Nothing of the output reaches the valve: {why}.'],
     out_of_service: ['Out of service', 'The safe action has the output: {why}.'],
@@ -95,7 +95,7 @@ const en = {
     judgedBy: 'Judged by', by: {specialists: 'specialists for {list}', routine: 'routine evidence', twin: 'its twin', none: 'nothing: no alarm of its valve can come'}, source: 'Its source', processAlarms: 'Alarms and their limits',
   },
   design: {
-    caption: 'Alarms that this loop can raise, the process’s first', alarm: 'Alarm', priority: 'Priority', limit: 'Limit', deadBand: 'Dead band', delays: 'Delay, on and off', suppressedBy: 'Suppressed by', now: 'Now', within: 'Time to act',
+    caption: 'Alarms that this loop can raise, the process’s first', alarm: 'Alarm', priority: 'Priority', limit: 'Limit', deadBand: 'Dead band', delays: 'Delay, on and off', suppressedBy: 'Suppressed by', now: 'Now', notNow: 'can’t be raised at present', within: 'Time to act',
     priorities: {critical: 'critical', high: 'high', medium: 'medium', low: 'low'}, noLimits: 'No limits of PV are given in this loop’s file (alarms: …).',
   },
   tuning: {
@@ -141,7 +141,7 @@ const en = {
     oscillation: 'Oscillation', oscillates: 'every {period}, regularity {index}', steady: 'none within this window (regularity {index})',
     variability: 'Variability, std of SP − PV', meanError: 'Mean of SP − PV', saturated: 'Output at a limit', travel: 'Travel',
     reversals: 'Reversals', stick: 'Stick', stickBy: '{value}, from {source}', perHour: '{value} /h', percentPerHour: '{value} %/h',
-    state: 'Window', windows: 'Windows judged', suppressed: '{n}, of them {m} not fit', hours: 'Hours automatic, manual, at a limit',
+    state: 'Window', windows: 'Windows judged', suppressed: '{n}, of them {m} not fit', hours: 'Time in automatic, in manual, at a limit',
     bridged: 'Cycles stood in for',
   },
   windows: {
