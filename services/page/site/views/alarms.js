@@ -77,7 +77,7 @@ function boxGroup(lines, chosen) {
 }
 
 function listOf(chosen) {
-  const lines = arrangedAlarms(linesOf(live.alarms, live.incidents)), box = lines.filter(ofBox), loops = lines.filter((line) => !ofBox(line));
+  const lines = arrangedAlarms(linesOf(live.alarms, live.incidents), live.severe_percent), box = lines.filter(ofBox), loops = lines.filter((line) => !ofBox(line));
   if (!lines.length) return [el('p', {class: 'nothing'}, live.stale ? texts.notKnownNow : live.alarmsKnown ? t.nothing : texts.loading)];
   return [boxGroup(box, chosen), loops.length ? tableOf(t.caption, loops, chosen) : null].filter(Boolean);
 }
