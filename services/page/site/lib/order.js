@@ -17,7 +17,8 @@ export const poor = (o, i) => o.condition[i] !== null && o.condition[i] < 50;
 export const abnormal = (o, i) =>
   unknown(o, i) || faulty(o, i) || alarmed(o, i) || notAutomatic(o, i) || badQuality(o, i) || poor(o, i);
 
-// The greater the sooner. `grave`: an alarm that is on waits and is acted on now. Condition counts in steps of ten, so that loops don't change places with every window.
+// The greater the sooner. `grave`: an alarm that is on waits and is acted on now. Condition counts in steps of ten, so that loops don't
+// change places with every window.
 export function urgency(o, i, grave = false) {
   const state = named(ALARM_STATES, o.alarm[i]);
   let rank = Math.max(STATE_RANK[state] ?? 0, NE107_RANK[named(NE107, o.ne107[i])], faulty(o, i) ? 70 : 0);
