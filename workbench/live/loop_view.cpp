@@ -70,7 +70,7 @@ std::string valve_line(const protocol::LoopStatus& loop) {
       loop.cycle.value_or(protocol::Cycle{}).ne107, m.windows, m.window_state,
       m.variability_percent,
       m.oscillation_index > 1.0 ? fmt::format("oscillates at {:.1f} s", m.oscillation_period_s)
-                                : std::string("does not oscillate"),
+                                : std::string("no oscillation within it"),
       m.travel_percent_per_hour, m.reversals_per_hour,
       std::isfinite(m.stick_percent) ? fmt::format("{:.1f} % ({})", m.stick_percent, m.stick_source)
                                      : std::string("-"));

@@ -53,7 +53,7 @@ const en = {
   // Whether a loop acts on its valve: at a glance, and in full.
   acts: {
     acts: ['Acts', 'The controller writes its output to the valve.'],
-    manual: ['Manual', 'A person has set the output; the controller does not move it.'],
+    manual: ['Manual', 'The controller does not move the output.'],
     fallback: ['Fallback', 'A safe action holds the output; the controller does not move it.'],
     not_written: ['Not written', 'Nothing of the output reaches the valve: {why}.'],
     out_of_service: ['Out of service', 'The safe action has the output: {why}.'],
@@ -97,7 +97,7 @@ const en = {
     judgedBy: 'Judged by', by: {specialists: 'specialists for {list}', routine: 'routine evidence', twin: 'its twin', none: 'nothing: no alarm of its valve can come'}, source: 'Its source', processAlarms: 'Alarms and their limits',
   },
   design: {
-    caption: 'Alarms that this loop can raise, the process’s first', alarm: 'Alarm', priority: 'Priority', limit: 'Limit', deadBand: 'Dead band', delays: 'Delay, on and off', suppressedBy: 'Suppressed by', now: 'Now', within: 'Time to act',
+    caption: 'Alarms that this loop can raise, the process’s first', alarm: 'Alarm', priority: 'Priority', limit: 'Limit', deadBand: 'Dead band', delays: 'Delay, on and off', suppressedBy: 'Suppressed by', now: 'Now', notNow: 'can’t be raised at present', within: 'Time to act',
     priorities: {critical: 'critical', high: 'high', medium: 'medium', low: 'low'}, noLimits: 'No limits of PV are given in this loop’s file (alarms: …).',
   },
   tuning: {
@@ -109,6 +109,7 @@ const en = {
     overshoot: 'Overshoot', settling: 'Settles', iae: 'IAE, {unit}', gainMargin: 'Gain margin', remark: 'Remark', recommended: 'recommended',
     against: {unstable: 'unstable', restless: 'does not settle', margin: 'little margin', scale: 'leaves out the gain'},
     steps: 'Simulated at mid range: SP steps by 10 % of PV’s range, then the load by −10 %. Overshoot and settling (2 %) are of SP’s step, IAE, the integral of |SP − PV|, of the load’s. Recommended is the least IAE with Ms of {most} at most. A sticking valve, noise and other limits are left out.',
+    sick: 'On now: {alarms}. What stands here leaves that out: clear it up before the loop is tuned.',
     upper: 'Simulated PV, today and proposed', lower: 'Simulated controller output, today and proposed', apply: 'Apply {rule} …', nothing: 'These gains are in force.',
     needsEngineer: 'To tune, log in as an engineer.', off: 'Tuning from this page is off (loopwardend.yaml: page: tuning).',
     confirm: 'Check tag and gains. They act on the process at once, without a bump. A restart of the daemon takes the gains of the file, a reload only with --take-file.', old: 'In force', new: 'New', set: 'Set {tag}', done: '{tag}: the gains are in force.', conflict: 'Nothing was changed: the gains are {gains} by now. Check again.',
@@ -139,10 +140,10 @@ const en = {
   },
   measures: {
     caption: 'Classical measures of the newest window', measure: 'Measure', value: 'Value',
-    oscillation: 'Oscillation', oscillates: 'every {period}, regularity {index}', steady: 'does not oscillate (regularity {index})',
+    oscillation: 'Oscillation', oscillates: 'every {period}, regularity {index}', steady: 'none within this window (regularity {index})',
     variability: 'Variability, std of SP − PV', meanError: 'Mean of SP − PV', saturated: 'Output at a limit', travel: 'Travel',
     reversals: 'Reversals', stick: 'Stick', stickBy: '{value}, from {source}', perHour: '{value} /h', percentPerHour: '{value} %/h',
-    state: 'Window', windows: 'Windows judged', suppressed: '{n}, of them {m} not fit', hours: 'Hours automatic, manual, at a limit',
+    state: 'Window', windows: 'Windows judged', suppressed: '{n}, of them {m} not fit', hours: 'Time in automatic, in manual, at a limit',
     bridged: 'Cycles stood in for',
   },
   windows: {
@@ -178,7 +179,7 @@ const en = {
     firstOut: 'first', nothing: 'No alarm is on, and none waits.', gone: 'This incident is over, and none of its alarms waits.', pick: 'Choose an alarm to see what it means and what to do.',
     cause: 'What it means', consequence: 'If nothing is done', action: 'What to do', evidence: 'Evidence', evidenceFor: '{n} samples that raised it, every {step}', noEvidence: 'No evidence is kept for this alarm.',
     evidenceUpper: 'Evidence: PV and set point', evidenceLower: 'Evidence: output and stem', replay: 'Judge it once more, on this box', history: 'History', historyCaption: 'Lines of the journal on this alarm, the newest first',
-    worst: 'worst {size}', changed: 'Changed', until: 'shelved until {time}', consequenceOf: 'It follows from: {alarm}.', explanation: 'Why, by the twin', noExplanation: 'The twin has not explained this alarm.',
+    worst: 'worst {size}', changed: 'Changed', until: 'shelved until {time}', consequenceOf: 'It follows from: {alarm}.', explanation: 'Why, by the twin', noExplanation: 'The twin has not explained this alarm so far. It needs ten minutes of what has changed, and then the processor’s idle time.',
     acknowledge: 'Acknowledge', reset: 'Reset', shelve: 'Shelve …', unshelve: 'Take off the shelf', calm: 'Begin planned moves', noActing: 'Acting on alarms from this page is off (loopwardend.yaml: page: alarms).',
     needsOperator: 'To acknowledge or shelve, log in as an operator.',
     reason: 'Reason', reasonOptional: 'Reason (optional)', minutes: 'For', minutesUnit: '{n} min', hoursUnit: '{n} h', done: 'Done: {loop}, {alarm}: {state}', notOnDisk: 'Done, but the journal is not on the disk yet.',
@@ -204,7 +205,7 @@ const en = {
   },
   journal: {
     title: 'Journal', search: 'Search', loop: 'Loop', kind: 'Kind', from: 'From', to: 'To', any: 'All', apply: 'Search', reset: 'Clear', csv: 'Download CSV', older: 'Older lines', nothing: 'No line is like that.',
-    caption: 'Lines of the journal, the newest first', time: 'Time', what: 'What', change: 'From → to', who: 'Who', result: 'Result', reason: 'Reason',
+    caption: 'Lines of the journal, the newest first', time: 'Time', what: 'What', change: 'From → to', consequence: 'consequence of {alarm}', who: 'Who', result: 'Result', reason: 'Reason',
     kinds: {alarm: 'Alarm', operator: 'Operator', register: 'Register', system: 'System'}, daemon: 'daemon',
   },
   asked: {

@@ -132,10 +132,11 @@ TEST_CASE("a stick that was not measured is a dash", "[workbench][top]") {
   CHECK(line.substr(line.size() - 7) == "stick -");
 }
 
-TEST_CASE("a loop whose oscillation index is below 1 does not oscillate", "[workbench][top]") {
+TEST_CASE("a loop whose oscillation index is below 1 has no oscillation within its window",
+          "[workbench][top]") {
   protocol::LoopStatus quiet = loop("FIC-101");
   quiet.monitor.oscillation_index = 0.9;
-  CHECK(loop_details(quiet)[0].find("does not oscillate") != std::string::npos);
+  CHECK(loop_details(quiet)[0].find("no oscillation within it") != std::string::npos);
 }
 
 TEST_CASE("a compensator is shown with what it adds, apart from the jacket", "[workbench][top]") {

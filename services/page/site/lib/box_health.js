@@ -14,7 +14,7 @@ const NAMED = 5; // loops of one warning
 // Each {text, sign, and of an alarm href and since_ms}. daemon, loops, disk: as the system's answer has them; alarms: all that are there;
 // out: as outages() gives it; severe: %; time(ms): on the wall's clock.
 export function warningsOf({daemon: d, loops, disk}, alarms, out, severe, time) {
-  const c = d.configuration ?? {}, list = [], its = arrangedAlarms(linesOf(alarms.filter(ofBox), [])).filter((line) => line.state !== 'shelved'), stands = (name) => its.some((line) => line.name === name);
+  const c = d.configuration ?? {}, list = [], its = arrangedAlarms(linesOf(alarms.filter(ofBox), []), severe).filter((line) => line.state !== 'shelved'), stands = (name) => its.some((line) => line.name === name);
   const add = (when, text, values = {}) => { if (when) list.push({text: fill(text, values), sign: 'low'}); };
   const lost = (d.feeders ?? []).filter((feeder) => !feeder.connected).map(({name}) => name);
   for (const line of its) {

@@ -73,6 +73,9 @@ function frame(ctx, {left, top, width, height}, x, y, units) {
   ctx.fillText(units[1], left, top - 3);
 }
 
+// Between two samples that are farther apart on the picture, pixels, others are left out, a line would be made up.
+const JOINED = 16;
+
 // PV over CO of a stretch, older parts paler: a sticking valve draws a parallelogram, a healthy one a line. Extremes, which were not at
 // the same time, are no points of it.
 export function drawPhase(canvas, history, [from_ms, to_ms], ranges, units) {
@@ -82,22 +85,26 @@ export function drawPhase(canvas, history, [from_ms, to_ms], ranges, units) {
   const x = scaleOf(extent(history, ['co'], from_ms, to_ms), ranges.co), y = scaleOf(extent(history, ['pv'], from_ms, to_ms), ranges.pv);
   frame(ctx, area, x, y, units);
   const rows = [];
+  let whole = true;
   for (let i = 0; i < history.t.length; ++i) {
-    if (history.t[i] >= from_ms && history.t[i] <= to_ms && (history.sample?.[i] !== 0 || history.co[i] === null)) rows.push(i);
+    if (history.t[i] < from_ms || history.t[i] > to_ms) continue;
+    if (history.sample?.[i] === 0) whole = false;
+    if (history.sample?.[i] !== 0 || history.co[i] === null) rows.push(i);
   }
-  ctx.strokeStyle = colour('measured');
+  ctx.strokeStyle = ctx.fillStyle = colour('measured');
   ctx.lineWidth = 1.2;
   const parts = 6;
   for (let part = 0; part < parts; ++part) {
     ctx.globalAlpha = 0.2 + 0.8 * (part + 1) / parts;
     ctx.beginPath();
-    let pen = false;
+    let pen = null;
     for (let k = Math.floor(rows.length * part / parts); k <= Math.min(Math.floor(rows.length * (part + 1) / parts), rows.length - 1); ++k) {
       const co = history.co[rows[k]], pv = history.pv[rows[k]];
-      if (co === null || pv === null) { pen = false; continue; }
+      if (co === null || pv === null) { pen = null; continue; }
       const px = area.left + area.width * (co - x[0]) / (x[1] - x[0]), py = area.top + area.height * (1 - (pv - y[0]) / (y[1] - y[0]));
-      if (pen) ctx.lineTo(px, py); else ctx.moveTo(px, py);
-      pen = true;
+      if (pen && (whole || Math.hypot(px - pen[0], py - pen[1]) <= JOINED)) ctx.lineTo(px, py); else ctx.moveTo(px, py);
+      if (!whole) ctx.fillRect(px - 0.75, py - 0.75, 1.5, 1.5);
+      pen = [px, py];
     }
     ctx.stroke();
   }

@@ -17,11 +17,12 @@ export const poor = (o, i) => o.condition[i] !== null && o.condition[i] < 50;
 export const abnormal = (o, i) =>
   unknown(o, i) || faulty(o, i) || alarmed(o, i) || notAutomatic(o, i) || badQuality(o, i) || poor(o, i);
 
-// The greater the sooner. Condition counts in steps of ten, so that loops don't change places with every window.
-export function urgency(o, i) {
+// The greater the sooner. `grave`: an alarm that is on waits and is acted on now. Condition counts in steps of ten, so that loops don't
+// change places with every window.
+export function urgency(o, i, grave = false) {
   const state = named(ALARM_STATES, o.alarm[i]);
   let rank = Math.max(STATE_RANK[state] ?? 0, NE107_RANK[named(NE107, o.ne107[i])], faulty(o, i) ? 70 : 0);
-  if (waits(state)) rank += Math.min(o.alarms_unacknowledged?.[i] ?? 0, 6);
+  if (waits(state)) rank += (grave ? 20 : 0) + Math.min(o.alarms_unacknowledged?.[i] ?? 0, 6);
   if (badQuality(o, i)) rank += 5;
   if (notAutomatic(o, i)) rank += 3;
   const condition = o.condition[i];
@@ -43,7 +44,7 @@ export const byTag = (a, b) => collator.compare(a, b);
 
 const KEYS = {
   pv: (o, i) => o.pv[i], sp: (o, i) => o.sp[i], co: (o, i) => o.co[i], mode: (o, i) => o.mode[i],
-  condition: (o, i) => o.condition[i], alarm: (o, i) => urgency(o, i), urgency: (o, i) => urgency(o, i),
+  condition: (o, i) => o.condition[i], alarm: urgency, urgency,
 };
 
 // Each loop's place in the order of tags, found once for a list: comparing texts is what sorting costs.
@@ -63,8 +64,8 @@ function matches(loop, words) {
 }
 
 // Places of the loops in `o`, in the order in which they are shown. What has no value comes last, either way; what is
-// equal is in the order of tags.
-export function arranged(loops, o, {filter = 'all', search = '', sort = 'urgency', descending = true} = {}) {
+// equal is in the order of tags. `grave`: tags of loops with such an alarm.
+export function arranged(loops, o, {filter = 'all', search = '', sort = 'urgency', descending = true, grave = new Set()} = {}) {
   const words = search.toLowerCase().split(/\s+/).filter(Boolean);
   const keep = FILTERS[filter] ?? FILTERS.all;
   const places = [];
@@ -73,7 +74,7 @@ export function arranged(loops, o, {filter = 'all', search = '', sort = 'urgency
   }
   const turn = descending ? -1 : 1, rank = tagRanks(loops);
   if (sort === 'tag') return places.sort((a, b) => turn * (rank[a] - rank[b]));
-  const keys = new Map(places.map((i) => [i, KEYS[sort]?.(o, i) ?? null]));
+  const keys = new Map(places.map((i) => [i, KEYS[sort]?.(o, i, grave.has(loops[i].tag)) ?? null]));
   return places.sort((a, b) => {
     const x = keys.get(a), y = keys.get(b);
     if (x === null || y === null) return (x === null) - (y === null) || rank[a] - rank[b];
@@ -90,8 +91,9 @@ export function counts(loops, o) {
   return result;
 }
 
-// Alarms: what waits first, of the same the newest.
-export function arrangedAlarms(alarms) {
-  return [...alarms].sort((a, b) => (STATE_RANK[b.state] ?? 0) - (STATE_RANK[a.state] ?? 0) ||
+// Lines of alarms: what waits first, of the same what is acted on now, of the same the newest.
+export function arrangedAlarms(lines, severe_percent) {
+  const now = (line) => Number(line.grave(severe_percent) === 'high');
+  return [...lines].sort((a, b) => (STATE_RANK[b.state] ?? 0) - (STATE_RANK[a.state] ?? 0) || now(b) - now(a) ||
     b.raised_ms - a.raised_ms || byTag(a.loop, b.loop));
 }

@@ -57,7 +57,7 @@ export class Shell {
     this.zone = el('span', {class: 'zone'}, this.zoneName, ' ', this.zoneOffset);
     this.user = el('span', {class: 'user'});
     return el('header', {class: 'head'},
-      el('a', {class: 'brand', href: '#/'}, icon('valve'), el('span', {}, texts.brand)), this.host, this.note, this.link,
+      el('a', {class: 'brand', href: '#/', 'aria-label': texts.brand}, icon('valve'), el('span', {}, texts.brand)), this.host, this.note, this.link,
       el('span', {class: 'stretch'}), this.summary, this.bell.node,
       el('span', {class: 'now'}, this.clock, this.zone), this.#theme(), this.user);
   }

@@ -65,7 +65,7 @@ export class Trend {
         bind: {dblclick: () => () => { this.onSpan?.(null); return null; }}, dataIdx: null},
       select: {show: Boolean(this.onSpan)},
       scales: {x: {time: false, range: () => this.span}, y: {range: () => this.#scale(pane)}},
-      axes: [{...axis, size: 26, splits: (u) => this.#marks(u), values: (u, splits) => splits.map((at) => this.#mark(at))},
+      axes: [{...axis, size: 26, splits: (u) => this.#marks(u), values: (u, splits) => splits.map((at) => this.#mark(u, at))},
         {...axis, size: 52, space: 32, values: (u, splits) => splits.map((v) => fixed(v, this.#decimals(splits)))}],
       series: [{}, ...pane.curves.map((curve) => ({label: curve.name, stroke: () => colour(curve.ink), width: curve.width ?? 1.5,
         dash: curve.dash, points: {show: false}, spanGaps: false}))],
@@ -105,7 +105,13 @@ export class Trend {
     this.step = step;
     return marks;
   }
-  #mark(at) {
+  // None where it would be cut off at the right edge.
+  #mark(u, at) {
+    const text = this.#markText(at);
+    u.ctx.font = FONT;
+    return u.valToPos(at, 'x') + u.bbox.left / devicePixelRatio + u.ctx.measureText(text).width / 2 <= u.width ? text : '';
+  }
+  #markText(at) {
     if (!this.x.clock) return `${Number(at.toPrecision(6))} ${this.x.unit}`;
     const {clock} = this.x, time = clock.time(at);
     if (this.step >= 86_400_000 || time === '00:00:00') return clock.date(at);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gains of a loop, and what others would do. Pure.
+import {ofValve} from './codes.js';
 
 export const GAINS = ['kp', 'ki', 'kd'];
 export const sameGains = (a, b) => GAINS.every((name) => a[name] === b[name]);
@@ -28,6 +29,9 @@ export function against(trial, mostSensitivity) {
 
 // What is chosen first: the recommended rule, else the first that there is; null: none.
 export const firstChoice = ({rules, recommended}) => recommended ?? (rules.length > 1 ? 1 : null);
+
+// Alarms of the loop's valve that are on: of such a loop no model speaks.
+export const sickness = (alarms, tag) => alarms.filter((alarm) => alarm.loop === tag && alarm.active && ofValve(alarm.alarm)).map(({alarm}) => alarm);
 
 // Columns of the trend: answers with the gains in force and with those of `chosen`.
 export function answersOf({t, sp, rules}, chosen) {

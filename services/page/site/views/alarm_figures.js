@@ -26,7 +26,7 @@ function figures(answer) {
 // Alarms by name: most frequent, chattering, stale.
 function named(title, list, heads, cells) {
   if (!list.length) return null;
-  return [el('h3', {}, title), scroller(title, table(title, [{head: texts.alarm.loop}, {head: texts.alarm.alarm, row: true}, ...heads.map((head) => ({head, class: 'number'}))],
+  return [el('h2', {}, title), scroller(title, table(title, [{head: texts.alarm.loop}, {head: texts.alarm.alarm, row: true}, ...heads.map((head) => ({head, class: 'number'}))],
     list.map((one) => [el('a', {href: ownerHref(one.loop)}, ownerName(one.loop)), el('a', {href: `#/alarms/${encodeURIComponent(one.loop)}/${encodeURIComponent(one.alarm)}`}, changeName(one.alarm)), ...cells(one)]),
     {captionHidden: true, class: 'lines as-cards'}))];
 }

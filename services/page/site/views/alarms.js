@@ -11,7 +11,7 @@ import {live} from '../lib/live.js';
 import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
 import {acknowledgeIncident, act, operator} from './acting.js';
-import {changeOf} from './journal.js';
+import {changeOf, whatOf} from './journal.js';
 import {alarmFigures} from './alarm_figures.js';
 import {explanationPart} from './loop_parts.js';
 import {reportOf} from './reports.js';
@@ -77,7 +77,7 @@ function boxGroup(lines, chosen) {
 }
 
 function listOf(chosen) {
-  const lines = arrangedAlarms(linesOf(live.alarms, live.incidents)), box = lines.filter(ofBox), loops = lines.filter((line) => !ofBox(line));
+  const lines = arrangedAlarms(linesOf(live.alarms, live.incidents), live.severe_percent), box = lines.filter(ofBox), loops = lines.filter((line) => !ofBox(line));
   if (!lines.length) return [el('p', {class: 'nothing'}, live.stale ? texts.notKnownNow : live.alarmsKnown ? t.nothing : texts.loading)];
   return [boxGroup(box, chosen), loops.length ? tableOf(t.caption, loops, chosen) : null].filter(Boolean);
 }
@@ -218,7 +218,7 @@ class Detail {
     if (ofValve(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, notExplained(loop)));
     const lines = e.history ?? [];
     this.history.replaceChildren(...(lines.length ? [el('h3', {}, t.history), scroller(t.history, table(t.historyCaption, HISTORY, lines.map((line) => [wall().dateTime(line.utc_ms),
-      line.what || changeOf(line), line.peer || texts.journal.daemon, line.reason]), {captionHidden: true, class: 'lines as-cards history'}))] : []));
+      whatOf(line) || changeOf(line), line.peer || texts.journal.daemon, line.reason]), {captionHidden: true, class: 'lines as-cards history'}))] : []));
     if (ofValve(alarm.alarm)) this.#evidence(id, loop);
   }
 

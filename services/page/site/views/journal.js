@@ -7,22 +7,26 @@ import {percent} from '../lib/format.js';
 import {wall} from '../lib/shell.js';
 import {BOX} from '../lib/codes.js';
 import {ownerHref} from '../lib/incidents.js';
-import {ownerName, texts} from '../texts.js';
+import {changeName, fill, ownerName, texts} from '../texts.js';
 
 const t = texts.journal;
 const MOST = 100;
 
 const stateText = (state) => texts.alarmStates[state] ?? state;
 export function changeOf(line) {
-  if (line.from || line.to) return `${stateText(line.from)} → ${stateText(line.to)}${line.severity_percent === null ? '' : ` (${percent(line.severity_percent, 1)})`}`;
-  return line.old || line.new ? `${line.old || '–'} → ${line.new || '–'}` : '';
+  if (line.from || line.to) return `${line.from === line.to ? '' : `${stateText(line.from)} → `}${stateText(line.to)}${line.severity_percent === null ? '' : ` (${percent(line.severity_percent, 1)})`}`;
+  const word = (value) => (line.what?.startsWith('incident') && value ? changeName(value) : value || '–');
+  return line.old || line.new ? `${word(line.old)} → ${word(line.new)}` : '';
 }
+
+// What the daemon says of a line, with the alarm's name as the page has it.
+export const whatOf = (line) => (line.what ?? '').replace(/^consequence of (\w+)$/, (_, alarm) => fill(t.consequence, {alarm: changeName(alarm)}));
 
 const columns = [{head: t.time, row: true, class: 'time'}, {head: t.kind}, {head: t.loop}, {head: t.what}, {head: t.change, class: 'change'}, {head: t.who},
   {head: t.result, class: 'words'}, {head: t.reason, class: 'words reason'}];
 function lineRow(line) {
   const loop = line.loop ? el('a', {href: ownerHref(line.loop)}, ownerName(line.loop)) : '';
-  const what = [line.alarm ? texts.alarms[line.alarm] ?? line.alarm : '', line.what].filter(Boolean).join(': ');
+  const what = [line.alarm ? texts.alarms[line.alarm] ?? line.alarm : '', whatOf(line)].filter(Boolean).join(': ');
   return [wall().dateTime(line.utc_ms), t.kinds[line.kind] ?? line.kind, loop, what, changeOf(line), line.peer || t.daemon, line.result, line.reason];
 }
 

@@ -14,7 +14,7 @@ import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {LoopReports} from './loop_reports.js';
 import {wall} from '../lib/shell.js';
-import {alarmTable, calmPart, commissioningText, conditionTable, explanationPart, healthTable, judgesOf, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
+import {alarmNow, alarmTable, calmPart, commissioningText, conditionTable, explanationPart, healthTable, judgesOf, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
 import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
 import {tuningPart} from './tuning.js';
@@ -297,7 +297,7 @@ function followDetails(loop, places, faceplate, scope, tuning) {
       const folder = now.explanation?.folder.split('/').at(-1) ?? null, report = folder && await reportOf(folder, scope.signal);
       faceplate.source(now.monitor.source);
       faceplate.commissioning(now.commissioning);
-      const stateNow = Object.fromEntries(Object.values(now.alarms).map(({alarm, state}) => [alarm, texts.alarmStates[state] ?? texts.alarmStates.other]));
+      const stateNow = Object.fromEntries(Object.values(now.alarms).map((alarm) => [alarm.alarm, alarmNow(alarm)]));
       put('alarms', [designs, stateNow], () => (designs ? alarmTable(designs, loop, (alarm) => stateNow[alarm] ?? texts.notKnown) : el('p', {class: 'nothing'}, texts.notKnownNow)));
       tuning?.show(now.gains);
       put('condition', now.monitor.condition, () => conditionTable(now.monitor.condition));

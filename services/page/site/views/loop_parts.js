@@ -29,7 +29,7 @@ export function measureTable(m) {
     [t.variability, of(percent(m.variability_percent, 2))], [t.meanError, of(percent(m.mean_error_percent, 2))], [t.saturated, of(percent(m.saturated_percent, 0))],
     [t.travel, of(fill(t.percentPerHour, {value: count(m.travel_percent_per_hour)}))], [t.reversals, of(fill(t.perHour, {value: count(m.reversals_per_hour)}))],
     [t.bridged, of(count(m.bridged_cycles))],
-    [t.hours, [m.hours_automatic, m.hours_manual, m.hours_at_limit].map((h) => `${significant(h, 3)} h`).join(', ')],
+    [t.hours, [m.hours_automatic, m.hours_manual, m.hours_at_limit].map((h) => duration(3600 * h)).join(', ')],
   ];
   return table(t.caption, [{head: t.measure, row: true}, {head: t.value, class: 'number'}], rows, {captionHidden: true, class: 'pairs'});
 }
@@ -98,6 +98,9 @@ export function judgesOf(loop) {
   const judges = [list && fill(t.specialists, {list}), loop.monitor ? t.routine : null, loop.twin ? t.twin : null].filter(Boolean);
   return judges.length ? judges.join('; ') : t.none;
 }
+
+// How an alarm is now. One that follows from no other is suppressed while it can't be judged.
+export const alarmNow = ({state, consequence}) => (state === 'suppressed' && !consequence ? texts.design.notNow : texts.alarmStates[state] ?? texts.alarmStates.other);
 
 // How the loop's alarms are meant; `stateNow(alarm)`: in words, how it is now. The process's come first, since they are acted on first.
 export function alarmTable(designs, loop, stateNow) {

@@ -5,6 +5,7 @@ import {el, icon, setAttribute, setText, unit, unseen} from '../lib/dom.js';
 import {NONE, decimalsFor, fixed} from '../lib/format.js';
 import {live} from '../lib/live.js';
 import {recall, remember} from '../lib/memory.js';
+import {priority, waits} from '../lib/codes.js';
 import {FILTERS, arranged, counts} from '../lib/order.js';
 import {draw} from '../lib/spark.js';
 import {modeOf, ne107Of, stateOf} from '../lib/state.js';
@@ -198,7 +199,8 @@ class Overview {
     const now = performance.now();
     if (this.arrangedAt && now - this.arrangedAt < 1000) return;
     this.arrangedAt = now;
-    const {loops} = live.describe, places = arranged(loops, o, this.wish), n = counts(loops, o);
+    const grave = new Set(live.alarms.filter((alarm) => alarm.active && waits(alarm.state) && priority(alarm, live.severe_percent) === 'high').map(({loop}) => loop));
+    const {loops} = live.describe, places = arranged(loops, o, {...this.wish, grave}), n = counts(loops, o);
     for (const chip of this.chips) setText(chip.n, String(n[chip.name]));
     setText(this.shown, fill(t.shown, {n: places.length, all: loops.length}));
     this.nothing.hidden = places.length > 0;

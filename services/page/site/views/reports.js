@@ -31,7 +31,7 @@ export async function show(main, _, scope) {
   const columns = [{head: t.name, row: true}, {head: t.kind}, {head: t.loop}, {head: t.made}, {head: t.size, class: 'number'}];
   const fillList = (kind) => {
     const chosen = reports.filter((report) => !kind || report.kind === kind);
-    list.replaceChildren(chosen.length ? scroller(t.title, table(t.caption, columns, chosen.map(rowOf), {captionHidden: true, class: 'lines as-cards'}))
+    list.replaceChildren(chosen.length ? scroller(t.title, table(t.caption, columns, chosen.map(rowOf), {captionHidden: true, class: 'lines as-cards titles'}))
       : el('p', {class: 'nothing'}, t.nothing));
   };
   const filter = el('select', {'aria-label': t.filter, change: () => fillList(filter.value)}, el('option', {value: ''}, t.all),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A loop's gains: what is in force, what the file has, and, for an engineer, what the rules would give and do.
-import {GAINS, against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains} from '../lib/tuning.js';
+import {GAINS, against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains, sickness} from '../lib/tuning.js';
 import {NONE, duration, fixed, percent, significant} from '../lib/format.js';
 import {Trend} from '../lib/trend.js';
 import {el, facts, icon, scroller, table} from '../lib/dom.js';
@@ -8,7 +8,7 @@ import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {tune} from './acting.js';
 import {wall} from '../lib/shell.js';
-import {fill, texts} from '../texts.js';
+import {changeName, fill, texts} from '../texts.js';
 
 const t = texts.tuning;
 const nameOf = (trial) => (trial.rule ? t.rules[trial.rule] ?? trial.rule : t.today);
@@ -69,7 +69,8 @@ class Proposals {
     this.chosen = firstChoice(answer);
     this.box = el('div', {class: 'panes'});
     this.apply = el('div', {class: 'hands'});
-    this.#clear(this.#choices(), this.#about(), this.#table(), el('p', {class: 'soft small'}, fill(t.steps, {most: answer.most_sensitivity})), this.box, this.apply);
+    const sick = sickness(live.alarms, this.loop.tag).map(changeName).join(', ');
+    this.#clear(this.#choices(), this.#about(), sick ? el('p', {class: 'sick'}, icon('low'), ' ', fill(t.sick, {alarms: sick})) : '', this.#table(), el('p', {class: 'soft small'}, fill(t.steps, {most: answer.most_sensitivity})), this.box, this.apply);
     this.#draw();
   }
 

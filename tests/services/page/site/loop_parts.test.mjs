@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import './document.mjs';
 
-const {alarmTable, commissioningText, healthTable, judgesOf, measureTable} = await import('../../../../services/page/site/views/loop_parts.js');
+const {alarmNow, alarmTable, commissioningText, healthTable, judgesOf, measureTable} = await import('../../../../services/page/site/views/loop_parts.js');
 
 const wordsOf = (node) => (typeof node === 'object' ? node.children.map(wordsOf).join('') || node.textContent || '' : String(node)).replaceAll('\u00a0', ' ');
 const all = (node, name) => (typeof node === 'object' ? [...(node.name === name ? [node] : []), ...node.children.flatMap((child) => all(child, name))] : []);
@@ -19,6 +19,12 @@ test('an alarm of a loop has its limit with its unit, its delays and how it is n
     ['Stiction', 'low', '', '', '', 'Low air supply', 'the shift', 'acknowledged']]);
   assert.doesNotMatch(wordsOf(node), /No limits/);
   assert.match(wordsOf(alarmTable([design('bad_pv')], LOOP, () => 'normal')), /No limits of PV/);
+});
+
+test('an alarm is suppressed by another one, or can’t be raised at present', () => {
+  assert.equal(alarmNow({state: 'suppressed', consequence: true}), 'suppressed');
+  assert.equal(alarmNow({state: 'suppressed', consequence: false}), 'can’t be raised at present');
+  assert.equal(alarmNow({state: 'acknowledged', consequence: false}), 'acknowledged');
 });
 
 test('who judges the valve is told, and that nobody does', () => {
@@ -41,7 +47,18 @@ test('before the first window nothing is measured, and no measure is good', () =
   const variability = (windows) => cellsOf(measureTable({...MONITOR, windows})).find(([name]) => name.startsWith('Variability'))[1];
   assert.equal(variability(3), '0.00 %');
   assert.equal(variability(0), '–');
-  assert.doesNotMatch(wordsOf(measureTable({...MONITOR, windows: 0})), /oscillate/);
+  assert.doesNotMatch(wordsOf(measureTable({...MONITOR, windows: 0})), /regularity/);
+});
+
+test('how long the loop was in automatic, in manual and at a limit has units that fit', () => {
+  const [, said] = cellsOf(measureTable({...MONITOR, hours_automatic: 0.00728, hours_manual: 50})).at(-1);
+  assert.equal(said.replaceAll('\u2009', ' '), '26 s, 2 d 2 h, 0 s');
+});
+
+test('a window in which nothing oscillates says so of itself, not of the loop', () => {
+  const said = (more) => cellsOf(measureTable({...MONITOR, ...more})).find(([name]) => name === 'Oscillation')[1];
+  assert.equal(said({oscillation_index: 0.7}), 'none within this window (regularity 0.7)');
+  assert.equal(said({oscillation_index: 2, oscillation_period_s: 40}), 'every 40 s, regularity 2');
 });
 
 test('a PV that is older than the daemon has never come', () => {

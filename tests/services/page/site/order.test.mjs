@@ -83,10 +83,16 @@ test('columns sort either way, what has no value last', () => {
   assert.deepEqual(arranged(all, o, {sort: 'tag', descending: false}), [0, 1, 2]);
 });
 
-test('of alarms what waits comes first, then the newest', () => {
-  const alarms = [{loop: 'A', state: 'acknowledged', raised_ms: 9}, {loop: 'B', state: 'unacknowledged', raised_ms: 1}, {loop: 'C', state: 'unacknowledged', raised_ms: 5},
-    {loop: 'D', state: 'shelved', raised_ms: 8}];
-  assert.deepEqual(arrangedAlarms(alarms).map((a) => a.loop), ['C', 'B', 'A', 'D']);
+test('a loop with an alarm that is acted on now is worse than one with others, in manual or not', () => {
+  const all = loops('A', 'B', 'C'), o = overview(3, {0: {alarm: 1, alarms_unacknowledged: 6, mode: 0, condition: 1}, 2: {alarm: 1, alarms_unacknowledged: 1}});
+  assert.deepEqual(arranged(all, o, {grave: new Set(['C'])}), [2, 0, 1]);
+  assert.deepEqual(arranged(all, o), [0, 2, 1]);
+});
+
+test('of alarms what waits comes first, then what is acted on now, then the newest', () => {
+  const line = (loop, state, raised_ms, grave = 'low') => ({loop, state, raised_ms, grave: (severe) => (severe === 10 ? grave : 'wrong')});
+  const lines = [line('A', 'acknowledged', 9, 'high'), line('B', 'unacknowledged', 1), line('C', 'unacknowledged', 5), line('D', 'shelved', 8), line('E', 'unacknowledged', 0, 'high')];
+  assert.deepEqual(arrangedAlarms(lines, 10).map((a) => a.loop), ['E', 'C', 'B', 'A', 'D']);
 });
 
 test('codes', () => {

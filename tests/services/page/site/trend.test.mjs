@@ -69,3 +69,8 @@ test('a value that is missing stays a hole', () => {
   assert.deepEqual(pane.columns, [[0, 500, 1000], [1, null, 3]]);
   assert.equal(pane.options.series[1].spanGaps, false);
 });
+
+test('a time that the right edge would cut off is not written', () => {
+  const [{options}] = shown([]), [axis] = options.axes, u = {width: 1000, bbox: {left: 0}, ctx: {measureText: (text) => ({width: 10 * text.length})}, valToPos: (v) => v};
+  assert.deepEqual(axis.values(u, [500, 975, 985]), ['500 s', '975 s', '']);
+});

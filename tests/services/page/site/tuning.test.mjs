@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import './document.mjs';
-import {against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains} from '../../../../services/page/site/lib/tuning.js';
+import {against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains, sickness} from '../../../../services/page/site/lib/tuning.js';
 
 const {live} = await import('../../../../services/page/site/lib/live.js');
 const {tuningPart} = await import('../../../../services/page/site/views/tuning.js');
@@ -51,6 +51,12 @@ test('the trend has the answers of today beside those of the chosen rule', () =>
   const answer = {t: [0, 1], sp: [5, 6], rules: [{pv: [5, 5], co: [1, 1]}, {pv: [5, 6], co: [1, 2]}]};
   assert.deepEqual(answersOf(answer, 1), {t: [0, 1], sp: [5, 6], pv_now: [5, 5], co_now: [1, 1], pv: [5, 6], co: [1, 2]});
   assert.deepEqual(answersOf(answer, 7).pv, [5, 5]);
+});
+
+test('alarms of the loop’s valve that are on stand against tuning, and no others', () => {
+  const alarm = (more) => ({loop: 'FIC-101', alarm: 'stiction', active: true, ...more});
+  assert.deepEqual(sickness([alarm(), alarm({alarm: 'model_gap'})], 'FIC-101'), ['stiction', 'model_gap']);
+  assert.deepEqual(sickness([alarm({active: false}), alarm({loop: 'FIC-102'}), alarm({alarm: 'deviation'})], 'FIC-101'), []);
 });
 
 test('gains that can’t be asked for after an order are said to be so, until they are told again', async () => {
