@@ -28,13 +28,19 @@ void append(std::vector<Diagnostic>& all, std::vector<Diagnostic> more) {
   std::move(more.begin(), more.end(), std::back_inserter(all));
 }
 
+std::optional<std::string> text_of(const fs::path& path, const Drafts& drafts, Report& report) {
+  const auto draft = drafts.find(path);
+  return draft == drafts.end() ? read_source_file(path, report) : draft->second;
+}
+
 // `kept` gets the file's text behind what it holds.
-DaemonFile read_daemon_file(const fs::path& path, Report& report, std::string& kept) {
+DaemonFile read_daemon_file(const fs::path& path, const Drafts& drafts, Report& report,
+                            std::string& kept) {
   DaemonFile daemon;
   daemon.config.file = path.string();
   std::error_code error;
-  if (!fs::exists(path, error) && !error) return daemon;  // defaults
-  if (const std::optional<std::string> text = read_source_file(path, report)) {
+  if (!drafts.contains(path) && !fs::exists(path, error) && !error) return daemon;  // defaults
+  if (const std::optional<std::string> text = text_of(path, drafts, report)) {
     kept += *text;
     read_document(*text, report, [&](MapReader& in) { daemon = read_daemon(in, path.string()); });
   }
@@ -43,10 +49,15 @@ DaemonFile read_daemon_file(const fs::path& path, Report& report, std::string& k
 
 // The loop files of a configuration in the order of their names; the report says what was passed
 // over.
-std::vector<fs::path> find_loop_files(const fs::path& folder, Report& report) {
+std::vector<fs::path> find_loop_files(const fs::path& folder, const Drafts& drafts,
+                                      Report& report) {
   std::vector<fs::path> files;
+  for (const auto& [path, text] : drafts) {
+    if (path.parent_path() == folder) files.push_back(path);
+  }
   std::error_code error;
   fs::directory_iterator entries(folder, error);
+  if (error == std::errc::no_such_file_or_directory && !files.empty()) return files;
   if (error) {
     report.error({}, "", fmt::format("can't be read: {}", error.message()));
     return files;
@@ -55,7 +66,7 @@ std::vector<fs::path> find_loop_files(const fs::path& folder, Report& report) {
     const fs::path& path = entries->path();
     const std::string name = path.filename().string();
     if (path.extension() == ".yaml" && !name.starts_with('.')) {
-      files.push_back(path);
+      if (!drafts.contains(path)) files.push_back(path);
     } else if (path.extension() == ".yml") {
       report.warning({}, "", fmt::format("{} is passed over; loop files end in .yaml", name));
     }
@@ -157,10 +168,10 @@ void check_bus_loads(const DaemonFile& daemon, const std::vector<LoopConfig>& lo
   }
 }
 
-LoopFile read_loop_source(const fs::path& path, const DaemonConfig& daemon, Report& report,
-                          std::string& kept) {
+LoopFile read_loop_source(const fs::path& path, const Drafts& drafts, const DaemonConfig& daemon,
+                          Report& report, std::string& kept) {
   LoopFile loop;
-  if (const std::optional<std::string> text = read_source_file(path, report)) {
+  if (const std::optional<std::string> text = text_of(path, drafts, report)) {
     kept += *text;
     read_document(*text, report,
                   [&](MapReader& in) { loop = read_loop(in, path.string(), daemon); });
@@ -170,16 +181,16 @@ LoopFile read_loop_source(const fs::path& path, const DaemonConfig& daemon, Repo
 
 }  // namespace
 
-Loaded<Configuration> read_configuration(const fs::path& directory) {
+Loaded<Configuration> read_configuration(const fs::path& directory, const Drafts& drafts) {
   Loaded<Configuration> result;
   Report daemon_report((directory / kDaemonFile).string());
   Report folder_report((directory / kLoopFolder).string());
   std::string text;
-  const DaemonFile daemon = read_daemon_file(directory / kDaemonFile, daemon_report, text);
+  const DaemonFile daemon = read_daemon_file(directory / kDaemonFile, drafts, daemon_report, text);
   std::vector<ReadFile> files;
-  for (const fs::path& path : find_loop_files(directory / kLoopFolder, folder_report)) {
+  for (const fs::path& path : find_loop_files(directory / kLoopFolder, drafts, folder_report)) {
     Report report(path.string());
-    LoopFile loop = read_loop_source(path, daemon.config, report, text);
+    LoopFile loop = read_loop_source(path, drafts, daemon.config, report, text);
     files.push_back({std::move(loop), std::move(report)});
   }
   check_pairs(files);
@@ -211,10 +222,10 @@ Loaded<LoopConfig> read_loop_file(const fs::path& path) {
   const fs::path daemon_path = resolve(path.string(), "..") / kDaemonFile;
   Report daemon_report(daemon_path.string());
   std::string unused;
-  const DaemonFile daemon = read_daemon_file(daemon_path, daemon_report, unused);
+  const DaemonFile daemon = read_daemon_file(daemon_path, {}, daemon_report, unused);
   const bool failed = daemon_report.has_errors();
   Report report(path.string());
-  LoopFile loop = read_loop_source(path, daemon.config, report, unused);
+  LoopFile loop = read_loop_source(path, {}, daemon.config, report, unused);
   Loaded<LoopConfig> result = loaded(std::move(loop.config), report);
   if (failed) result.value.reset();
   std::vector<Diagnostic> all = daemon_report.take();

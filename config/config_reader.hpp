@@ -7,6 +7,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -16,7 +17,10 @@
 
 namespace loopwarden::config {
 
-Loaded<Configuration> read_configuration(const std::filesystem::path& directory);
+// Texts that are to become files of the folder, by path: read in their place.
+using Drafts = std::map<std::filesystem::path, std::string>;
+Loaded<Configuration> read_configuration(const std::filesystem::path& directory,
+                                         const Drafts& drafts = {});
 
 // One loop file by itself; the links and feeders it names come from ../loopwardend.yaml beside its folder.
 Loaded<LoopConfig> read_loop_file(const std::filesystem::path& path);

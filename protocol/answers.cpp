@@ -50,9 +50,10 @@ PROTOCOL_JSON(Cycle, period, time_s, sp, pv, co, stem, set_point_wanted, mode, r
 
 PROTOCOL_JSON(Gains, kp, ki, kd)
 PROTOCOL_JSON(LoopGains, in_force, file, derivative_filter_s, not_in_file, by, since_ms)
+PROTOCOL_JSON(Commissioned, by, since_ms, ends_in_s)
 PROTOCOL_LISTED(LoopStatus, name, description, control, pv_unit, co_unit, pv_range, co_range,
                 sample_time_s, io, recording, monitor, alarms, incident, orders_refused,
-                position_age_ms, gains)
+                position_age_ms, gains, commissioning)
 template <>
 struct Members<LoopStatus> : WithPart<LoopStatus, Cycle, &LoopStatus::cycle> {};
 PROTOCOL_DEFINE(LoopStatus)
@@ -90,6 +91,8 @@ PROTOCOL_JSON(ReportTaken, taken, waiting, name, on_disk)
 
 PROTOCOL_JSON(SocketRights, alarms, control, tuning, reports)
 PROTOCOL_JSON(AlarmRules, severe_percent, latching, shelve_limit_min)
+PROTOCOL_JSON(LinkInUse, by, transport, host, port, device)
+PROTOCOL_JSON(Links, links)
 PROTOCOL_JSON(Description, loops, version, config_hash, model_hash, accelerate, started_ms,
               state_directory, page, edge, alarms)
 
@@ -118,7 +121,7 @@ PROTOCOL_JSON(DaemonStatus, version, config_hash, model_hash, configuration, rec
 PROTOCOL_JSON(Status, loops, daemon)
 
 PROTOCOL_JSON(OrderTaken, order, sample_time_s)
-PROTOCOL_JSON(Commissioning, session, ends_after_s)
+PROTOCOL_JSON(Commissioning, session)
 PROTOCOL_JSON(InForce, set_point, output, mode, gains)
 PROTOCOL_JSON(OrderOutcome, on_disk, why, now)
 PROTOCOL_LISTED(OrderState, state)
@@ -139,8 +142,8 @@ PROTOCOL_JSON(DaemonPlan, file, applied, waiting_for_restart)
 PROTOCOL_JSON(LoopPlan, loop, file, decision, applied, waiting_for_output, waiting_for_restart)
 PROTOCOL_JSON(ReloadPlan, daemon, loops)
 PROTOCOL_JSON(Diagnostic, file, level, key, message, line, column)
-PROTOCOL_JSON(ReloadOutcome, outcome, dry_run, on_disk, take_file_needed, lines, diagnostics,
-              config_hash, why, plan)
+PROTOCOL_JSON(ReloadOutcome, outcome, dry_run, on_disk, take_file_needed, not_now, lines,
+              diagnostics, config_hash, why, plan)
 PROTOCOL_LISTED(ReloadState, state)
 template <>
 struct Members<ReloadState> : WithPart<ReloadState, ReloadOutcome, &ReloadState::outcome> {};

@@ -212,6 +212,13 @@ struct LoopGains {
   std::int64_t since_ms = 0;
 };
 
+// Who commissions the loop: it is out of service for everybody else.
+struct Commissioned {
+  std::string by{};
+  std::int64_t since_ms = 0;
+  double ends_in_s = 0.0;  // without a sign of life; 0: it goes to its stop action
+};
+
 struct LoopStatus {
   std::string name{}, description{}, pv_unit{}, co_unit{};
   std::string control{"here"};  // or elsewhere: another controller has the loop
@@ -225,6 +232,7 @@ struct LoopStatus {
   std::uint64_t orders_refused = 0;
   double position_age_ms = kNone;
   std::optional<LoopGains> gains{};  // nothing: another controller has them
+  std::optional<Commissioned> commissioning{};
   std::optional<Cycle> cycle{};  // its members stand among the loop's; nothing: none has run yet
 };
 
@@ -309,6 +317,19 @@ struct Description {
   std::string state_directory{};
   SocketRights page{}, edge{};
   AlarmRules alarms{};
+};
+
+// A Modbus line or address on which the daemon works, as since its start.
+struct LinkInUse {
+  std::string by{};         // in words, such as FIC-101
+  std::string transport{};  // tcp, rtu
+  std::string host{};
+  std::uint64_t port = 0;
+  std::string device{};
+};
+
+struct Links {
+  std::vector<LinkInUse> links{};
 };
 
 // --- reports of a loop's record ---
@@ -455,7 +476,6 @@ struct OrderTaken {
 // Of a loop that is out of service for everybody but who has this session.
 struct Commissioning {
   std::uint64_t session = 0;
-  double ends_after_s = 60.0;  // without a sign of life
 };
 
 // The one value in force that was not the expected one.
@@ -545,6 +565,7 @@ struct ReloadOutcome {
   std::string outcome{};  // in_force, waits, refused
   bool dry_run = false, on_disk = false;
   bool take_file_needed = false;  // refused for a person's gains that no file has
+  bool not_now = false;           // refused while a loop is being commissioned
   std::vector<std::string> lines{};
   std::optional<std::vector<Diagnostic>> diagnostics{};
   std::uint32_t config_hash = 0;

@@ -30,7 +30,8 @@ constexpr std::array<const char*, kColumns> kNames{"period",
                                                    "alarm_kind",
                                                    "alarms_unacknowledged",
                                                    "condition",
-                                                   "not_in_file"};
+                                                   "not_in_file",
+                                                   "commissioned"};
 
 void put(std::string& text, double value, int digits) {
   if (!std::isfinite(value)) {

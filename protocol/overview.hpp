@@ -30,9 +30,10 @@ enum class Column : std::uint8_t {
   alarm_kind,
   alarms_unacknowledged,
   condition,
-  not_in_file  // gains
+  not_in_file,  // gains
+  commissioned
 };
-inline constexpr std::size_t kColumns = 17;
+inline constexpr std::size_t kColumns = 18;
 
 struct Overview {
   std::int64_t now_ms = 0;

@@ -121,6 +121,7 @@ PROTOCOL_DEFINE(Person)
 
 PROTOCOL_QUESTION(StatusRequest)
 PROTOCOL_QUESTION(DescribeRequest)
+PROTOCOL_QUESTION(LinksRequest)
 PROTOCOL_QUESTION(OverviewRequest)
 PROTOCOL_QUESTION(AlarmsRequest)
 PROTOCOL_REQUEST(AlarmDesignRequest, loop)

@@ -24,6 +24,11 @@ struct StatusRequest {
   using Answer = Status;
 };
 
+struct LinksRequest {
+  static constexpr const char* kName = "links";
+  using Answer = Links;
+};
+
 struct DescribeRequest {
   static constexpr const char* kName = "describe";
   using Answer = Description;

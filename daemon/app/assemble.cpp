@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "daemon/app/attempt.hpp"
+#include "daemon/app/reports_in_use.hpp"
 #include "daemon/app/status.hpp"
 #include "daemon/loops/loop_orders.hpp"
 #include "model/commission/explain.hpp"
@@ -117,7 +118,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                .folder = std::filesystem::path(configuration.daemon.state_directory) / "reports",
                .socket =
                    std::filesystem::path(configuration.daemon.runtime_directory) / "control.sock"},
-              report_ends()),
+              report_ends(folder)),
       evidence(configuration.daemon, specialists,
                {.loops = loops.all(),
                 .board = board,
@@ -186,7 +187,7 @@ void Assembly::make_monitor(const Specialists& specialists) {
       });
 }
 
-reports::DeskEnds Assembly::report_ends() {
+reports::DeskEnds Assembly::report_ends(const std::filesystem::path& folder) {
   return {.now_ms = base::utc_ms,
           .wake = [this] { evidence.explainer().wake(); },
           .ended =
@@ -202,13 +203,8 @@ reports::DeskEnds Assembly::report_ends() {
                 journal.post(std::move(line));
               },
           .in_use =
-              [this](const std::filesystem::path& folder) {
-                const std::string prefix = folder.string() + "/";
-                return std::any_of(loops.all().begin(), loops.all().end(),
-                                   [&](const LoopRuntime& loop) {
-                                     return loop.config.monitor.twin.starts_with(prefix) ||
-                                            loop.config.monitor.specialists.starts_with(prefix);
-                                   });
+              [this, folder](const std::filesystem::path& report) {
+                return needed_by_loops(report, loops.all(), folder);
               }};
 }
 
@@ -235,6 +231,7 @@ console::Parts Assembly::console_parts() {
           .severe_percent = configuration.daemon.alarms.severe_percent,
           .daemon_status = [this] { return status_of(*this); },
           .box_description = [this] { return description_of(*this); },
+          .links = [this] { return links_of(*this); },
           .config_hash = [this] { return reloader.config_hash(); },
           .reload = [this](const std::string& peer, bool dry_run,
                            bool take_file) { return reloader.post(peer, dry_run, take_file); },

@@ -82,7 +82,7 @@ struct Assembly {
   std::unique_ptr<ModbusServer> modbus;  // null: none is configured
 
  private:
-  reports::DeskEnds report_ends();
+  reports::DeskEnds report_ends(const std::filesystem::path& folder);
   console::Parts console_parts();
   ReloaderEnds reloader_ends(ServiceManager& service);
   void make_monitor(const Specialists& specialists);

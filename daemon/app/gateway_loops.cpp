@@ -26,6 +26,13 @@ void GatewayLoops::order(std::size_t loop, const rt::Order& order,
   desks_[loop].send(order, std::move(lines));
 }
 
+void GatewayLoops::take_back(std::size_t loop, const std::string& peer) {
+  LoopRuntime& one = parts_.loops[loop];
+  if (one.commissioning->give_back()) {
+    put_out_of_service(one, false, parts_.journal, parts_.board.now_ms(), peer);
+  }
+}
+
 bool GatewayLoops::collect_answers() {
   bool waiting = false;
   for (orders::OrderDesk& desk : desks_) {

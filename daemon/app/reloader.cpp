@@ -65,6 +65,17 @@ constexpr const char* kTakeFile =
     "gains in force are not in the files; write them there, or take the files' with `loopwarden "
     "reload --take-file`";
 
+// Empty: none is being commissioned. What a test moves a loop with must not change under it.
+std::string being_commissioned(const std::vector<LoopRuntime>& loops) {
+  for (const LoopRuntime& loop : loops) {
+    if (const auto holder = loop.commissioning->holder()) {
+      return fmt::format("{} is being commissioned by {}: the files are taken when that has ended",
+                         loop.config.name, holder->by);
+    }
+  }
+  return {};
+}
+
 std::string what_was_done(const reload::Plan& plan) {
   std::size_t waiting = plan.daemon.waiting_for_restart.size();
   for (const LoopPlan& loop : plan.loops) {
@@ -144,6 +155,10 @@ void Reloader::take(const ReadFiles& read) {
   reload::Plan plan = reload::plan(in_force(), wanted, outputs);
   const std::vector<std::string> lost = gains_lost(plan, loops_);
   const bool refused = !lost.empty() && !current_.job->take_file;
+  if (const std::string why = being_commissioned(loops_); !why.empty()) {
+    refuse(why, {why}, {.not_now = true});
+    return;
+  }
   if (current_.job->dry_run) {
     std::vector<std::string> lines = reload::to_lines(plan);
     lines.insert(lines.end(), lost.begin(), lost.end());
@@ -157,7 +172,7 @@ void Reloader::take(const ReadFiles& read) {
     return;
   }
   if (refused) {
-    refuse(kTakeFile, lost, true);
+    refuse(kTakeFile, lost, {.take_file_needed = true});
     return;
   }
   for (const config::Diagnostic& d : read.files.diagnostics) {
@@ -233,11 +248,11 @@ void Reloader::refuse(const ReadFiles& read) {
   std::vector<std::string> lines;
   for (const config::Diagnostic& d : diagnostics) lines.push_back(config::to_text(d));
   if (!read.error.empty()) lines.push_back(read.error);
-  refuse(read.error.empty() ? first_error(diagnostics) : read.error, std::move(lines), false);
+  refuse(read.error.empty() ? first_error(diagnostics) : read.error, std::move(lines), {});
 }
 
 void Reloader::refuse(const std::string& why, std::vector<std::string> lines,
-                      bool take_file_needed) {
+                      protocol::ReloadOutcome result) {
   std::uint64_t ticket = 0;
   if (!current_.job->dry_run) {
     for (const std::string& line : lines) spdlog::error("{}", line);
@@ -247,11 +262,10 @@ void Reloader::refuse(const std::string& why, std::vector<std::string> lines,
     status_.publish(plan_);
     ticket = write_down("refused: " + why);
   }
-  finish({.outcome = "refused",
-          .take_file_needed = take_file_needed,
-          .lines = std::move(lines),
-          .why = why},
-         ticket);
+  result.outcome = "refused";
+  result.lines = std::move(lines);
+  result.why = why;
+  finish(std::move(result), ticket);
 }
 
 void Reloader::finish(protocol::ReloadOutcome result, std::uint64_t journal_ticket) {

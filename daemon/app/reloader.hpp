@@ -80,7 +80,8 @@ class Reloader {
   void follow_offers();
   void finish_taking();
   void refuse(const ReadFiles& read);
-  void refuse(const std::string& why, std::vector<std::string> lines, bool take_file_needed);
+  void refuse(const std::string& why, std::vector<std::string> lines,
+              protocol::ReloadOutcome result);
   void note_gains_of_file(const config::Configuration& wanted);
   void finish(protocol::ReloadOutcome result, std::uint64_t journal_ticket = 0);
   std::uint64_t write_down(const std::string& result) const;

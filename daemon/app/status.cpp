@@ -124,6 +124,38 @@ protocol::Description description_of(const Assembly& parts) {
                      .shelve_limit_min = alarms.settings.shelve_limit_ms / 60'000}};
 }
 
+protocol::Links links_of(const Assembly& parts) {
+  using hal::modbus::LinkSettings;
+  protocol::Links all;
+  const auto add = [&](const LinkSettings& link, const std::string& by) {
+    const bool tcp = link.transport == hal::modbus::Transport::tcp;
+    all.links.push_back({.by = by,
+                         .transport = tcp ? "tcp" : "rtu",
+                         .host = tcp ? link.host : "",
+                         .port = tcp ? link.port : 0U,
+                         .device = tcp ? "" : link.device});
+  };
+  for (const LoopRuntime& loop : parts.loops.all()) {
+    const std::string by = loop.config.name + " runs on it";
+    if (const auto* io = std::get_if<hal::modbus::LoopModbusSettings>(&loop.config.io)) {
+      add(io->transmitter_link, by);
+      add(io->positioner_link, by);
+    } else if (const auto* source =
+                   std::get_if<hal::modbus::ModbusSourceSettings>(&loop.config.io)) {
+      add(source->process_variable.link, by);
+      add(source->output.link, by);
+      for (const auto* point : {&source->set_point, &source->stem, &source->mode}) {
+        if (*point) add((*point)->link, by);
+      }
+    }
+  }
+  const auto& server = parts.configuration.daemon.modbus_server;
+  if (server && server->serial) {
+    add(server->serial->line, "the daemon answers its masters on it");
+  }
+  return all;
+}
+
 gateway::BoxReading box_reading_of(const Assembly& parts) {
   const rt::RunnerStatus runner = parts.loops.status();
   const journal::JournalStatus lines = parts.journal.status();

@@ -13,6 +13,8 @@ struct Assembly;
 protocol::DaemonStatus status_of(const Assembly& parts);
 // Of the request "describe", without the loops.
 protocol::Description description_of(const Assembly& parts);
+// On which Modbus lines and addresses it works.
+protocol::Links links_of(const Assembly& parts);
 // For the registers.
 gateway::BoxReading box_reading_of(const Assembly& parts);
 

@@ -149,36 +149,55 @@ orders::OrderDesk& OperatorOrders::desk(std::size_t loop) {
   return desks_[loop];
 }
 
-void OperatorOrders::collect(CommissionedLoops::Clock::time_point now) {
+void OperatorOrders::collect(Commissioning::Clock::time_point now) {
   for (orders::OrderDesk& desk : desks_) desk.collect();
-  for (const std::size_t loop : commissioned_.take_silent(now)) {
-    out_of_service(loop, false, "ended", "no sign of life");
-    to_stop_action(loop);
+  for (std::size_t loop = 0; loop < parts_.loops.size(); ++loop) {
+    if (parts_.loops[loop].commissioning->silent(now)) {
+      end_silent(loop, now);
+    } else {
+      endings_.erase(loop);
+    }
   }
 }
 
-void OperatorOrders::out_of_service(std::size_t loop, bool is, const char* what,
-                                    const std::string& peer) {
-  parts_.loops[loop].channels->commissioned = is;
-  parts_.loops[loop].channels->withheld_until_ns = 0;
-  journal::JournalEntry line = line_of(loop, peer);
-  line.what = "commissioning";
-  line.new_value = what;
-  line.result = "done";
-  parts_.journal.post(std::move(line));
+void OperatorOrders::put_out_of_service(std::size_t loop, bool is, const std::string& peer) {
+  daemon::put_out_of_service(parts_.loops[loop], is, parts_.journal, parts_.board.now_ms(), peer);
 }
 
 // As at the daemon's end, but for the rate limit alone: the loop stays in manual there.
-void OperatorOrders::to_stop_action(std::size_t loop) {
-  constexpr const char* kPeer = "commissioning without a sign of life";
+rt::Order OperatorOrders::stop_order(std::size_t loop) const {
   const rt::LoopSettings settings = parts_.loops[loop].settings->get();
   rt::Order order{.mode = control::Mode::manual};
   if (settings.safety.on_stop.kind == control::OutputAction::Kind::value) {
     const control::OutputLimits& limits = settings.controller.output;
     order.output = std::clamp(settings.safety.on_stop.value, limits.low, limits.high);
   }
+  return order;
+}
+
+void OperatorOrders::end_silent(std::size_t loop, Commissioning::Clock::time_point now) {
+  constexpr const char* kPeer = "commissioning without a sign of life";
+  constexpr std::chrono::seconds kBetweenTries{1};
+  parts_.loops[loop].channels->withheld_until_ns = 0;
+  Ending& ending = endings_[loop];
+  if (ending.order) {
+    const std::optional<orders::Outcome> outcome = desk(loop).outcome(*ending.order);
+    if (!outcome) return;
+    ending.order.reset();
+    if (outcome->why.empty()) {
+      if (parts_.loops[loop].commissioning->give_back()) put_out_of_service(loop, false, kPeer);
+      endings_.erase(loop);
+      return;
+    }
+  }
+  if (now < ending.next) return;
+  ending.next = now + kBetweenTries;
+  rt::Order order = stop_order(loop);
+  const std::string why = why_not(loop, order);
+  if (!why.empty() && why == ending.refused) return;  // the journal has it
+  ending.refused = why;
   try {
-    send(loop, order, lines_of(order, loop, kPeer), kPeer, "stop action");
+    ending.order = send(loop, order, lines_of(order, loop, kPeer), kPeer, "stop action").order;
   } catch (const RequestError&) {
     if (!order.output) return;
     // A fault's action has the output; the mode is taken all the same.
@@ -249,9 +268,11 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
   const rt::Order order = wanted_order(request);
   // Anybody takes the valve back: manual ends a commissioning.
   if (!request.session && order.mode == control::Mode::manual && !order.set_point) {
-    if (commissioned_.give_back(index)) out_of_service(index, false, "ended", sender.peer);
+    if (parts_.loops[index].commissioning->give_back()) {
+      put_out_of_service(index, false, sender.peer);
+    }
   }
-  commissioned_.check_order(index, request.session, CommissionedLoops::Clock::now());
+  parts_.loops[index].commissioning->check_order(request.session, Commissioning::Clock::now());
   if (order.mode == control::Mode::automatic) parts_.loops[index].channels->withheld_until_ns = 0;
   std::vector<journal::JournalEntry> lines = lines_of(order, index, sender.peer);
   if (lines.empty()) throw RequestError("set needs set_point, output, mode or jacket");
@@ -268,7 +289,7 @@ protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
                                           const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
   refuse_watched(index);
-  commissioned_.check_order(index, std::nullopt, CommissionedLoops::Clock::now());
+  parts_.loops[index].commissioning->check_order(std::nullopt, Commissioning::Clock::now());
   // As the loop's file is read; that each is a number of at least 0 the order's own rule says.
   if (request.kp == 0.0 && request.ki == 0.0) {
     throw RequestError("kp and ki are both 0: the output would never move");
@@ -292,19 +313,19 @@ protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
   return send(index, order, {std::move(line)}, sender.peer, json(request).dump());
 }
 
-protocol::OrderTaken OperatorOrders::send(std::size_t loop, const rt::Order& order,
-                                          std::vector<journal::JournalEntry> lines,
-                                          const std::string& peer, const std::string& text) {
+std::string OperatorOrders::why_not(std::size_t loop, const rt::Order& order) {
   const rt::LoopSettings settings = parts_.loops[loop].settings->get();
   orders::OrderDesk& desk = this->desk(loop);
   const rt::Refusal refusal =
       rt::judge(order, desk.standing(), settings, settings.controller.jacket.form);
-  std::string why;
-  if (refusal != rt::Refusal::none) {
-    why = orders::why_refused(refusal, order, settings);
-  } else if (!desk.has_room()) {
-    why = "too many commands at once; nothing of this order was taken";
-  }
+  if (refusal != rt::Refusal::none) return orders::why_refused(refusal, order, settings);
+  return desk.has_room() ? "" : "too many commands at once; nothing of this order was taken";
+}
+
+protocol::OrderTaken OperatorOrders::send(std::size_t loop, const rt::Order& order,
+                                          std::vector<journal::JournalEntry> lines,
+                                          const std::string& peer, const std::string& text) {
+  const std::string why = why_not(loop, order);
   spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(loop), peer, text,
                why.empty() ? "" : " refused: ", why);
   if (!why.empty()) {
@@ -314,7 +335,7 @@ protocol::OrderTaken OperatorOrders::send(std::size_t loop, const rt::Order& ord
     }
     throw RequestError(why);
   }
-  return {.order = desk.send(order, std::move(lines)),
+  return {.order = desk(loop).send(order, std::move(lines)),
           .sample_time_s = parts_.loops[loop].config.sample_time_s};
 }
 
@@ -331,20 +352,18 @@ protocol::Commissioning OperatorOrders::commissioning(const protocol::Commission
     const bool manual =
         rt::unpacked(loop.channels->standing.load(std::memory_order_acquire)).mode ==
         control::Mode::manual;
-    if (const char* why = commissioned_.no_withholding(loop.config, *request.withhold_s, manual)) {
+    if (const char* why = Commissioning::no_withholding(loop.config, *request.withhold_s, manual)) {
       throw RequestError(fmt::format("{}: {}", request.loop, why));
     }
   }
-  const std::uint64_t session =
-      commissioned_.take(index, request.session, sender.peer, CommissionedLoops::Clock::now());
+  const std::uint64_t session = loop.commissioning->take(
+      request.session, sender.peer, parts_.board.now_ms(), Commissioning::Clock::now());
   if (ends) {
-    commissioned_.give_back(index);
-    out_of_service(index, false, "ended", sender.peer);
-    return {.session = session, .ends_after_s = 0.0};
+    loop.commissioning->give_back();
+    put_out_of_service(index, false, sender.peer);
+    return {session};
   }
-  if (!request.session) {
-    out_of_service(index, true, "begun", sender.peer);
-  }
+  if (!request.session) put_out_of_service(index, true, sender.peer);
   if (request.withhold_s) {
     const auto for_ns = static_cast<std::int64_t>(*request.withhold_s * 1e9);
     loop.channels->withheld_until_ns = base::MonotonicClock().now_ns() + for_ns;
@@ -354,7 +373,7 @@ protocol::Commissioning OperatorOrders::commissioning(const protocol::Commission
     line.result = "done";
     parts_.journal.post(std::move(line));
   }
-  return {.session = session, .ends_after_s = CommissionedLoops::kSilence.count()};
+  return {session};
 }
 
 namespace {
@@ -437,7 +456,7 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
   }
   const std::size_t index = loop_index(parts_, request.loop);
   if (calms) {
-    commissioned_.check_order(index, std::nullopt, CommissionedLoops::Clock::now());
+    parts_.loops[index].commissioning->check_order(std::nullopt, Commissioning::Clock::now());
   }
   const monitor::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
                                   std::move(reason)};

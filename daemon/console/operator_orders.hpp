@@ -6,15 +6,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "daemon/console/commissioning.hpp"
 #include "daemon/console/parts.hpp"
 #include "daemon/console/sender.hpp"
+#include "daemon/loops/commissioning.hpp"
 #include "daemon/orders/order_desk.hpp"
 #include "base/local_server.hpp"
 #include "protocol/requests.hpp"
@@ -33,7 +35,7 @@ class OperatorOrders {
                                    const Sender& sender);
 
   // Takes the loops' answers that are there, and ends what is commissioned without a sign of life.
-  void collect(CommissionedLoops::Clock::time_point now = CommissionedLoops::Clock::now());
+  void collect(Commissioning::Clock::time_point now = Commissioning::Clock::now());
   // The loops have ended: what is not answered is written down as not taken.
   void close();
 
@@ -47,8 +49,12 @@ class OperatorOrders {
                             const std::string& text);
   protocol::Commissioning commissioning(const protocol::CommissioningRequest& request,
                                         const Sender& sender);
-  void out_of_service(std::size_t loop, bool is, const char* what, const std::string& peer);
-  void to_stop_action(std::size_t loop);
+  void put_out_of_service(std::size_t loop, bool is, const std::string& peer);
+  // Of a loop whose commissioning shows no sign of life: it is given back once the stop action is taken.
+  void end_silent(std::size_t loop, Commissioning::Clock::time_point now);
+  rt::Order stop_order(std::size_t loop) const;
+  // Why an order would be refused now; empty: it would not.
+  std::string why_not(std::size_t loop, const rt::Order& order);
   protocol::OrderState order(const protocol::OrderRequest& request);
   protocol::RecordFile record(const protocol::RecordRequest& request, const Sender& sender);
   base::LocalServer::Answer alarm(const protocol::AlarmRequest& request, const Sender& sender);
@@ -75,8 +81,14 @@ class OperatorOrders {
                                               const std::string& peer) const;
 
   const Parts& parts_;
-  CommissionedLoops commissioned_;
-  std::deque<orders::OrderDesk> desks_;  // one for each loop, from the first order on
+  // A stop action that is to be taken.
+  struct Ending {
+    std::optional<std::uint64_t> order{};  // on its way
+    std::string refused{};                 // why it was, last time
+    Commissioning::Clock::time_point next{};
+  };
+  std::map<std::size_t, Ending> endings_;  // by loop
+  std::deque<orders::OrderDesk> desks_;    // one for each loop, from the first order on
 };
 
 }  // namespace loopwarden::daemon::console

@@ -43,6 +43,7 @@ struct Glance {
   double unacknowledged = 0.0;
   double condition = kUnknown;
   bool not_in_file = false;
+  bool commissioned = false;
 };
 
 // The most urgent state; of two alarms in it, the one of higher priority.
@@ -79,6 +80,7 @@ std::vector<Glance> glance_at(const Parts& parts) {
     Glance& glance = all[i];
     glance.known = parts.historian.latest(i, glance.row);
     glance.not_in_file = parts.loops[i].settings->gains_not_in_file().has_value();
+    glance.commissioned = parts.loops[i].channels->commissioned.load(std::memory_order_relaxed);
     parts.board.look(i, [&](const monitor::LoopWatch& watch) {
       see_alarms(watch, glance);
       glance.condition = lowest_known(watch.condition);
@@ -115,6 +117,7 @@ constexpr std::array kSources{
     Source{Column::alarms_unacknowledged, [](const Glance& g) { return g.unacknowledged; }, false},
     Source{Column::condition, [](const Glance& g) { return g.condition; }, false},
     Source{Column::not_in_file, [](const Glance& g) { return g.not_in_file ? 1.0 : 0.0; }, false},
+    Source{Column::commissioned, [](const Glance& g) { return g.commissioned ? 1.0 : 0.0; }, false},
 };
 static_assert(kSources.size() == protocol::kColumns);
 

@@ -32,7 +32,8 @@ struct Parts {
   double severe_percent;  // % of the CO span
   std::function<protocol::DaemonStatus()> daemon_status;
   std::function<protocol::Description()> box_description;  // without the loops
-  std::function<std::uint32_t()> config_hash;              // of what is in force
+  std::function<protocol::Links()> links;
+  std::function<std::uint32_t()> config_hash;  // of what is in force
   // A number to ask for, or std::runtime_error; what has become of it, nothing: there is no such.
   std::function<std::uint64_t(const std::string& peer, bool dry_run, bool take_file)> reload;
   std::function<std::optional<protocol::ReloadState>(std::uint64_t number)> reload_state;

@@ -175,6 +175,7 @@ std::string Readings::answer(std::string_view what, const json& request) {
   if (what == protocol::AlarmDesignRequest::kName) return done(alarm_design(request));
   if (what == protocol::AlarmFiguresRequest::kName) return done(alarm_figures(request));
   if (what == protocol::DescribeRequest::kName) return done(describe());
+  if (what == protocol::LinksRequest::kName) return done(parts_.links());
   if (what == protocol::OverviewRequest::kName) return to_text(overview(parts_));
   if (what == protocol::LoopRequest::kName) return done(loop(request));
   if (what == protocol::WindowsRequest::kName) return done(windows(request));

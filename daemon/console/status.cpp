@@ -408,6 +408,9 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
     loop.alarms[model::to_text(kind)] = alarm_of(config.name, kind, watch);
   }
   loop.incident = incident_of(config.name, watch);
+  if (const auto holder = runtime.commissioning->holder()) {
+    loop.commissioning = {holder->by, holder->since_ms, holder->ends_in_s};
+  }
   if (!runtime.watched()) {
     loop.gains = gains_of(*runtime.settings, settings.controller.pid.gains);
   }

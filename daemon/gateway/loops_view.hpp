@@ -67,7 +67,8 @@ class PlantView {
   virtual const std::string& name(std::size_t loop) const = 0;
   // Another controller has the loop.
   virtual bool controlled_elsewhere(std::size_t loop) const = 0;
-  // It has, or the loop is being commissioned: nothing of it can be written, alarms neither.
+  // It has, or the loop is being commissioned: nothing of it can be written, alarms neither, but for the manual that ends a
+  // commissioning.
   virtual bool read_only(std::size_t loop) const = 0;
   virtual LoopReading read(std::size_t loop) = 0;
   virtual BoxReading box() = 0;
@@ -84,6 +85,8 @@ class LoopsView : public PlantView {
   virtual bool collect_answers() = 0;
   // The loops have ended: orders without an answer are written down as not taken.
   virtual void close_orders() = 0;
+  // Ends the loop's commissioning.
+  virtual void take_back(std::size_t loop, const std::string& peer) = 0;
   // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
   virtual std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
   // Of every loop, alarms of these kinds.

@@ -105,7 +105,7 @@ Exception MapBank::collect(Table table, std::uint16_t address,
       continue;
     }
     const bool of_loop = place.reg->area != map::Area::box;
-    if (!map::writable(*place.reg) || (of_loop && loops_.read_only(place.loop))) {
+    if (!map::writable(*place.reg) || (of_loop && loops_.controlled_elsewhere(place.loop))) {
       return Exception::illegal_address;
     }
     const std::size_t words = map::width(*place.reg);
@@ -118,7 +118,26 @@ Exception MapBank::collect(Table table, std::uint16_t address,
                       .value = hal::modbus::decode(spec_of(*place.reg, server_.word_order), some)});
     i += words;
   }
+  for (const Wish& wish : wishes) {
+    if (wish.reg->area == map::Area::box || !loops_.read_only(wish.loop)) continue;
+    if (!takes_back(wishes, wish.loop)) return Exception::illegal_address;
+  }
   return Exception::none;
+}
+
+// Anybody takes a loop that is being commissioned back by manual, with or without an output.
+bool MapBank::takes_back(const std::vector<Wish>& wishes, std::size_t loop) {
+  bool manual = false;
+  for (const Wish& wish : wishes) {
+    if (wish.reg->area == map::Area::box || wish.loop != loop) continue;
+    const Field field = wish.reg->field;
+    if (field == Field::wanted_mode && wish.value == 0.0) {
+      manual = true;
+    } else if (field != Field::wanted_output && field != Field::wanted_output_scaled) {
+      return false;
+    }
+  }
+  return manual;
 }
 
 // What can be judged of a value by itself.
@@ -260,6 +279,7 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
     if (asked.wishes.empty()) continue;
     std::vector<journal::JournalEntry> lines;
     for (const Wish* wish : asked.wishes) lines.push_back(line_of(*wish, peer, snapshot));
+    if (loops_.read_only(asked.loop)) loops_.take_back(asked.loop, peer.name);
     loops_.order(asked.loop, asked.order, std::move(lines));
   }
   for (const Wish& wish : wishes) {

@@ -35,6 +35,7 @@ class MapBank final : public RegisterBank {
   struct LoopOrder;
   Exception collect(register_map::Table table, std::uint16_t address,
                     std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const;
+  static bool takes_back(const std::vector<Wish>& wishes, std::size_t loop);
   Exception check(std::vector<Wish>& wishes, MapValues& snapshot);
   static std::vector<LoopOrder> orders_of(const std::vector<Wish>& wishes);
   static rt::Refusal judge(LoopOrder& asked, const LoopReading& loop);

@@ -27,4 +27,19 @@ orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal
                   }}};
 }
 
+void put_out_of_service(LoopRuntime& loop, bool is, journal::Journal& journal, std::int64_t utc_ms,
+                        const std::string& peer) {
+  loop.channels->commissioned = is;
+  loop.channels->withheld_until_ns = 0;
+  journal::JournalEntry line;
+  line.kind = journal::JournalEntry::Kind::operator_action;
+  line.utc_ms = utc_ms;
+  line.loop = loop.config.name;
+  line.peer = peer;
+  line.what = "commissioning";
+  line.new_value = is ? "begun" : "ended";
+  line.result = "done";
+  journal.post(std::move(line));
+}
+
 }  // namespace loopwarden::daemon

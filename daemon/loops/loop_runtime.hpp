@@ -11,6 +11,7 @@
 
 #include "config/interlocks.hpp"
 #include "config/loop_config.hpp"
+#include "daemon/loops/commissioning.hpp"
 #include "daemon/rt/control_cycle.hpp"
 #include "daemon/watch/watch_cycle.hpp"
 #include "hal/contract/loop_io.hpp"
@@ -68,6 +69,7 @@ struct LoopRuntime {
   std::unique_ptr<CurrentSettings> settings;
   std::unique_ptr<rt::ControlCycle> cycle;
   std::unique_ptr<watch::WatchCycle> watch;
+  std::unique_ptr<Commissioning> commissioning = std::make_unique<Commissioning>();
 
   bool watched() const noexcept { return source != nullptr; }
   hal::Device& device() const noexcept {

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/probe/link_owners.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <system_error>
-#include <variant>
-#include <vector>
 
 #include "base/file.hpp"
 #include "base/local_address.hpp"
@@ -30,38 +28,33 @@ fs::path real(const std::string& device) {
   return path.empty() ? fs::path(device) : path;
 }
 
-std::string numeric(const std::string& host) { return host == "localhost" ? "127.0.0.1" : host; }
-
-bool same(const LinkSettings& a, const LinkSettings& b) {
-  if (a.transport != b.transport) return false;
-  if (a.transport == hal::modbus::Transport::rtu) return real(a.device) == real(b.device);
-  return numeric(a.host) == numeric(b.host) && a.port == b.port;
+// An address has many spellings; IPv4 in the form of IPv6. As text where it is none.
+std::string address(const std::string& host) {
+  in6_addr six{};
+  const std::string numeric = host == "localhost" ? "127.0.0.1" : host;
+  if (::inet_pton(AF_INET6, ("::ffff:" + numeric).c_str(), &six) != 1 &&
+      ::inet_pton(AF_INET6, numeric.c_str(), &six) != 1) {
+    return host;
+  }
+  return {reinterpret_cast<const char*>(&six), sizeof six};
 }
 
-std::vector<const LinkSettings*> links_of(const config::LoopConfig& loop) {
-  if (const auto* io = std::get_if<hal::modbus::LoopModbusSettings>(&loop.io)) {
-    return {&io->transmitter_link, &io->positioner_link};
-  }
-  std::vector<const LinkSettings*> links;
-  if (const auto* io = std::get_if<hal::modbus::ModbusSourceSettings>(&loop.io)) {
-    links = {&io->process_variable.link, &io->output.link};
-    for (const auto* point : {&io->set_point, &io->stem, &io->mode}) {
-      if (*point) links.push_back(&(*point)->link);
-    }
-  }
-  return links;
+bool same(const LinkSettings& asked, const protocol::LinkInUse& used) {
+  if ((asked.transport == hal::modbus::Transport::rtu) != (used.transport == "rtu")) return false;
+  if (used.transport == "rtu") return real(asked.device) == real(used.device);
+  return address(asked.host) == address(used.host) && asked.port == used.port;
 }
 
-// The status of the daemon whose sockets are in this folder; nullopt: none runs. Throws std::runtime_error where one is
-// there and does not answer.
-std::optional<protocol::Status> running_daemon(const fs::path& runtime_directory) {
+// Of the daemon whose sockets are in this folder; nullopt: none runs. Throws std::runtime_error where one is there and does
+// not answer.
+std::optional<protocol::Links> links_of_daemon(const fs::path& runtime_directory) {
   const std::string path = (runtime_directory / "status.sock").string();
   const base::File tried(base::try_local_connection(path));
   // Of a daemon that was killed the socket is left, and nobody listens.
   if (!tried.is_open() && (errno == ENOENT || errno == ECONNREFUSED)) return std::nullopt;
   base::LocalClient client(path);
-  const nlohmann::json request = protocol::StatusRequest{};
-  return protocol::read_answer<protocol::Status>(
+  const nlohmann::json request = protocol::LinksRequest{};
+  return protocol::read_answer<protocol::Links>(
       protocol::answer_in(client.request(request.dump(), base::LocalClient::kPatience)));
 }
 
@@ -76,37 +69,16 @@ std::string runtime_directory_of(const fs::path& folder) {
 }  // namespace
 
 std::string owner_of(const LinkSettings& link, const fs::path& folder) {
-  std::optional<protocol::Status> running;
   try {
-    running = running_daemon(runtime_directory_of(folder));
-  } catch (const std::exception& e) {
-    return fmt::format("a daemon runs and does not say which loops: {}", e.what());
-  }
-  if (!running) return {};
-  const auto files = config::read_configuration(folder);
-  if (!files) {
-    return fmt::format(
-        "a daemon runs, and its files in {} have errors by now: nothing tells which "
-        "links it has",
-        folder.string());
-  }
-  for (const protocol::LoopStatus& loop : running->loops) {
-    const auto file =
-        std::find_if(files->loops.begin(), files->loops.end(),
-                     [&](const config::LoopConfig& one) { return one.name == loop.name; });
-    if (file == files->loops.end()) {
-      return fmt::format("the daemon runs {}, of which {} has no file: nothing tells its links",
-                         loop.name, folder.string());
+    const auto running = links_of_daemon(runtime_directory_of(folder));
+    if (!running) return {};
+    for (const protocol::LinkInUse& used : running->links) {
+      if (same(link, used)) return used.by;
     }
-    const std::vector<const LinkSettings*> links = links_of(*file);
-    if (std::any_of(links.begin(), links.end(), [&](const auto* one) { return same(*one, link); }))
-      return fmt::format("{} runs on it", loop.name);
+    return {};
+  } catch (const std::exception& e) {
+    return fmt::format("a daemon runs and does not say which links it has: {}", e.what());
   }
-  const auto& server = files->daemon.modbus_server;
-  if (server && server->serial && same(server->serial->line, link)) {
-    return "the daemon answers its masters on it";
-  }
-  return {};
 }
 
 }  // namespace loopwarden::daemon::probe

@@ -9,8 +9,9 @@
 
 namespace loopwarden::daemon::probe {
 
-// Why a link must be left alone: a loop of the daemon that runs on these files, or its server for masters, has it, or it
-// can't be told. Empty: nobody has it, or no daemon runs. `folder`: the daemon's configuration, which may not be there.
+// Why a link must be left alone: a loop of the daemon that runs, or its server for masters, has it, or that daemon does not
+// tell. Empty: neither has it, or no daemon runs. `folder`: its configuration, for the place of its sockets; it may not be
+// there.
 std::string owner_of(const hal::modbus::LinkSettings& link, const std::filesystem::path& folder);
 
 }  // namespace loopwarden::daemon::probe

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/probe/probe.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <nlohmann/json.hpp>
@@ -91,6 +95,22 @@ Request request_of(const protocol::Probe& asked, std::uint16_t count) {
 
 }  // namespace
 
+std::string Prober::lock(const LinkSettings& link) {
+  line_ = {};
+  if (link.transport == Transport::tcp) return {};
+  // Opened without a change of the line's settings: another program may be in the middle of a request.
+  line_ = base::File(link.device, O_RDWR | O_NONBLOCK | O_NOCTTY);
+  int exclusive = 0;
+  if (!line_.is_open()) {
+    if (errno != EBUSY) return {};  // the transport says why
+  } else if ((::ioctl(line_.fd(), TIOCGEXCL, &exclusive) != 0 || exclusive == 0) &&
+             ::flock(line_.fd(), LOCK_EX | LOCK_NB) == 0) {
+    return {};
+  }
+  line_ = {};
+  return "another program has locked " + link.device;
+}
+
 protocol::Probed Prober::read(const protocol::Probe& asked) {
   try {
     const LinkSettings link = link_of(asked);
@@ -99,9 +119,14 @@ protocol::Probed Prober::read(const protocol::Probe& asked) {
     // Before each request: a daemon may have come meanwhile.
     if (const std::string owner = owner_of(link, folder_); !owner.empty()) {
       transport_.reset();
+      line_ = {};
       return {.state = "refused", .why = owner};
     }
     if (!transport_ || link_ != link) {
+      transport_.reset();
+      if (std::string locked = lock(link); !locked.empty()) {
+        return {.state = "refused", .why = std::move(locked)};
+      }
       transport_.emplace(link, waiter_);
       link_ = link;
     }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "base/file.hpp"
 #include "hal/modbus/modbus_transport.hpp"
 #include "protocol/probe.hpp"
 
@@ -20,7 +21,11 @@ class Prober {
   protocol::Probed read(const protocol::Probe& asked);
 
  private:
+  // Why the line's lock can't be had; empty: it is held from now on.
+  std::string lock(const hal::modbus::LinkSettings& link);
+
   std::filesystem::path folder_;
+  base::File line_;  // with its lock
   hal::modbus::BusWaiter waiter_;
   std::optional<hal::modbus::LinkSettings> link_;
   std::optional<hal::modbus::ModbusTransport> transport_;

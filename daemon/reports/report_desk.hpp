@@ -33,7 +33,7 @@ struct DeskEnds {
   std::function<std::int64_t()> now_ms;  // UTC
   std::function<void()> wake;            // there is something to do
   std::function<void(const Report&)> ended;
-  // Whether something that the loops work with lies in the folder.
+  // Whether something that the loops work with, or will from the next start on, lies in the folder. May wait for the disk.
   std::function<bool(const std::filesystem::path& folder)> in_use;
 };
 

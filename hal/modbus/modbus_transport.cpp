@@ -6,6 +6,7 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/file.h>
 #include <sys/select.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -165,6 +166,8 @@ bool ModbusTransport::connect_rtu() {
   }
   file_ = modbus_get_socket(context_.get());
   if (file_ >= FD_SETSIZE) return fail("too many open files for libmodbus");
+  // Others see by it that the line is taken. A lock of theirs does not keep a loop from its valve.
+  (void)::flock(file_, LOCK_EX | LOCK_NB);
   if (settings_.rs485 && modbus_rtu_set_serial_mode(context_.get(), MODBUS_RTU_RS485) != 0) {
     return fail("the driver refuses RS-485 mode: " + in_words(errno));
   }

@@ -13,6 +13,7 @@
 
 #include "tests/hal/modbus/modbus_rig.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/device/plant_loop.hpp"
 #include "tests/support/shell.hpp"
 
 namespace loopwarden::tests::modbus_faults_test {
@@ -27,52 +28,8 @@ constexpr double kStop = 2.0;
 constexpr double kBadPv = 1.5;
 constexpr double kDeviceFailSafe = 0.5;
 constexpr double kSetPoint = 5.0;
-// The plant runs ten times as fast as plant 1, so do the controller's time constants.
 const std::vector<std::string> kDeviceArguments{"--speed", "10",      "--fail-safe",
                                                 "0.5",     "--start", "3"};
-
-constexpr const char* kLoop = R"(
-loop: FIC-101
-sample_time: {period}
-process_variable: {{unit: L/min, range: [0, 10], max_age: {max_age}}}
-controller:
-  action: reverse
-  kp: 0.3494
-  ki: 0.4
-  set_point: {{limits: [0, 9]}}
-  output: {{unit: V, range: [0, 10], rate_limit: 5}}
-start: {{mode: automatic, set_point: 5, output: hold}}
-safe_actions:
-  stop: 2.0
-  bad_pv: {{hold_for: 0.3, then: 1.5}}
-  output_lost: hold
-  enable_open: 0
-  recovery: previous_mode
-  recovery_delay: 0.3
-recording: {{enabled: false}}
-io:
-  backend: modbus
-  poll_period: {period}
-  transmitter:
-    link: {link}
-    unit: 1
-    register: {{table: input, address: 0, type: f32}}
-    status: {{table: input, address: 18, mask: 0xFFFF, value: 0}}
-  positioner:
-    link: {link}
-    unit: 1
-    command: {{address: 0, type: f32}}
-    read_back: {{table: input, address: 20, type: f32}}
-    comm_loss: {{timeout: {watchdog}, register: {{address: 10, type: u16, scale: 0.1}}, value: {watchdog}}}
-)";
-
-std::string loop_file(const std::string& link, double watchdog_s,
-                      const std::string& tag = "FIC-101", double period_s = 0.05,
-                      double max_age_s = 1.0) {
-  std::string text = fmt::format(kLoop, fmt::arg("link", link), fmt::arg("watchdog", watchdog_s),
-                                 fmt::arg("period", period_s), fmt::arg("max_age", max_age_s));
-  return text.replace(text.find("FIC-101"), 7, tag);
-}
 
 std::string tcp_link_yaml(const std::string& name, const std::string& port,
                           double response_timeout_s = 0.4) {
@@ -86,7 +43,7 @@ constexpr std::chrono::seconds kSettling{120};
 
 // Daemon, device and a proxy that can spoil the replies, on TCP.
 struct TcpPlant {
-  explicit TcpPlant(const std::string& loop = loop_file("field", 1.0))
+  explicit TcpPlant(const std::string& loop = plant_loop("field", 1.0))
       : rig(kDeviceArguments),
         daemon("links:\n" + tcp_link_yaml("field", rig.proxy.ready("port")),
                {{"loops.d/FIC-101.yaml", loop}}) {}
@@ -155,7 +112,7 @@ TEST_CASE("the daemon controls a foreign device over a serial line to the set po
       fmt::format("links:\n  line: {{transport: rtu, device: {}, baud: 115200, parity: none, "
                   "response_timeout: 2, reconnect_min: 0.05, reconnect_max: 0.3}}\n",
                   rig.proxy.ready("master")),
-      {{"loops.d/FIC-101.yaml", loop_file("line", 6.0, "FIC-101", 0.1, 3.0)}});
+      {{"loops.d/FIC-101.yaml", plant_loop("line", 6.0, "FIC-101", 0.1, 3.0)}});
   daemon.start();
   const bool settled = eventually(
       [&] { return std::abs(rig.device.state_number("pv") - kSetPoint) < 0.2; }, kSettling);
@@ -257,7 +214,7 @@ TEST_CASE(
 TEST_CASE(
     "fault, device lost for longer: process alarms say so, are acknowledged, and go once it is "
     "back") {
-  std::string manual = loop_file("field", 1.0);
+  std::string manual = plant_loop("field", 1.0);
   manual.replace(manual.find("recovery: previous_mode"), 23, "recovery: manual");
   manual += "alarms:\n";
   for (const char* alarm : {"bad_pv", "output_lost", "not_normal_mode"}) {
@@ -373,7 +330,7 @@ TEST_CASE("fault, device absent at start: the daemon runs, and takes the loop ov
 
 // The loop without a read-back, its first output left to the operator.
 std::string untold_loop_file() {
-  std::string text = loop_file("field", 1.0);
+  std::string text = plant_loop("field", 1.0);
   const auto replace = [&](const std::string& from, const std::string& to) {
     text.replace(text.find(from), from.size(), to);
   };
@@ -442,7 +399,7 @@ TEST_CASE("fault, configuration broken: a reload keeps the loop running; a good 
   plant.daemon.signal(SIGHUP);
   CHECK(eventually([&] { return plant.daemon.log().find("reload refused") != std::string::npos; }));
   CHECK(plant.in_automatic());
-  std::string changed = loop_file("field", 1.0);
+  std::string changed = plant_loop("field", 1.0);
   changed.replace(changed.find("limits: [0, 9]"), 14, "limits: [0, 4]");
   changed.replace(changed.find("set_point: 5"), 12, "set_point: 4");
   changed.replace(changed.find("stop: 2.0"), 9, "stop: 1.0");
@@ -464,8 +421,8 @@ TEST_CASE("fault, a dead device never delays another loop") {
   DaemonProcess daemon(
       "links:\n" + tcp_link_yaml("one", alive.proxy.ready("port"), 1.0) +
           tcp_link_yaml("two", dead.proxy.ready("port"), kWaitForDead_s),
-      {{"loops.d/FIC-101.yaml", loop_file("one", 5.0, "FIC-101", 0.05, kMaxAge_s)},
-       {"loops.d/FIC-102.yaml", loop_file("two", 15.0, "FIC-102", 0.05, kMaxAge_s)}});
+      {{"loops.d/FIC-101.yaml", plant_loop("one", 5.0, "FIC-101", 0.05, kMaxAge_s)},
+       {"loops.d/FIC-102.yaml", plant_loop("two", 15.0, "FIC-102", 0.05, kMaxAge_s)}});
   daemon.start();
   REQUIRE(eventually([&] {
     return daemon.is("FIC-101", "mode", "AUTO") && daemon.is("FIC-102", "mode", "AUTO");
@@ -487,8 +444,8 @@ TEST_CASE("fault, kill -9 beside a dead device: --safe reaches the others withou
   TcpRig alive(kDeviceArguments);
   DaemonProcess daemon("links:\n" + tcp_link_yaml("one", dead.proxy.ready("port")) +
                            tcp_link_yaml("two", alive.proxy.ready("port")),
-                       {{"loops.d/FIC-101.yaml", loop_file("one", 1.0)},
-                        {"loops.d/FIC-102.yaml", loop_file("two", 1.0, "FIC-102")}});
+                       {{"loops.d/FIC-101.yaml", plant_loop("one", 1.0)},
+                        {"loops.d/FIC-102.yaml", plant_loop("two", 1.0, "FIC-102")}});
   dead.proxy.command("silent");
   daemon.start({"--safe"});
   CHECK(eventually([&] { return std::abs(alive.device.state_number("written") - kStop) < 0.01; }));

@@ -4,10 +4,13 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "tests/hal/modbus/modbus_rig.hpp"
 #include "tests/support/daemon_process.hpp"
+#include "tests/support/device/plant_loop.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/workbench/setup/scripted_setup.hpp"
 #include "workbench/live/test_bench.hpp"
@@ -18,42 +21,30 @@ namespace {
 
 using setup::Outcome;
 
-constexpr const char* kLoop = R"(
-loop: FIC-101
-sample_time: 0.05
-process_variable: {unit: L/min, range: [0, 10]}
-controller:
-  action: ACTION
-  kp: 0.3494
-  ki: 0.4
-  set_point: {limits: [0, 9]}
-  output: {unit: V, range: [0, 10]}
-  set_point_tracks_in_manual: true
-start: {mode: manual, set_point: 5}
-safe_actions: {stop: 2, bad_pv: hold, output_lost: hold, late_cycle_periods: 40, enable_open: hold, recovery: manual, recovery_delay: 0.2}
-io:
-  backend: modbus
-  poll_period: 0.05
-  transmitter: {link: field, unit: 1, register: {table: input, address: 0, type: f32}}
-  positioner:
-    link: field
-    unit: 1
-    command: {address: 0, type: f32}
-    read_back: {table: input, address: 20, type: f32}
-    comm_loss: LOSS
-)";
-constexpr const char* kWatchdog =
-    "{timeout: 2, register: {address: 10, type: u16, scale: 0.1}, value: 2}";
+const std::string kReadBack = "    read_back: {table: input, address: 20, type: f32}\n";
 
-std::string loop_text(std::string action, const std::string& loss) {
-  std::string text = kLoop;
-  text.replace(text.find("ACTION"), 6, action);
-  return text.replace(text.find("LOSS"), 4, loss);
+// In manual, with a watchdog of 2 s.
+std::string loop_text() {
+  std::string text = plant_loop("field", 2.0);
+  text =
+      with(text, "{mode: automatic, set_point: 5, output: hold}", "{mode: manual, set_point: 5}");
+  return with(text, "recovery: previous_mode", "late_cycle_periods: 40\n  recovery: manual");
+}
+
+// The file says that the device has a watchdog; its register was never set.
+std::string without_watchdog(const std::string& text) {
+  return with(text, "{timeout: 2, register: {address: 10, type: u16, scale: 0.1}, value: 2}",
+              "{timeout: 1, set_by: device}");
+}
+
+// Nothing tells where the valve stands.
+std::string blind(const std::string& text) {
+  return with(with(text, kReadBack, ""), "set_point: 5}", "set_point: 5, output: 4}");
 }
 
 // The plant at ten times its speed, its valve at 4 V, its fail-safe position 0.5 V.
 struct Plant {
-  explicit Plant(const std::string& loop = loop_text("reverse", kWatchdog))
+  explicit Plant(const std::string& loop = loop_text())
       : device("plant_device.py", {"--speed", "10", "--fail-safe", "0.5", "--start", "4"}),
         daemon("links: {field: {transport: tcp, host: 127.0.0.1, port: " + device.ready("port") +
                    "}}\n",
@@ -70,6 +61,10 @@ struct Plant {
     }));
   }
   double co() { return device.state_number("co"); }
+  bool back() {
+    return test::eventually([&] { return std::abs(co() - 4.0) < 0.05; });
+  }
+  bool commissioned() { return !daemon.loop("FIC-101").at("commissioning").is_null(); }
   bool served() {
     try {
       daemon.client().set({.loop = "FIC-101", .mode = "man"});
@@ -96,13 +91,16 @@ TEST_CASE("a stroke moves the valve through its limits and puts it back", "[setu
   CHECK(person.told("CO 2 V"));
   CHECK(person.told("CO 8 V"));
   CHECK(person.told("PV rises"));
+  // Neither the way there nor the one back is a jump: a quarter of the limits at most.
+  const std::vector<double> co = plant.daemon.trend("FIC-101").co;
+  for (std::size_t i = 1; i < co.size(); ++i) CHECK(std::abs(co[i] - co[i - 1]) < 1.51);
   CHECK_FALSE(person.watches);
-  CHECK(test::eventually([&] { return std::abs(plant.co() - 4.0) < 0.05; }));
+  CHECK(plant.back());
   CHECK(plant.served());
 }
 
 TEST_CASE("a stroke finds an action that is the wrong way round", "[setup]") {
-  Plant plant(loop_text("direct", kWatchdog));
+  Plant plant(with(loop_text(), "reverse", "direct"));
   plant.start();
   plant.s.person.lines = {"FIC-101", "2 8", "0 10", "1"};
   CHECK_THROWS_WITH(setup::stroke_valve(plant.s.all), Catch::Contains("action must be reverse"));
@@ -147,18 +145,125 @@ TEST_CASE("a device's watchdog runs out, and the output is put back", "[setup]")
   CHECK(outcome == Outcome::done);
   CHECK(plant.device.state_number("trips") == trips + 1);
   CHECK(person.told("to 0.5 V"));
-  CHECK(test::eventually([&] { return std::abs(plant.co() - 4.0) < 0.05; }));
+  CHECK(plant.back());
   CHECK(plant.served());
 }
 
 TEST_CASE("a watchdog that does not act is found", "[setup]") {
-  // The file says that the device has one; its register was never set.
-  Plant plant(loop_text("reverse", "{timeout: 1, set_by: device}"));
+  Plant plant(without_watchdog(loop_text()));
   plant.start();
   plant.s.person.lines = {"FIC-101", "0.5", "2 8", "0 10", "6"};
   CHECK_THROWS_WITH(setup::test_watchdog(plant.s.all), Catch::Contains("did not move"));
   CHECK(plant.device.state_number("trips") == 0.0);
   CHECK(plant.served());
+}
+
+TEST_CASE("what moves the valve for another reason is no watchdog", "[setup]") {
+  Plant plant(without_watchdog(blind(loop_text())));
+  plant.start();
+  ScriptedPerson& person = plant.s.person;
+  person.lines = {"FIC-101", "0.5", "2 8", "0 10", "6", "0.5"};
+  const char* pv = GENERATE("1", "briefly");
+  person.hears = [&](const std::string& text) {
+    if (text.find("cease now") == std::string::npos) return;
+    plant.device.command(std::string("pv ") + "1");
+    if (std::string(pv) == "briefly") {
+      REQUIRE(test::eventually([&] { return plant.daemon.loop("FIC-101").at("pv") == 1.0; }));
+      plant.device.command("pv auto");
+    }
+  };
+  CHECK_THROWS_WITH(setup::test_watchdog(plant.s.all),
+                    Catch::Contains("goes on reading") &&
+                        Catch::Contains(std::string(pv) == "1" ? "too soon" : "did not move"));
+  CHECK(plant.s.state.found("watchdog").empty());
+}
+
+TEST_CASE("where no read-back tells, a person says where the watchdog took the valve", "[setup]") {
+  Plant plant(blind(loop_text()));
+  plant.start();
+  ScriptedPerson& person = plant.s.person;
+  const std::string seen = GENERATE("0.5", "6");
+  person.lines = {"FIC-101", "0.5", "2 8", "0 10", "6", seen};
+  if (seen == "0.5") {
+    CHECK(setup::test_watchdog(plant.s.all) == Outcome::done);
+    CHECK(person.told("watch it"));
+    CHECK(person.told("to 0.5 V as seen by eye"));
+  } else {
+    CHECK_THROWS_WITH(setup::test_watchdog(plant.s.all), Catch::Contains("not to 0.5"));
+  }
+  CHECK(plant.back());
+}
+
+TEST_CASE("a key, and PV beyond its limits, end the wait for the output, which is put back",
+          "[setup]") {
+  Plant plant(with(loop_text(), "recovery_delay: 0.3", "recovery_delay: 3"));
+  plant.start();
+  ScriptedPerson& person = plant.s.person;
+  person.lines = {"FIC-101", "0.5", "2 8", "-1 9", "6"};
+  const bool key = GENERATE(true, false);
+  person.hears = [&](const std::string& text) {
+    if (text.find("go out again") == std::string::npos) return;
+    if (key) {
+      person.next_key = 'x';
+    } else {
+      plant.device.command("pv 9.5");
+    }
+  };
+  CHECK_THROWS_WITH(setup::test_watchdog(plant.s.all),
+                    Catch::Contains(key ? "a key was pressed" : "PV 9.5 left its limits"));
+  CHECK(plant.back());
+  CHECK_FALSE(plant.commissioned());
+}
+
+TEST_CASE("a loop that can't be put back is not given back, and what ended the test is told",
+          "[setup]") {
+  Plant plant;
+  plant.start();
+  ScriptedPerson& person = plant.s.person;
+  person.lines = {"FIC-101", "0.5", "2 8", "0 10", "6"};
+  person.hears = [&](const std::string& text) {
+    if (text.find("cease now") == std::string::npos) return;
+    plant.device.freeze();
+    REQUIRE(test::eventually([&] { return !plant.daemon.is("FIC-101", "fault", "none"); }));
+    person.next_key = 'x';
+  };
+  CHECK_THROWS_WITH(setup::test_watchdog(plant.s.all),
+                    Catch::Contains("a key was pressed; the loop does not get its output back"));
+  const nlohmann::json loop = plant.daemon.loop("FIC-101");
+  REQUIRE(loop.at("commissioning").is_object());
+  CHECK(loop.at("commissioning").at("ends_in_s") > 0.0);
+}
+
+TEST_CASE("where a fault's action has the output, a loop that is not put back is not given back",
+          "[setup]") {
+  Plant plant(with(loop_text(), "output_lost: hold", "output_lost: 3"));
+  plant.start();
+  ScriptedPerson& person = plant.s.person;
+  person.lines = {"FIC-101", "2 8", "0 10", "1.5"};
+  person.hears = [&](const std::string& text) {
+    if (text.find("CO 2 V") == std::string::npos) return;
+    plant.device.freeze();
+    REQUIRE(test::eventually([&] { return !plant.daemon.is("FIC-101", "fault", "none"); }));
+  };
+  CHECK_THROWS_AS(setup::stroke_valve(plant.s.all), workbench::TestAborted);
+  CHECK(plant.commissioned());
+}
+
+TEST_CASE("while a loop is commissioned that shows, a reload is refused, and manual ends it",
+          "[setup]") {
+  Plant plant;
+  plant.start();
+  const std::string socket = " --socket " + plant.s.all.socket;
+  setup::Session session(plant.s.all.socket, "FIC-101");
+  CHECK_THAT(bash(LOOPWARDEN_CLI " top --once FIC-101" + socket).text,
+             Catch::Contains("being commissioned by uid") && Catch::Contains("since 20"));
+  const ShellOutcome reload = bash(LOOPWARDEN_CLI " reload" + socket + " 2>&1");
+  CHECK(reload.exit_code == 65);
+  CHECK_THAT(reload.text, Catch::Contains("FIC-101 is being commissioned by uid") &&
+                              Catch::Contains("nothing has changed"));
+  CHECK(bash(LOOPWARDEN_CLI " set FIC-101 --mode man" + socket).exit_code == 0);
+  CHECK_FALSE(plant.commissioned());
+  CHECK(bash(LOOPWARDEN_CLI " reload" + socket).exit_code == 0);
 }
 
 TEST_CASE("a record has the moves of the set point, and the loop is in manual after it",
@@ -198,9 +303,17 @@ TEST_CASE("registers are read where no loop runs, and left alone where one does"
   absent.replace(absent.find("100"), 3, "500");
   CHECK(nlohmann::json::parse(ask(absent).text).at("state") == "error");
   plant.start();
-  const nlohmann::json refused = nlohmann::json::parse(ask(probe).text);
-  CHECK(refused.at("state") == "refused");
-  CHECK(refused.at("why") == "FIC-101 runs on it");
+  const auto is_refused = [&](const std::string& line) {
+    const nlohmann::json answer = nlohmann::json::parse(ask(line).text);
+    CHECK(answer.at("state") == "refused");
+    CHECK(answer.at("why") == "FIC-101 runs on it");
+  };
+  is_refused(probe);
+  is_refused(with(probe, "127.0.0.1", "localhost"));
+  is_refused(with(probe, "127.0.0.1", "::ffff:127.0.0.1"));
+  // By what runs, whatever the files say by now.
+  std::filesystem::remove(plant.daemon.config() / "loops.d/FIC-101.yaml");
+  is_refused(probe);
 }
 
 }  // namespace loopwarden::tests::setup_test

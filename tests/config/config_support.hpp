@@ -9,6 +9,7 @@
 #include "config/config_reader.hpp"
 #include "config/loop_model_reader.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/text.hpp"
 
 namespace loopwarden::config::test {
 
@@ -79,12 +80,7 @@ inline DaemonConfig daemon() {
   return daemon;
 }
 
-// `text` with its first `from` made `to`.
-inline std::string with(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, from.size(), to);
-}
+using tests::with;
 
 template <class T>
 std::string said(const Loaded<T>& loaded) {

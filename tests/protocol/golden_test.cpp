@@ -172,6 +172,7 @@ std::map<std::string, std::string> answers() {
   ask("status", {{"request", "status"}});
   ask("loop", {{"request", "loop"}});
   ask("describe", {{"request", "describe"}});
+  ask("links", {{"request", "links"}});
   ask("overview", {{"request", "overview"}});
   ask("trend", {{"request", "trend"}});
   ask("windows", {{"request", "windows"}});
@@ -223,6 +224,7 @@ const std::map<std::string, Again> kAgain{
     {"status_before_the_first_cycle", again<protocol::Status>},
     {"status", again<protocol::Status>},
     {"describe", again<protocol::Description>},
+    {"links", again<protocol::Links>},
     {"overview", again<protocol::Overview>},
     {"registers", again<protocol::Registers>},
     {"registers_values_only", again<protocol::Registers>},

@@ -49,7 +49,10 @@ void print(const protocol::ReloadOutcome& result, bool dry_run) {
     fmt::print(refused ? stderr : stdout, "{}\n", line);
   }
   if (result.take_file_needed) fmt::print(stderr, "loopwarden: {}\n", result.why.value_or(""));
-  if (refused) {
+  if (result.not_now) {
+    fmt::print(stderr, "loopwarden: not now; nothing {}\n",
+               dry_run ? "would change" : "has changed");
+  } else if (refused) {
     fmt::print(stderr, "loopwarden: the files {} refused; nothing {}\n",
                dry_run ? "would be" : "were", dry_run ? "would change" : "has changed");
   } else if (result.outcome == "in_force") {
@@ -61,7 +64,7 @@ void print(const protocol::ReloadOutcome& result, bool dry_run) {
 
 int exit_code_of(const protocol::ReloadOutcome& result) {
   if (result.outcome == "in_force") return kExitOk;
-  if (result.take_file_needed) return kExitData;
+  if (result.take_file_needed || result.not_now) return kExitData;
   return result.outcome == "refused" ? kExitConfiguration : kExitTryAgain;
 }
 
@@ -105,7 +108,7 @@ void add_reload(Program& program) {
       "force;\n"
       "75: something waits for a restart, or for CO to come inside new limits; 78: the files have\n"
       "errors, nothing has changed; 65: the files would change gains that a person has set and no\n"
-      "file has, nothing has changed without --take-file.\n"
+      "file has, nothing has changed without --take-file; or a loop is being commissioned.\n"
       "Example: loopwarden reload --dry-run");
 }
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/live/loop_view.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 #include <iterator>
 #include <utility>
 
@@ -72,6 +74,16 @@ std::string valve_line(const protocol::LoopStatus& loop) {
       m.travel_percent_per_hour, m.reversals_per_hour,
       std::isfinite(m.stick_percent) ? fmt::format("{:.1f} % ({})", m.stick_percent, m.stick_source)
                                      : std::string("-"));
+}
+
+std::string commissioning_line(const protocol::Commissioned& holder) {
+  return fmt::format(
+      "being commissioned by {} since {:%FT%TZ}: out of service for everybody else, but for "
+      "manual; {}",
+      holder.by, fmt::gmtime(static_cast<std::time_t>(holder.since_ms / 1000)),
+      holder.ends_in_s > 0.0
+          ? fmt::format("ends in {:.0f} s without a sign of life", holder.ends_in_s)
+          : std::string("no sign of life: goes to its stop action"));
 }
 
 // The condition indices, 100 good and 0 bad.
@@ -249,6 +261,9 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
     std::string shown = coloured(state_of(cycle, loop.co_unit),
                                  cycle.fault == "none" ? Colour::plain : Colour::red);
     const std::string alarms = alarm_summary(loop);
+    if (loop.commissioning) {
+      shown += ", " + coloured("being commissioned by " + loop.commissioning->by, Colour::yellow);
+    }
     if (!alarms.empty()) shown += ", " + coloured("ALARM " + alarms, Colour::red);
     lines.push_back(
         fmt::format("{} {:<14} {} {:>16} {:>16} {:>14} {:>14}  {}", i == selected ? ">" : " ",
@@ -261,6 +276,7 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
 
 std::vector<std::string> loop_details(const protocol::LoopStatus& loop) {
   std::vector<std::string> lines{valve_line(loop), condition_line(loop)};
+  if (loop.commissioning) lines.push_back(commissioning_line(*loop.commissioning));
   if (loop.monitor.twin) lines.push_back(twin_line(loop));
   lines.push_back(record_and_bus_line(loop));
   return lines;

@@ -210,6 +210,7 @@ void LiveBench::put_back() noexcept {
       say(fmt::format("{}: not in manual any more, left as it is\n", loop_));
     }
   } catch (const std::exception& e) {
+    if (limits_.not_put_back) limits_.not_put_back();
     say(fmt::format("{}: could not be put back (output {:.4g}, mode {}): {}\n", loop_, start_, mode,
                     e.what()));
   }

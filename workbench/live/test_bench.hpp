@@ -68,6 +68,8 @@ struct LiveLimits {
   std::optional<std::uint64_t> session{};  // of who commissions the loop
   // Asked again and again while the test lasts: what it says ends the test; empty: go on.
   std::function<std::string()> watch{};
+  // Told where the loop could not be put back.
+  std::function<void()> not_put_back{};
 };
 
 // Takes the loop to manual. However it ends (limit of PV, Ctrl-C, SIGTERM, SIGHUP, an error), the destructor puts the

@@ -6,8 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "base/text.hpp"
-#include "config/config_reader.hpp"
+#include "base/exit_code.hpp"
 #include "protocol/ask.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/live/test_bench.hpp"
@@ -24,20 +23,25 @@ fs::path state_directory(const Setup& setup) {
   return protocol::ask(daemon, protocol::DescribeRequest{}).state_directory;
 }
 
-// `file` with more lines at its end, where the reader of the configuration takes it so.
+// `file` with more lines at its end, where the daemon would read it so. Written whole, or not at all.
 void add_lines(Setup& setup, const fs::path& file, const std::string& lines) {
-  const std::string before = text_of_file(file);
-  const std::string after = before + (before.empty() || before.ends_with('\n') ? "" : "\n") + lines;
-  write_output(file, after);
-  const auto read = config::read_configuration(setup.folder);
-  if (read) return;
-  write_output(file, before);
-  throw TestAborted(fmt::format("{} would not be read with these lines, and is as before:\n{}{}",
-                                file.string(), lines, config::to_text(read.diagnostics)));
+  std::string text = text_of_file(file);
+  text += (text.empty() || text.ends_with('\n') ? "" : "\n") + lines;
+  if (!would_be_read(setup, {{file, text}})) {
+    throw TestAborted(fmt::format("{} would not be read with these lines; nothing was written:\n{}",
+                                  file.string(), lines));
+  }
+  write_output(file, text);
 }
 
-// The daemon reads its files again; what has to wait for a restart is said by that command.
-void reload(Setup& setup) { setup.run({"reload", "--socket", setup.socket}, {}); }
+// The daemon reads its files again; what has to wait, and why it refuses them, is said by that command.
+void reload(Setup& setup) {
+  const int code = setup.run({"reload", "--socket", setup.socket}, {});
+  if (code == kExitOk || code == kExitTryAgain) return;
+  setup.dialogue.say(
+      "  Its file has the lines, the daemon has not taken them: `loopwarden reload` once more when "
+      "that is over.");
+}
 
 }  // namespace
 

@@ -89,6 +89,15 @@ void Session::set(protocol::SetRequest request) {
   daemon_.set(request);
 }
 
+void Session::guard(LiveLimits& limits, AbortKey& key) {
+  limits.session = id_;
+  limits.watch = [this, &key] {
+    alive();
+    return key.pressed();
+  };
+  limits.not_put_back = [this] { abandon(); };
+}
+
 AbortKey::AbortKey(Person& person) : person_(person) {
   watch_interrupts();
   person_.watch_keys(true);

@@ -22,31 +22,6 @@ bool agreed(Setup& setup, const std::string& what_moves);
 // Limits of a test, which he types; the loop stands within them.
 LiveLimits limits_now(Setup& setup, const protocol::LoopStatus& loop);
 
-// The loop in the daemon's commissioning mode, given back at the end; where this process dies, the daemon takes the output
-// to the stop action after a minute.
-class Session {
- public:
-  // Throws DaemonRefused where another has it.
-  Session(const std::string& socket, std::string tag);
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
-  ~Session();
-
-  std::uint64_t id() const noexcept { return id_; }
-  void alive();  // as often as one likes; throws where the session has ended
-  void withhold(double seconds);
-  void set(protocol::SetRequest request);
-  // Is not given back: the daemon takes the output to the stop action after a minute.
-  void abandon() noexcept { abandoned_ = true; }
-
- private:
-  DaemonClient daemon_;
-  std::string tag_;
-  std::uint64_t id_;
-  std::chrono::steady_clock::time_point told_;
-  bool abandoned_ = false;
-};
-
 // Any key ends it while this lives.
 class AbortKey {
  public:
@@ -59,6 +34,32 @@ class AbortKey {
 
  private:
   Person& person_;
+};
+
+// The loop in the daemon's commissioning mode, given back at the end; where this process dies, the daemon takes the output
+// to the stop action after a minute.
+class Session {
+ public:
+  // Throws DaemonRefused where another has it.
+  Session(const std::string& socket, std::string tag);
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  ~Session();
+
+  void alive();  // as often as one likes; throws where the session has ended
+  void withhold(double seconds);
+  void set(protocol::SetRequest request);
+  // For a bench: its orders are the session's, it ends by a key, and a loop that it can't put back is not given back.
+  void guard(LiveLimits& limits, AbortKey& key);
+  // Is not given back: the daemon takes the output to the stop action after a minute.
+  void abandon() noexcept { abandoned_ = true; }
+
+ private:
+  DaemonClient daemon_;
+  std::string tag_;
+  std::uint64_t id_;
+  std::chrono::steady_clock::time_point told_;
+  bool abandoned_ = false;
 };
 
 }  // namespace loopwarden::workbench::setup

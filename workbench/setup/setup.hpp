@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "config/config_reader.hpp"
 #include "config/loop_config.hpp"
 #include "protocol/probe.hpp"
 #include "workbench/setup/dialogue.hpp"
@@ -43,6 +44,9 @@ struct Setup {
 
 // Empty where it is not there. Throws CommandError where it can't be read.
 std::string text_of_file(const std::filesystem::path& file);
+
+// Whether the daemon would read its files with these among them; what is wrong is said.
+bool would_be_read(Setup& setup, const config::Drafts& drafts);
 
 // left: the person said so; it is asked again next time.
 enum class Outcome { done, left, not_needed };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The valve goes to the lower end of the limits, up in steps and down again; what PV does tells whether the controller's
-// action is right.
+// The valve goes to the lower end of the limits, up, down again and back, all in steps; what PV does tells whether the
+// controller's action is right.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 namespace loopwarden::workbench::setup {
 namespace {
 
-constexpr int kLevels = 4;  // between the limits, each way
+constexpr double kParts = 4.0;  // between the limits, each way
 
 struct Held {
   double co, stem, pv;  // at its end
@@ -34,6 +34,14 @@ Held hold(TestBench& bench, double co, double seconds) {
   return held;
 }
 
+// From one output to another in equal steps of at most `most`, without the first.
+std::vector<double> steps(double from, double to, double most) {
+  const double count = std::ceil(std::abs(to - from) / most - 1e-6);
+  std::vector<double> levels;
+  for (double i = 1.0; i <= count; i += 1.0) levels.push_back(from + (to - from) * i / count);
+  return levels;
+}
+
 double rms(const std::vector<double>& values) {
   double squares = 0.0;
   for (const double v : values) squares += v * v / static_cast<double>(values.size());
@@ -47,10 +55,11 @@ Outcome stroke_valve(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   const config::LoopConfig loop = setup.loop();
   if (!agreed(setup,
-              fmt::format("The loop goes to manual, and the valve in {} steps through limits "
-                          "that you give, up and down, then back to where it stands. Any key "
+              fmt::format("The loop goes to manual. The valve goes to the lower one of limits that "
+                          "you give, up to the higher one, down again and back to where it "
+                          "stands, in steps of at most 1/{:g} of the way between them. Any key "
                           "ends it.",
-                          2 * kLevels))) {
+                          kParts))) {
     return Outcome::left;
   }
   // All is asked before the loop is taken: who thinks shows no sign of life.
@@ -80,24 +89,32 @@ Outcome stroke_valve(Setup& setup) {
     }
   }
   AbortKey key(dialogue.person());
-  limits.session = session.id();
-  limits.watch = [&] {
-    session.alive();
-    return key.pressed();
-  };
+  session.guard(limits, key);
   std::vector<Held> up, down;
   {
     LiveBench bench(setup.socket, setup.tag, limits);
-    for (int i = 0; i <= 2 * kLevels; ++i) {
-      const int level = i <= kLevels ? i : 2 * kLevels - i;
-      const double co = limits.co_low + (limits.co_high - limits.co_low) * level / kLevels;
+    const auto go = [&](double co) {
       const Held held = hold(bench, co, seconds);
       dialogue.say(fmt::format("  CO {:.4g} {}, valve {}, PV {:.5g} {}", held.co, loop.co_unit,
                                std::isfinite(held.stem) ? fmt::format("{:.4g}", held.stem) : "-",
                                held.pv, loop.pv_unit));
-      if (i <= kLevels) up.push_back(held);
-      if (i >= kLevels) down.insert(down.begin(), held);
-    }
+      return held;
+    };
+    const double low = limits.co_low;
+    const double high = limits.co_high;
+    const double step = (high - low) / kParts;
+    const std::vector<double> there = steps(bench.output(), low, step);
+    const std::vector<double> back = steps(low, bench.output(), step);
+    dialogue.say(
+        fmt::format("  Steps of at most {:.4g} {}: some {:.0f} s", step, loop.co_unit,
+                    (static_cast<double>(there.size() + back.size()) + 2.0 * kParts) * seconds));
+    // Where it stands there already, it is held as well.
+    up.push_back(go(there.empty() ? low : there.front()));
+    for (std::size_t i = 1; i < there.size(); ++i) up.back() = go(there[i]);
+    for (const double co : steps(low, high, step)) up.push_back(go(co));
+    down.push_back(up.back());
+    for (const double co : steps(high, low, step)) down.insert(down.begin(), go(co));
+    for (const double co : back) go(co);
   }
   const double rise = up.back().pv - up.front().pv;
   const double pv_span = loop.pv.high - loop.pv.low;

@@ -5,93 +5,100 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "protocol/ask.hpp"
 #include "workbench/setup/moving.hpp"
 #include "workbench/setup/questions.hpp"
+#include "workbench/setup/silence.hpp"
 
 namespace loopwarden::workbench::setup {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// What the valve did while no command came.
-struct Seen {
-  std::optional<double> moved_after_s;  // since the commands ceased
-  double stem = 0.0;                    // at the end, CO units
-};
+// Empty: PV is within its limits.
+std::string left(const LiveLimits& limits, double pv) {
+  const bool inside = pv >= limits.pv_low && pv <= limits.pv_high;
+  return inside ? "" : fmt::format("PV {:.4g} left its limits", pv);
+}
 
-class Silence {
+// Where the value that tells where the valve is stands at the end of a hold: the mean of its last fifth.
+double mean_at_end(const std::vector<BenchRow>& rows, double BenchRow::*value) {
+  const std::size_t count = std::max<std::size_t>(1, rows.size() / 5);
+  double sum = 0.0;
+  for (std::size_t k = rows.size() - count; k < rows.size(); ++k) sum += rows[k].*value;
+  return sum / static_cast<double>(count);
+}
+
+class Quiet {
  public:
-  Silence(Setup& setup, Session& session, AbortKey& key, const config::LoopConfig& loop,
-          const LiveLimits& limits)
-      : session_(session), key_(key), loop_(loop), limits_(limits), daemon_(setup.socket) {}
+  Quiet(Setup& setup, Session& session, AbortKey& key, const LiveLimits& limits)
+      : tag_(setup.tag), session_(session), key_(key), limits_(limits), daemon_(setup.socket) {}
 
-  // Throws TestAborted, with the commands going out again.
-  Seen last(double seconds, double stem_before, double pv_before) {
-    const std::uint64_t from =
-        status_of(daemon_, loop_.name).cycle.value_or(protocol::Cycle{}).period + 1;
-    next_ = from;
+  // Throws TestAborted, with the commands going out again. `see` gets each sample's time since the last order, stem, PV.
+  template <class See>
+  void last(double seconds, See see) {
+    const protocol::Cycle now = status_of(daemon_, tag_).cycle.value_or(protocol::Cycle{});
+    const std::uint64_t from = now.period + 1;
+    std::uint64_t next = from;
     session_.withhold(seconds);
-    Seen seen{.moved_after_s = std::nullopt, .stem = stem_before};
     const Clock::time_point begin = Clock::now();
     while (std::chrono::duration<double>(Clock::now() - begin).count() < seconds) {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
       session_.alive();
       if (const std::string why = key_.pressed(); !why.empty()) resume(why);
       const protocol::Trend fresh =
-          protocol::ask(daemon_, protocol::TrendRequest{.loop = loop_.name, .from = next_});
+          protocol::ask(daemon_, protocol::TrendRequest{.loop = tag_, .from = next});
       for (std::size_t i = 0; i < fresh.period.size(); ++i) {
-        next_ = fresh.period[i] + 1;
-        const double pv = fresh.pv[i];
-        if (pv < limits_.pv_low || pv > limits_.pv_high) {
-          resume(fmt::format("PV {:.4g} left its limits", pv));
-        }
-        const double after_s = static_cast<double>(fresh.period[i] - from) * fresh.sample_time_s;
-        if (std::isfinite(fresh.stem[i])) seen.stem = fresh.stem[i];
-        if (!seen.moved_after_s && moved(fresh.stem[i], stem_before, pv, pv_before)) {
-          seen.moved_after_s = after_s;
-        }
+        next = fresh.period[i] + 1;
+        if (const std::string why = left(limits_, fresh.pv[i]); !why.empty()) resume(why);
+        see(static_cast<double>(fresh.period[i] - from) * fresh.sample_time_s, fresh.stem[i],
+            fresh.pv[i]);
       }
     }
-    return seen;
   }
 
  private:
-  // By 2 % of a span; by PV where no read-back tells.
-  bool moved(double stem, double stem_before, double pv, double pv_before) const {
-    constexpr double kShare = 0.02;
-    const control::PidSettings& pid = loop_.controller.pid;
-    if (std::isfinite(stem_before)) {
-      return std::abs(stem - stem_before) > kShare * pid.output_span();
-    }
-    return std::abs(pv - pv_before) > kShare * (loop_.pv.high - loop_.pv.low);
-  }
   [[noreturn]] void resume(const std::string& why) {
     session_.withhold(0.001);
     throw TestAborted(why);
   }
 
+  std::string tag_;
   Session& session_;
   AbortKey& key_;
-  const config::LoopConfig& loop_;
   const LiveLimits& limits_;
   DaemonClient daemon_;
-  std::uint64_t next_ = 0;
 };
 
-// Until the loop has its output again, so that it can be put back.
-void wait_for_output(Setup& setup, Session& session, double patience_s) {
+// Until the loop has its output again: without it nothing could be put back, so that what ends the test meanwhile is
+// thrown after it. `why`: what has ended it already.
+void wait_for_output(Setup& setup, Session& session, AbortKey& key, const LiveLimits& limits,
+                     double patience_s, std::string why) {
   DaemonClient daemon(setup.socket);
   const auto until = Clock::now() + std::chrono::duration<double>(patience_s);
-  while (status_of(daemon, setup.tag).cycle.value_or(protocol::Cycle{}).fault != "none") {
-    if (Clock::now() > until) throw TestAborted("the loop does not get its output back");
+  for (;;) {
+    const protocol::Cycle now = status_of(daemon, setup.tag).cycle.value_or(protocol::Cycle{});
+    if (why.empty()) {
+      why = key.pressed();
+      if (why.empty()) why = left(limits, now.pv);
+      if (!why.empty()) setup.dialogue.say("  Ends as soon as the loop has its output: " + why);
+    }
+    if (now.fault == "none") break;
+    if (Clock::now() > until) {
+      session.abandon();  // what is ordered now need not reach the valve
+      throw TestAborted(why + (why.empty() ? "" : "; ") + "the loop does not get its output back");
+    }
     session.alive();
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
+  if (!why.empty()) throw TestAborted(why);
 }
 
 }  // namespace
@@ -138,48 +145,58 @@ Outcome test_watchdog(Setup& setup) {
                                            std::abs(value->front() - home) > 0.05 * span;
                          return good ? "" : "within the limits, more than 5 % of the span away";
                        });
-  Session session(setup.socket, setup.tag);
-  AbortKey key(dialogue.person());
-  limits.session = session.id();
-  limits.watch = [&] {
-    session.alive();
-    return key.pressed();
-  };
-  Seen seen;
+  double stem = std::numeric_limits<double>::quiet_NaN();  // at the end
   bool fitted = false;
+  std::optional<Silence> seen;
   {
+    Session session(setup.socket, setup.tag);
+    AbortKey key(dialogue.person());
+    session.guard(limits, key);
     LiveBench bench(setup.socket, setup.tag, limits);
     constexpr double kSettle_s = 10.0;
     const std::vector<BenchRow> rows =
         bench.hold(numbers_in(from_text, 1).value().front(), kSettle_s);
-    fitted = std::isfinite(rows.back().stem);
-    dialogue.say("  Commands cease now.");
+    const double stem_before = mean_at_end(rows, &BenchRow::stem);
+    fitted = std::isfinite(stem_before);
+    constexpr double kShare = 0.02;
+    seen.emplace(
+        Silence::Settings{.before = fitted ? stem_before : mean_at_end(rows, &BenchRow::pv),
+                          .least = kShare * (fitted ? span : loop.pv.high - loop.pv.low),
+                          .written_s = repeated_s,
+                          .timeout_s = timeout_s});
+    dialogue.say(fitted ? "  Commands cease now."
+                        : "  Commands cease now. Nothing tells where the valve stands: watch it.");
+    std::string ended;
     try {
-      seen = Silence(setup, session, key, loop, limits)
-                 .last(silent_s, rows.back().stem, rows.back().pv);
-    } catch (const TestAborted&) {
-      wait_for_output(setup, session, silent_s);
-      throw;
+      Quiet(setup, session, key, limits).last(silent_s, [&](double time_s, double at, double pv) {
+        stem = at;
+        seen->see(time_s, fitted ? at : pv);
+      });
+    } catch (const TestAborted& e) {
+      ended = e.what();
     }
     dialogue.say("  Commands go out again.");
-    wait_for_output(setup, session, silent_s + loop.safety.recovery_delay_s + 10.0);
+    wait_for_output(setup, session, key, limits, silent_s + loop.safety.recovery_delay_s + 10.0,
+                    ended);
   }
-  if (!seen.moved_after_s) {
-    throw TestAborted(
-        fmt::format("the valve did not move in {:.0f} s: the device's watchdog is off, "
-                    "or its time is not {:g} s. Set it, or state comm_loss: "
-                    "none_accepted in {}",
-                    silent_s, timeout_s, loop.file));
+  if (const std::string why = seen->why_not(); !why.empty()) {
+    throw TestAborted(fmt::format(
+        "{}. The device's watchdog is off, its time is not {:g} s, or reading keeps it quiet: the "
+        "daemon goes on reading all the while, and some devices take that for a sign of life. Set "
+        "it; or pull the cable, and look; or state comm_loss: none_accepted in {}",
+        why, timeout_s, loop.file));
   }
-  std::string found =
-      fmt::format("the device moved the valve {:.1f} s after the last order", *seen.moved_after_s);
-  if (fitted) {
-    found += fmt::format(", to {:.4g} {}", seen.stem, loop.co_unit);
-    if (std::abs(seen.stem - home) > 0.05 * span) {
-      throw TestAborted(found + fmt::format(", and not to {:g}: its fail-safe position is another "
-                                            "one, or the valve is slow",
-                                            home));
-    }
+  if (!fitted) {
+    stem = dialogue.number_now(fmt::format(
+        "  Where the valve stood just before commands went out again, {}", loop.co_unit));
+  }
+  const std::string found =
+      fmt::format("the device moved the valve {:.1f} s after the last order, to {:.4g} {}{}",
+                  *seen->moved_after_s(), stem, loop.co_unit, fitted ? "" : " as seen by eye");
+  if (std::abs(stem - home) > 0.05 * span) {
+    throw TestAborted(found + fmt::format(", and not to {:g}: its fail-safe position is another "
+                                          "one, or the valve is slow",
+                                          home));
   }
   dialogue.say("  " + found);
   setup.state().set_found("watchdog", found);

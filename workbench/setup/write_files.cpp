@@ -37,37 +37,6 @@ std::string free_name(const config::DaemonConfig& daemon, const std::string& tag
   return name;
 }
 
-// What the reader says of the folder as it would be. Throws TestAborted where it would refuse it.
-void check_as_a_whole(const Setup& setup, const std::string& daemon, const std::string& loop) {
-  OutputFiles scratch;
-  const fs::path copy = scratch.make_scratch_folder() / "config";
-  fs::create_directories(copy / "loops.d");
-  const auto put = [&](const fs::path& file, std::string_view text) {
-    write_output(copy / file, text);
-  };
-  if (fs::is_directory(setup.folder / "loops.d")) {
-    for (const auto& entry : fs::directory_iterator(setup.folder / "loops.d")) {
-      if (entry.path().extension() != ".yaml" || entry.path() == setup.loop_file()) continue;
-      put(fs::path("loops.d") / entry.path().filename(), text_of_file(entry.path()));
-    }
-  }
-  if (!daemon.empty()) put("loopwardend.yaml", daemon);
-  put(fs::path("loops.d") / setup.loop_file().filename(), loop);
-  const auto read = config::read_configuration(copy);
-  std::string told = config::to_text(read.diagnostics);
-  for (std::size_t at = 0; (at = told.find(copy.string(), at)) != std::string::npos;) {
-    told.replace(at, copy.string().size(), setup.folder.string());
-  }
-  if (!told.empty()) setup.dialogue.say(std::string(base::trimmed(told)));
-  fs::remove_all(copy);
-  if (!read) {
-    throw TestAborted(
-        fmt::format("the files would not be read; nothing was written. `loopwarden "
-                    "setup {} --again STEP` (loop, devices, file) asks anew",
-                    setup.tag));
-  }
-}
-
 void ask_all(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   for (const char* id : {"pv.follows", "kc", "ti", "sp.limits", "co.limits", "co.rate"})
@@ -78,6 +47,13 @@ void ask_all(Setup& setup) {
 }
 
 }  // namespace
+
+bool would_be_read(Setup& setup, const config::Drafts& drafts) {
+  const auto read = config::read_configuration(setup.folder, drafts);
+  const std::string told = config::to_text(read.diagnostics);
+  if (!told.empty()) setup.dialogue.say(std::string(base::trimmed(told)));
+  return read.value.has_value();
+}
 
 Outcome write_files(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
@@ -113,15 +89,21 @@ Outcome write_files(Setup& setup) {
   const std::string loop = loop_text(answered, name);
   dialogue.say(fmt::format("{}:\n{}", setup.loop_file().string(), loop));
   if (new_link) dialogue.say(fmt::format("{}, links:\n  {}: {}", daemon_file.string(), name, link));
-  check_as_a_whole(setup, daemon_text, loop);
+  config::Drafts drafts{{setup.loop_file(), loop}};
+  if (new_link) drafts[daemon_file] = daemon_text;
+  if (!would_be_read(setup, drafts)) {
+    throw TestAborted(
+        fmt::format("the files would not be read; nothing was written. `loopwarden "
+                    "setup {} --again STEP` (loop, devices, file) asks anew",
+                    setup.tag));
+  }
   if (dialogue.ask("write") != "yes") {
     setup.state().forget("file");
     return Outcome::left;
   }
   OutputFiles files;
   files.make_folder(setup.folder / "loops.d");
-  files.add(setup.loop_file(), loop);
-  if (new_link) files.add(daemon_file, daemon_text);
+  for (const auto& [file, text] : drafts) files.add(file, text);
   files.commit();
   return Outcome::done;
 }

@@ -166,6 +166,22 @@ TEST_CASE("while something waits, the hash tells what is in force", "[app][reloa
   CHECK(bench.reloader->status().files_in_force);
 }
 
+TEST_CASE("no reload while a loop is being commissioned", "[app][reload]") {
+  Bench bench;
+  bench.loops[0].commissioning->take(std::nullopt, "uid 0", 0, Commissioning::Clock::now());
+  bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
+  const bool dry_run = GENERATE(true, false);
+  const json refused = bench.done(bench.reloader->post("uid 1000", dry_run, false));
+  CHECK(refused.at("outcome") == "refused");
+  CHECK(refused.at("not_now") == true);
+  CHECK_THAT(refused.at("why").get<std::string>(),
+             Catch::Contains("FIC-101 is being commissioned by uid 0"));
+  CHECK(bench.kp() == 0.35);
+  bench.loops[0].commissioning->give_back();
+  CHECK(bench.reload().at("outcome") == "in_force");
+  CHECK(bench.kp() == 0.5);
+}
+
 TEST_CASE(
     "a reload takes no gains back that a person has set and no file has, unless it is told to",
     "[app][reload]") {

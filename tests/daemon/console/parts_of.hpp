@@ -34,6 +34,18 @@ daemon::console::Parts parts_of(Bench& bench, std::function<protocol::DaemonStat
           .severe_percent = 10.0,
           .daemon_status = std::move(status),
           .box_description = [] { return protocol::Description{.version = "test"}; },
+          .links =
+              [] {
+                const auto tcp = [](const char* host, std::uint64_t port) {
+                  return protocol::LinkInUse{
+                      .by = "FIC-101 runs on it", .transport = "tcp", .host = host, .port = port};
+                };
+                return protocol::Links{
+                    {tcp("10.0.0.1", 502),
+                     tcp("2001:db8::1", 502),
+                     tcp("127.0.0.1", 503),
+                     {.by = "FIC-101 runs on it", .transport = "rtu", .device = "/dev/null"}}};
+              },
           .config_hash = [] { return 17U; },
           .reload = [](const std::string&, bool, bool) { return std::uint64_t{1}; },
           .reload_state = [](std::uint64_t) { return protocol::ReloadState{"reading"}; },

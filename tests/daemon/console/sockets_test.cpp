@@ -36,6 +36,7 @@ const Rights kAll{.page = {.alarms = true, .control = true, .reports = true},
 const char* const kReading[] = {
     R"({"request": "status"})",
     R"({"request": "describe"})",
+    R"({"request": "links"})",
     R"({"request": "overview"})",
     R"({"request": "registers"})",
     R"({"request": "registers", "values_only": true})",

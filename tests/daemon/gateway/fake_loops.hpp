@@ -42,7 +42,9 @@ class FakeLoops final : public daemon::gateway::LoopsView {
 
   std::size_t loops() const override { return readings.size(); }
   bool controlled_elsewhere(std::size_t loop) const override { return watched.contains(loop); }
-  bool read_only(std::size_t loop) const override { return watched.contains(loop); }
+  bool read_only(std::size_t loop) const override {
+    return watched.contains(loop) || commissioned.contains(loop);
+  }
   const std::string& name(std::size_t loop) const override { return names_[loop]; }
   daemon::gateway::LoopReading read(std::size_t loop) override {
     ++reads;
@@ -59,6 +61,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
       lines.push_back(std::move(line));
     }
   }
+  void take_back(std::size_t loop, const std::string&) override { commissioned.erase(loop); }
   bool collect_answers() override { return false; }
   void close_orders() override {}
   std::uint64_t act(std::size_t loop, const daemon::monitor::AlarmOrder& order) override {
@@ -88,6 +91,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   daemon::gateway::BoxReading box_reading;
   bool room = true;
   std::set<std::size_t> watched;  // another controller has them
+  std::set<std::size_t> commissioned;
   std::size_t reads = 0;
   std::vector<std::pair<std::size_t, daemon::rt::Order>> orders;
   std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;

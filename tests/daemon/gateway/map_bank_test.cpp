@@ -709,6 +709,26 @@ TEST_CASE("of a watched loop nothing can be written, alarms neither", "[map][wat
   for (const auto& [loop, vetoed] : bench.plant.vetoes) CHECK(loop == 2);
 }
 
+TEST_CASE("of a loop that is being commissioned manual alone can be written, and ends that",
+          "[map]") {
+  Bench bench(3);
+  bench.plant.commissioned = {1};
+  for (const map::Register& reg : map::registers()) {
+    if (!map::writable(reg) || reg.area == map::Area::box) continue;
+    INFO(reg.name);
+    const Words words(map::width(reg), reg.field == map::Field::wanted_mode ? 1 : 0);
+    CHECK(bench.bank.write(reg.table, static_cast<std::uint16_t>(map::address(reg, 1)), words,
+                           kMaster) == Exception::illegal_address);
+  }
+  CHECK(bench.plant.orders.empty());
+  CHECK(bench.plant.commissioned.contains(1));
+  CHECK(bench.write("mode", {0}, 1) == Exception::none);
+  REQUIRE(bench.plant.orders.size() == 1);
+  CHECK(bench.plant.orders[0].second.mode == control::Mode::manual);
+  CHECK_FALSE(bench.plant.commissioned.contains(1));
+  CHECK(bench.write("sp", Bench::words_of(55.5F), 1) == Exception::none);
+}
+
 TEST_CASE("watched loops that come or go leave the registers of those controlled here as they were",
           "[map][watch]") {
   // As the configuration orders them: controlled here first.

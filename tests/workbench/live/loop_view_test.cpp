@@ -89,6 +89,19 @@ TEST_CASE("what a twin says beside its alarm has a line", "[workbench][top]") {
       "in 90 min since the start");
 }
 
+TEST_CASE("who commissions a loop, since when, and when that ends by itself", "[workbench][top]") {
+  protocol::LoopStatus one = loop("FIC-101");
+  CHECK(loop_table({one}, 0).at(1).find("commissioned") == std::string::npos);
+  one.commissioning = {.by = "uid 0", .since_ms = 1'800'000'000'000, .ends_in_s = 57.4};
+  CHECK(loop_table({one}, 0).at(1).find("being commissioned by uid 0") != std::string::npos);
+  CHECK(
+      loop_details(one).at(2) ==
+      "being commissioned by uid 0 since 2027-01-15T08:00:00Z: out of service for everybody else, "
+      "but for manual; ends in 57 s without a sign of life");
+  one.commissioning->ends_in_s = 0.0;
+  CHECK(loop_details(one).at(2).ends_with("no sign of life: goes to its stop action"));
+}
+
 TEST_CASE("a loop whose output is not known looks like no loop that runs", "[workbench][top]") {
   protocol::LoopStatus unknown = loop("FIC-101");
   unknown.cycle = {.sp = 27.5, .pv = 31.0, .mode = "FALLBACK", .fault = "output unknown"};

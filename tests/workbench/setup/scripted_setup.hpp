@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -20,7 +21,10 @@ namespace setup = workbench::setup;
 // Each question is answered by what the test has for it; what it has nothing for ends the talk.
 class ScriptedPerson final : public setup::Person {
  public:
-  void say(const std::string& text) override { said += text + "\n"; }
+  void say(const std::string& text) override {
+    said += text + "\n";
+    if (hears) hears(text);
+  }
   std::optional<std::string> line(const std::string& prompt) override {
     prompts.push_back(prompt);
     if (lines.empty()) return std::nullopt;
@@ -40,6 +44,7 @@ class ScriptedPerson final : public setup::Person {
   bool keys = true;
   bool watches = false;
   std::optional<char> next_key;
+  std::function<void(const std::string&)> hears;  // as each text is said
   std::string said;
   std::vector<std::string> prompts;
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "config/config_reader.hpp"
+#include "tests/support/loop_file.hpp"
 #include "tests/workbench/setup/scripted_setup.hpp"
 #include "workbench/live/test_bench.hpp"
 #include "workbench/setup/loop_text.hpp"
@@ -119,6 +120,40 @@ TEST_CASE("what the reader refuses is not written", "[setup]") {
   CHECK(s.person.told("timeout"));
   CHECK_FALSE(std::filesystem::exists(s.all.loop_file()));
   CHECK_FALSE(std::filesystem::exists(s.folder / "loopwardend.yaml"));
+}
+
+TEST_CASE("lines go into a live file only where the daemon would read it with them", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  s.state.answer("masters", "yes");
+  const std::filesystem::path file = s.folder / "loopwardend.yaml";
+  // Where the loop's link is known already, and the lines fit, or not: a mapping in braces has an end.
+  const bool fit = GENERATE(true, false);
+  const std::string link = "links: {plc: {transport: tcp, host: 127.0.0.1, port: 1502}}";
+  tests::write_file(file, fit ? link : "{" + link + "}");
+  REQUIRE(write_files(s.all) == Outcome::done);
+  const std::string before = tests::read_file(file);
+  const auto written = std::filesystem::last_write_time(file);
+  if (fit) {
+    CHECK(connect_masters(s.all) == Outcome::done);
+    CHECK(tests::read_file(file) == before + "\nmodbus_server: {}  # this host alone\n");
+    CHECK(as_read(s).daemon.modbus_server);
+  } else {
+    CHECK_THROWS_WITH(connect_masters(s.all), Catch::Contains("nothing was written"));
+    CHECK(tests::read_file(file) == before);
+    CHECK(std::filesystem::last_write_time(file) == written);
+  }
+}
+
+TEST_CASE("files beside the configuration are found from drafts as well", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  // Of another loop, by a path from its own folder.
+  tests::write_file(s.folder / "plant.yaml",
+                    tests::read_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml"));
+  tests::write_file(s.folder / "loops.d/FIC-1.yaml", tests::loop_file("FIC-1", "../plant.yaml"));
+  CHECK(write_files(s.all) == Outcome::done);
+  CHECK(as_read(s).loops.size() == 2);
 }
 
 TEST_CASE("a link goes below those that are there, and comments stay", "[setup]") {

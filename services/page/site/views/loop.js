@@ -14,7 +14,7 @@ import {get, loopPath, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {LoopReports} from './loop_reports.js';
 import {wall} from '../lib/shell.js';
-import {alarmTable, calmPart, conditionTable, explanationPart, healthTable, judgesOf, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
+import {alarmTable, calmPart, commissioningText, conditionTable, explanationPart, healthTable, judgesOf, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
 import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
 import {tuningPart} from './tuning.js';
@@ -65,6 +65,9 @@ class Faceplate {
       this.outputHand = hand('output', `${t.output} …`), this.outputWhy = el('small', {class: 'soft'}, texts.acting.outputAuto));
   }
 
+  // Who, since when: of the loop's own answer, which comes less often.
+  commissioning(holder) { this.holder = holder; }
+
   update(o, i) {
     const mode = modeOf(o, i, this.loop), asked = MODES[o.requested_mode?.[i]];
     this.#act(actsOf(o, i, this.loop, Boolean(live.stale)));
@@ -84,6 +87,7 @@ class Faceplate {
     if (bad && fault !== 'bad_pv') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
     if (o.stands[i] && !live.stale) words.push([texts.stale.loop, 'bad']);
     for (const [name, bit] of Object.entries(FLAGS)) if (o.flags[i] & bit && texts.flags[name]) words.push([texts.flags[name], null]);
+    if (o.commissioned?.[i]) words.push([commissioningText(this.holder), 'low']);
     if (o.not_in_file?.[i]) words.push([texts.tuning.notInFile, null]);
     const key = JSON.stringify(words);
     if (key === this.said) return;
@@ -292,6 +296,7 @@ function followDetails(loop, places, faceplate, scope, tuning) {
       const [now, windows] = await Promise.all([get(loopPath(loop.tag), scope.signal), get(loopPath(loop.tag, 'windows'), scope.signal).catch(() => ({windows: []}))]);
       const folder = now.explanation?.folder.split('/').at(-1) ?? null, report = folder && await reportOf(folder, scope.signal);
       faceplate.source(now.monitor.source);
+      faceplate.commissioning(now.commissioning);
       const stateNow = Object.fromEntries(Object.values(now.alarms).map(({alarm, state}) => [alarm, texts.alarmStates[state] ?? texts.alarmStates.other]));
       put('alarms', [designs, stateNow], () => (designs ? alarmTable(designs, loop, (alarm) => stateNow[alarm] ?? texts.notKnown) : el('p', {class: 'nothing'}, texts.notKnownNow)));
       tuning?.show(now.gains);

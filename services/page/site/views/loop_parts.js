@@ -34,6 +34,13 @@ export function measureTable(m) {
   return table(t.caption, [{head: t.measure, row: true}, {head: t.value, class: 'number'}], rows, {captionHidden: true, class: 'pairs'});
 }
 
+// Who commissions the loop; what is not known yet is left out.
+export function commissioningText(holder) {
+  const t = texts.commissioning;
+  if (!holder) return t.on;
+  return `${fill(t.by, {who: holder.by, time: wall().dateTime(holder.since_ms)})}; ${holder.ends_in_s > 0 ? fill(t.ends, {seconds: fixed(holder.ends_in_s, 0)}) : t.stops}`;
+}
+
 const verdictText = (name) => texts.windows.verdicts[name] ?? name;
 
 // A class's probability, and below it what its specialist leaves unexplained.

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import './document.mjs';
 
-const {alarmTable, healthTable, judgesOf, measureTable} = await import('../../../../services/page/site/views/loop_parts.js');
+const {alarmTable, commissioningText, healthTable, judgesOf, measureTable} = await import('../../../../services/page/site/views/loop_parts.js');
 
 const wordsOf = (node) => (typeof node === 'object' ? node.children.map(wordsOf).join('') || node.textContent || '' : String(node)).replaceAll('\u00a0', ' ');
 const all = (node, name) => (typeof node === 'object' ? [...(node.name === name ? [node] : []), ...node.children.flatMap((child) => all(child, name))] : []);
@@ -25,6 +25,13 @@ test('who judges the valve is told, and that nobody does', () => {
   assert.equal(judgesOf({...LOOP, specialists: ['no_fault', 'stiction', 'backlash', 'other'], twin: true}), 'specialists for stiction, backlash; routine evidence; its twin');
   assert.equal(judgesOf(LOOP), 'routine evidence');
   assert.match(judgesOf({...LOOP, monitor: false}), /^nothing/);
+});
+
+test('who commissions a loop is told, since when, and when that ends by itself', () => {
+  assert.equal(commissioningText(null), 'Being commissioned');
+  const text = (left) => commissioningText({by: 'uid 0', since_ms: 1800000000000, ends_in_s: left});
+  assert.match(text(57.4), /^Being commissioned by uid 0 since 2027-01-15.*but for manual; ends in 57 s without a sign of life$/);
+  assert.match(text(0), /no sign of life: goes to its stop action$/);
 });
 
 const MONITOR = {window_state: 'valid', windows: 3, windows_suppressed: 0, oscillation_index: 0, oscillation_period_s: 0, variability_percent: 0, mean_error_percent: 0, saturated_percent: 0, bridged_cycles: 0, travel_percent_per_hour: 0,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/console/commissioning.hpp"
+// Orders to a loop that somebody commissions, and what the daemon does where he is gone.
+#include "daemon/console/operator_orders.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -10,15 +11,14 @@
 #include <vector>
 
 #include "base/clock.hpp"
-#include "daemon/console/operator_orders.hpp"
+#include "daemon/app/gateway_loops.hpp"
 #include "daemon/console/plant_readings.hpp"
 #include "daemon/console/request.hpp"
 #include "tests/daemon/console/console_bench.hpp"
 
-namespace loopwarden::daemon::commissioning_test {
+namespace loopwarden::daemon::commissioned_orders_test {
 namespace {
 
-using console::CommissionedLoops;
 using console_bench::json;
 
 // The operators' side alone, so that a test has the time in its hands.
@@ -28,7 +28,8 @@ struct Bench : console_bench::Console {
   json order(json request) {
     if (!request.contains("loop")) request["loop"] = "FIC-101";
     const auto answer = console::answer_line(request.dump(), [&](const json& asked) {
-      return std::get<std::string>(operators.answer(protocol::name_of(asked), asked, {}));
+      return std::get<std::string>(
+          operators.answer(protocol::name_of(asked), asked, {.peer = "uid 0"}));
     });
     return json::parse(answer);
   }
@@ -36,6 +37,10 @@ struct Bench : console_bench::Console {
     more["request"] = "commissioning";
     return order(more);
   }
+  json commissioning() {
+    return ask_status(R"({"request": "loop", "loop": "FIC-101"})").at("commissioning");
+  }
+  tests::FakeLoopIo& io() { return dynamic_cast<tests::FakeLoopIo&>(*loops[0].io); }
   void stop_action(control::OutputAction action) {
     rt::LoopSettings settings = loops[0].settings->get();
     settings.safety.on_stop = action;
@@ -46,8 +51,8 @@ struct Bench : console_bench::Console {
   console::OperatorOrders operators{all};
 };
 
-CommissionedLoops::Clock::time_point later(int seconds) {
-  return CommissionedLoops::Clock::now() + std::chrono::seconds(seconds);
+Commissioning::Clock::time_point later(int seconds) {
+  return Commissioning::Clock::now() + std::chrono::seconds(seconds);
 }
 
 }  // namespace
@@ -57,7 +62,6 @@ TEST_CASE("a loop that is commissioned obeys who has the session, and nobody els
   bench.run(2);
   const json taken = bench.commission();
   REQUIRE(taken.at("ok") == true);
-  CHECK(taken.at("ends_after_s") == 60.0);
   CHECK(bench.loops[0].channels->commissioned);
   CHECK(bench.commission().at("ok") == false);
   json set{{"request", "set"}, {"set_point", 42.0}};
@@ -100,34 +104,80 @@ TEST_CASE("without a sign of life for a minute the output goes to the stop actio
   Bench bench;
   bench.run(2);
   const bool value = GENERATE(true, false);
+  const double stood = bench.io().written;
   bench.stop_action(value ? control::OutputAction::go_to(20.0) : control::OutputAction::hold());
   const json taken = bench.commission();
   bench.operators.collect(later(59));
   CHECK(bench.orders().empty());
   CHECK(bench.loops[0].channels->commissioned);
   bench.operators.collect(later(62));
-  CHECK_FALSE(bench.loops[0].channels->commissioned);
-  const std::vector<rt::Order> orders = bench.orders();
-  REQUIRE(orders.size() == 1);
-  CHECK(orders[0].mode == control::Mode::manual);
-  CHECK(orders[0].output == (value ? std::optional(20.0) : std::nullopt));
+  // Who had it has it no more; the loop is given back once its cycle has taken the stop action.
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
+  bench.operators.collect(later(62));
+  CHECK(bench.loops[0].channels->commissioned);
+  CHECK(bench.commissioning().at("ends_in_s") == 0.0);
+  bench.run(1);
+  bench.operators.collect(later(62));
+  CHECK_FALSE(bench.loops[0].channels->commissioned);
+  CHECK(bench.commissioning().is_null());
+  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::manual);
+  bench.run(20);
+  CHECK(bench.io().written == Approx(value ? 20.0 : stood));
   bench.operators.collect(later(130));
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("a sign of life is an order, or the session alone") {
-  CommissionedLoops loops;
-  const auto start = CommissionedLoops::Clock::now();
-  const auto at = [&](int seconds) { return start + std::chrono::seconds(seconds); };
-  const std::uint64_t session = loops.take(3, std::nullopt, "uid 0", at(0));
-  loops.check_order(3, session, at(50));
-  loops.take(3, session, "uid 0", at(100));
-  CHECK(loops.take_silent(at(159)).empty());
-  CHECK(loops.take_silent(at(161)) == std::vector<std::size_t>{3});
-  CHECK_THROWS_AS(loops.take(3, session, "uid 0", at(162)), protocol::RequestError);
-  CHECK_THROWS_AS(loops.check_order(3, session, at(162)), protocol::RequestError);
-  CHECK(loops.take(3, std::nullopt, "uid 7", at(163)) != session);
+TEST_CASE("a stop action that is refused is tried again, and the loop is not given back before") {
+  Bench bench;
+  bench.run(2);
+  bench.stop_action(control::OutputAction::go_to(20.0));
+  bench.commission();
+  // A fault's action has the output.
+  bench.io().set_pv(50.0, hal::Quality::bad);
+  bench.run(20);
+  for (const int seconds : {62, 64, 66}) {
+    bench.operators.collect(later(seconds));
+    bench.run(1);
+    CHECK(bench.loops[0].channels->commissioned);
+  }
+  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::manual);
+  CHECK(bench.order({{"request", "set"}, {"set_point", 42.0}}).at("ok") == false);
+  bench.io().set_pv(50.0);
+  bench.run(20);
+  bench.operators.collect(later(68));
+  bench.run(1);
+  bench.operators.collect(later(68));
+  CHECK_FALSE(bench.loops[0].channels->commissioned);
+  bench.run(20);
+  CHECK(bench.io().written == Approx(20.0));
+}
+
+TEST_CASE("a master's manual ends a commissioning as a person's does") {
+  Bench bench;
+  bench.run(2);
+  const json taken = bench.commission();
+  bench.loops[0].channels->withheld_until_ns = INT64_MAX;
+  GatewayLoops gateway(bench.all);
+  CHECK(gateway.read_only(0));
+  gateway.take_back(0, "10.0.0.9");
+  CHECK_FALSE(gateway.read_only(0));
+  CHECK(bench.loops[0].channels->withheld_until_ns == 0);
+  CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
+  CHECK(bench.commissioning().is_null());
+}
+
+TEST_CASE("who commissions a loop, and since when, stands in its status") {
+  Bench bench;
+  bench.run(2);
+  CHECK(bench.commissioning().is_null());
+  const auto column = [&] { return bench.ask(R"({"request": "overview"})").at("commissioned")[0]; };
+  CHECK(column() == 0);
+  bench.commission();
+  const json now = bench.commissioning();
+  CHECK(now.at("by") == "uid 0");
+  CHECK(now.at("since_ms") == bench.now_ms);
+  CHECK(now.at("ends_in_s") > 50.0);
+  CHECK(column() == 1);
 }
 
 TEST_CASE("commands are withheld for their time alone, in manual, where a device watches") {
@@ -173,4 +223,4 @@ TEST_CASE("while commands are withheld none goes out, but the last at a stop doe
   CHECK(writes() == before + 2);
 }
 
-}  // namespace loopwarden::daemon::commissioning_test
+}  // namespace loopwarden::daemon::commissioned_orders_test

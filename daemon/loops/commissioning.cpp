@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/loops/commissioning.hpp"
+
+#include <algorithm>
+
+#include "protocol/requests.hpp"
+
+namespace loopwarden::daemon {
+
+void Commissioning::show_life(std::uint64_t session, Clock::time_point now) {
+  if (!held_ || held_->silent || held_->session != session) {
+    throw protocol::RequestError("the commissioning has ended: it was given back, or silent");
+  }
+  held_->alive = now;
+}
+
+std::uint64_t Commissioning::take(const std::optional<std::uint64_t>& session,
+                                  const std::string& peer, std::int64_t utc_ms,
+                                  Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  if (session) {
+    show_life(*session, now);
+  } else if (held_) {
+    throw protocol::RequestError("the loop is being commissioned by " + held_->peer);
+  } else {
+    held_ =
+        Held{.session = ++newest_, .peer = peer, .since_ms = utc_ms, .alive = now, .silent = false};
+  }
+  return held_->session;
+}
+
+bool Commissioning::give_back() {
+  const std::lock_guard lock(mutex_);
+  const bool was = held_.has_value();
+  held_.reset();
+  return was;
+}
+
+void Commissioning::check_order(const std::optional<std::uint64_t>& session,
+                                Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  if (session) {
+    show_life(*session, now);
+  } else if (held_) {
+    throw protocol::RequestError("the loop is out of service: " + held_->peer + " commissions it");
+  }
+}
+
+bool Commissioning::silent(Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  if (held_ && now - held_->alive > kSilence) held_->silent = true;
+  return held_ && held_->silent;
+}
+
+std::optional<Commissioning::Holder> Commissioning::holder(Clock::time_point now) const {
+  const std::lock_guard lock(mutex_);
+  if (!held_) return std::nullopt;
+  const double left_s = std::chrono::duration<double>(kSilence - (now - held_->alive)).count();
+  return Holder{.by = held_->peer,
+                .since_ms = held_->since_ms,
+                .ends_in_s = held_->silent ? 0.0 : std::max(0.0, left_s)};
+}
+
+const char* Commissioning::no_withholding(const config::LoopConfig& loop, double seconds,
+                                          bool manual) {
+  constexpr double kLongest_s = 300.0;
+  if (!(seconds > 0.0 && seconds <= kLongest_s)) return "withhold_s is 0 to 300 s";
+  const auto* modbus = std::get_if<hal::modbus::LoopModbusSettings>(&loop.io);
+  if (modbus == nullptr) return "no device's watchdog stands behind it";
+  if (modbus->comm_loss.protection == hal::modbus::CommLossProtection::none_accepted) {
+    return "its file says that nothing moves the valve when commands cease (none_accepted)";
+  }
+  return manual ? nullptr : "commands are withheld in manual alone";
+}
+
+}  // namespace loopwarden::daemon
