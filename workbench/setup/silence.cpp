@@ -23,13 +23,15 @@ std::string Silence::why_not() const {
   constexpr double kStays_s = 1.0;
   if (!told_) return "nothing told at the end where the valve stood";
   if (!away_since_s_ || seen_s_ - *away_since_s_ < kStays_s) {
-    return fmt::format("the valve did not move in {:.0f} s, or did not stay where it went", seen_s_);
+    return fmt::format("the valve did not move in {:.0f} s, or did not stay where it went",
+                       seen_s_);
   }
   // Some clocks of devices are coarse; what comes sooner than half of the time is no watchdog's.
   const double silent_s = *away_since_s_ - settings_.written_s;
   if (silent_s < 0.5 * settings_.timeout_s) {
     return fmt::format(
-        "the valve, or what it is told by, moved {:.1f} s after the last order, too soon for a watchdog of {:g} s: "
+        "the valve, or what it is told by, moved {:.1f} s after the last order, too soon for a "
+        "watchdog of {:g} s: "
         "something else moved it",
         *away_since_s_, settings_.timeout_s);
   }
