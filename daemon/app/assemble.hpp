@@ -34,6 +34,7 @@ namespace loopwarden::daemon {
 
 // What stays as it is from the start to the end.
 struct Origin {
+  std::filesystem::path configuration;            // absolute
   std::int64_t started_ns;                        // monotonic
   std::int64_t started_ms;                        // UTC
   std::uint32_t model_hash;                       // of the specialists; 0: none

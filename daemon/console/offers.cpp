@@ -32,6 +32,7 @@ constexpr std::array kOffers{
     Offer{"journal", true, false, Need::nothing},
     Offer{"describe", true, false, Need::nothing},
     Offer{"links", true, false, Need::nothing},
+    Offer{"setups", true, false, Need::nothing},
     Offer{"overview", true, false, Need::nothing},
     Offer{"loop", true, false, Need::nothing},
     Offer{"windows", true, false, Need::nothing},

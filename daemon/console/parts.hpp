@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -33,6 +34,7 @@ struct Parts {
   std::function<protocol::DaemonStatus()> daemon_status;
   std::function<protocol::Description()> box_description;  // without the loops
   std::function<protocol::Links()> links;
+  std::filesystem::path configuration;         // its folder, absolute
   std::function<std::uint32_t()> config_hash;  // of what is in force
   // A number to ask for, or std::runtime_error; what has become of it, nothing: there is no such.
   std::function<std::uint64_t(const std::string& peer, bool dry_run, bool take_file)> reload;

@@ -13,6 +13,7 @@
 #include "daemon/console/overview.hpp"
 #include "daemon/console/registers.hpp"
 #include "daemon/console/request.hpp"
+#include "daemon/console/setups.hpp"
 #include "daemon/console/status.hpp"
 #include "daemon/loops/loop_health.hpp"
 
@@ -176,6 +177,7 @@ std::string Readings::answer(std::string_view what, const json& request) {
   if (what == protocol::AlarmFiguresRequest::kName) return done(alarm_figures(request));
   if (what == protocol::DescribeRequest::kName) return done(describe());
   if (what == protocol::LinksRequest::kName) return done(parts_.links());
+  if (what == protocol::SetupsRequest::kName) return done(setups_in(parts_.configuration));
   if (what == protocol::OverviewRequest::kName) return to_text(overview(parts_));
   if (what == protocol::LoopRequest::kName) return done(loop(request));
   if (what == protocol::WindowsRequest::kName) return done(windows(request));

@@ -15,6 +15,7 @@
 #include <catch2/catch.hpp>
 
 #include "protocol/requests.hpp"
+#include "protocol/setups.hpp"
 #include "tests/daemon/console/console_bench.hpp"
 
 namespace loopwarden::daemon::golden_test {
@@ -173,6 +174,10 @@ std::map<std::string, std::string> answers() {
   ask("loop", {{"request", "loop"}});
   ask("describe", {{"request", "describe"}});
   ask("links", {{"request", "links"}});
+  tests::write_file(
+      bench.folder / "config/setup/FIC-102.json",
+      R"({"answers":{},"steps":{"loop":"done"},"found":{},"begun_ms":1800000000000})");
+  ask("setups", {{"request", "setups"}});
   ask("overview", {{"request", "overview"}});
   ask("trend", {{"request", "trend"}});
   ask("windows", {{"request", "windows"}});
@@ -225,6 +230,7 @@ const std::map<std::string, Again> kAgain{
     {"status", again<protocol::Status>},
     {"describe", again<protocol::Description>},
     {"links", again<protocol::Links>},
+    {"setups", again<protocol::Setups>},
     {"overview", again<protocol::Overview>},
     {"registers", again<protocol::Registers>},
     {"registers_values_only", again<protocol::Registers>},

@@ -79,13 +79,12 @@ std::string ask_tag(setup::Person& person, const setup::Answers& answers) {
 
 int show(const setup::State& state, bool as_json) {
   nlohmann::json steps = nlohmann::json::array();
-  for (const setup::Step& step : setup::kSteps) {
-    const std::string now = state.step(step.name).empty() ? "open" : state.step(step.name);
-    const std::string found = state.found(step.name);
-    steps.push_back({{"step", step.name}, {"state", now}, {"title", step.title}, {"found", found}});
+  for (const auto& [name, title] : protocol::kSetupSteps) {
+    const std::string now = state.step(name).empty() ? "open" : state.step(name);
+    const std::string found = state.found(name);
+    steps.push_back({{"step", name}, {"state", now}, {"title", title}, {"found", found}});
     if (!as_json) {
-      fmt::print("{:<12}{:<8}{}{}\n", step.name, now, step.title,
-                 found.empty() ? "" : ": " + found);
+      fmt::print("{:<12}{:<8}{}{}\n", name, now, title, found.empty() ? "" : ": " + found);
     }
   }
   if (as_json) show_json({{"steps", std::move(steps)}});
@@ -150,7 +149,7 @@ void add_setup(Program& program) {
   command.option("--answers", o.answers,
                  "answers, YAML, `question: answer` a line, to what moves nothing");
   std::vector<std::string> steps;
-  for (const setup::Step& step : setup::kSteps) steps.emplace_back(step.name);
+  for (const auto& step : protocol::kSetupSteps) steps.emplace_back(step.name);
   command.option("--again", o.again, "this step once more, with its questions", one_of(steps));
   command.setting("--minutes", o.minutes, "of the record", between(1.0, 120.0));
   command.flag("--show", o.show, "print how far it has come; asks nothing");

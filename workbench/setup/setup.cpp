@@ -48,14 +48,14 @@ int run_steps(Setup& setup) {
     for (const char* step : {"loop", "devices", "file"}) setup.state().set_step(step, "done");
   }
   for (std::size_t i = 0; i < kSteps.size(); ++i) {
-    const Step& step = kSteps[i];
-    if (setup.state().step(step.name) == "done") continue;
-    dialogue.say(
-        fmt::format("\nStep {} of {}, {}: {}", i + 1, kSteps.size(), step.name, step.title));
+    const auto [name, title] = protocol::kSetupSteps[i];
+    if (setup.state().step(name) == "done") continue;
+    dialogue.say(fmt::format("\nStep {} of {}, {}: {}", i + 1, kSteps.size(), name, title));
+    setup.state().begin_step(name);
     try {
-      const Outcome outcome = step.run(setup);
+      const Outcome outcome = kSteps[i](setup);
       if (outcome == Outcome::left) exit_code = kExitTryAgain;
-      setup.state().set_step(step.name, outcome == Outcome::left ? "left" : "done");
+      setup.state().set_step(name, outcome == Outcome::left ? "left" : "done");
       if (outcome == Outcome::not_needed) dialogue.say("  Nothing to do here.");
       if (outcome == Outcome::left) dialogue.say("  Left; it is asked again next time.");
     } catch (const TestAborted& e) {

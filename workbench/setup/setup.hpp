@@ -12,6 +12,7 @@
 #include "config/config_reader.hpp"
 #include "config/loop_config.hpp"
 #include "protocol/probe.hpp"
+#include "protocol/setups.hpp"
 #include "workbench/setup/dialogue.hpp"
 
 namespace loopwarden::workbench::setup {
@@ -61,21 +62,11 @@ Outcome record_moves(Setup& setup);
 Outcome commission(Setup& setup);
 Outcome connect_masters(Setup& setup);
 
-struct Step {
-  const char* name;
-  const char* title;
-  Outcome (*run)(Setup& setup);
-};
-inline constexpr std::array kSteps{
-    Step{"loop", "the loop", name_loop},
-    Step{"devices", "its devices and registers", find_devices},
-    Step{"file", "its file, and what the output does when something fails", write_files},
-    Step{"start", "the daemon runs it", start_loop},
-    Step{"watchdog", "the device's watchdog, let run out", test_watchdog},
-    Step{"stroke", "stroke of the valve", stroke_valve},
-    Step{"record", "a record while the set point moves", record_moves},
-    Step{"commission", "its twin and specialists", commission},
-    Step{"masters", "register map for masters", connect_masters}};
+// Of protocol::kSetupSteps, in their order.
+using Step = Outcome (*)(Setup& setup);
+inline constexpr std::array<Step, protocol::kSetupSteps.size()> kSteps{
+    name_loop,    find_devices, write_files, start_loop,     test_watchdog,
+    stroke_valve, record_moves, commission,  connect_masters};
 
 // Those that are not done, in their order. Returns the exit code: 75 where a step was left or ended early. Throws Paused
 // and CommandError.

@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/setup/state.hpp"
 
+#include <fcntl.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "base/file.hpp"
+#include "base/clock.hpp"
 #include "workbench/files/command_error.hpp"
 #include "workbench/setup/questions.hpp"
 
 namespace loopwarden::workbench::setup {
 
 State::State(std::filesystem::path file) : file_(std::move(file)) {
-  if (!std::filesystem::exists(file_)) return;
+  if (!std::filesystem::exists(file_)) {
+    begun_ms_ = base::utc_ms();
+    return;
+  }
   const std::optional<std::string> text = base::read_file(file_);
   if (!text) throw CommandError(kExitIo, file_.string() + ": can't be read");
   try {
@@ -20,6 +25,7 @@ State::State(std::filesystem::path file) : file_(std::move(file)) {
     all.at("answers").get_to(answers_);
     all.at("steps").get_to(steps_);
     all.at("found").get_to(found_);
+    if (all.contains("begun_ms")) begun_ms_ = all.at("begun_ms").get<std::int64_t>();
   } catch (const nlohmann::json::exception&) {
     throw CommandError(kExitData, file_.string() +
                                       ": is no state of a setup; remove it to begin with the "
@@ -43,8 +49,15 @@ std::string State::step(const std::string& name) const {
   return found == steps_.end() ? "" : found->second;
 }
 
+void State::begin_step(const std::string& name) {
+  now_at_ = name;
+  now_at_since_ms_ = base::utc_ms();
+  save();
+}
+
 void State::set_step(const std::string& name, const std::string& state) {
   steps_[name] = state;
+  now_at_.clear();
   save();
 }
 
@@ -73,14 +86,32 @@ void State::forget(const std::string& step) {
   save();
 }
 
-void State::save() const {
+void State::save() {
   std::error_code error;
   std::filesystem::create_directories(file_.parent_path(), error);
-  const nlohmann::json all = {{"answers", answers_}, {"steps", steps_}, {"found", found_}};
+  nlohmann::json all = {{"answers", answers_}, {"steps", steps_}, {"found", found_}};
+  if (begun_ms_) all["begun_ms"] = *begun_ms_;
+  if (!now_at_.empty()) {
+    all["now_at"] = now_at_;
+    all["now_at_since_ms"] = now_at_since_ms_;
+  }
+  base::File held;
+  // The daemon, another user, reads it; like the loops' files it holds no secret.
+  constexpr unsigned kReadByAll = 0644;
+  const auto lock = [&held](int fd) {
+    held = base::File(::fcntl(fd, F_DUPFD_CLOEXEC, 0));
+    struct flock writing {};
+    writing.l_type = F_WRLCK;
+    writing.l_whence = SEEK_SET;
+    // Where that fails the page shows no step as running.
+    ::fcntl(held.fd(), F_OFD_SETLK, &writing);
+  };
   if (const auto failed = base::replace_file(
-          file_, all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n")) {
+          file_, all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+          {.mode = kReadByAll, .prepare = lock})) {
     throw CommandError(kExitIo, failed->text());
   }
+  held_ = std::move(held);
 }
 
 }  // namespace loopwarden::workbench::setup

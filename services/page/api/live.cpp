@@ -2,6 +2,7 @@
 #include <sys/statvfs.h>
 
 #include "protocol/ask.hpp"
+#include "protocol/setups.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/gate.hpp"
 #include "services/page/api/handlers.hpp"
@@ -29,6 +30,16 @@ json disk_json(const std::filesystem::path& folder) {
 
 json state_json(const Box::Now& now) {
   return {{"up", now.up}, {"since_ms", now.since_ms}, {"why", now.why}};
+}
+
+// A daemon of another version may not know them.
+json setups_json(protocol::Daemon& daemon) {
+  try {
+    return daemon.ask(protocol::SetupsRequest{}).at("setups");
+  } catch (const protocol::DaemonError& e) {
+    if (!e.refused()) throw;
+    return json::array();
+  }
 }
 
 }  // namespace
@@ -108,6 +119,7 @@ http::Response system(Context& context, const Call& call) {
                      {"pv_age_ms", one.value("pv_age_ms", json())}});
   }
   answer["loops"] = std::move(buses);
+  answer["setups"] = setups_json(context.daemon);
   return json_response(answer);
 }
 

@@ -233,6 +233,10 @@ const en = {
     linkDown: '{loop}: no connection to the device.', journal: 'Journal', journalWritten: '{n} lines written, {waiting} waiting, {lost} lost', evidence: 'Evidence', explanations: 'Explanations', explained: '{n} made, {waiting} waiting, {failed} failed', windows: 'Windows judged', backlog: 'Loops behind', dropped: 'Cycles dropped', logLost: 'Log lines lost', free: 'Free',
     modbus: 'Modbus server', port: 'port {port}', clients: 'Clients', requests: 'Requests', malformed: 'Malformed', busCaption: 'Buses by loop', freeOf: '{free} of {all}', journalDamaged: '{n} journal files were damaged and moved aside.',
   },
+  setups: {
+    title: 'Loops being set up', about: 'A setup goes on at a terminal on the box, by the command below its steps.', caption: 'Steps of the setup of {loop}', begun: 'Begun {time}', step: 'Step', does: 'What', state: 'State',
+    states: {done: 'done', open: 'open', running: 'running now'}, runningSince: 'running now, since {time}',
+  },
   fleet: {
     title: 'Fleet', search: 'Search', searchHint: 'valve, box or alarm', group: 'Group', allGroups: 'All groups', asOf: 'As of {time}',
     old: 'The plant’s database does not answer ({why}). What is shown is of {time}, {long} old.', down: 'The plant’s database does not answer ({why}). It is asked again by itself.',

@@ -46,6 +46,7 @@ daemon::console::Parts parts_of(Bench& bench, std::function<protocol::DaemonStat
                      tcp("127.0.0.1", 503),
                      {.by = "FIC-101 runs on it", .transport = "rtu", .device = "/dev/null"}}};
               },
+          .configuration = bench.folder / "config",
           .config_hash = [] { return 17U; },
           .reload = [](const std::string&, bool, bool) { return std::uint64_t{1}; },
           .reload_state = [](std::uint64_t) { return protocol::ReloadState{"reading"}; },

@@ -37,6 +37,7 @@ const char* const kReading[] = {
     R"({"request": "status"})",
     R"({"request": "describe"})",
     R"({"request": "links"})",
+    R"({"request": "setups"})",
     R"({"request": "overview"})",
     R"({"request": "registers"})",
     R"({"request": "registers", "values_only": true})",

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "daemon/console/setups.hpp"
 #include "tests/workbench/setup/scripted_setup.hpp"
 #include "workbench/files/command_error.hpp"
 
@@ -76,6 +77,33 @@ TEST_CASE("a state file that is none is not written over", "[setup]") {
   tests::write_file(
       file, R"({"answers": {"kc": "0.3", "ti": "soon", "old": "x"}, "steps": {}, "found": {}})");
   CHECK(State(file).answers() == std::map<std::string, std::string>{{"kc", "0.3"}});
+}
+
+TEST_CASE("the daemon reads of a setup that is at a step, and that it has gone", "[setup]") {
+  const TemporaryFolder folder;
+  const auto setups = [&] { return daemon::console::setups_in(folder.path()).setups; };
+  {
+    State state(folder / "setup" / "FIC-101.json");
+    CHECK(setups().empty());
+    state.answer("tag", "FIC-101");
+    REQUIRE(setups().size() == 1);
+    CHECK(setups()[0].begun_ms);
+    state.begin_step("loop");
+    state.answer("kc", "0.3");
+    CHECK(setups()[0].steps[0].state == "running");
+    CHECK(setups()[0].steps[0].since_ms);
+    state.set_step("loop", "done");
+    CHECK(setups()[0].steps[0].state == "done");
+    state.begin_step("devices");
+    CHECK(setups()[0].steps[1].state == "running");
+  }
+  const auto begun = setups()[0].begun_ms;
+  CHECK(setups()[0].steps[1].state == "open");
+  // Goes on, as the setup that it was.
+  State state(folder / "setup" / "FIC-101.json");
+  state.set_step("devices", "left");
+  CHECK(setups()[0].begun_ms == begun);
+  CHECK(setups()[0].steps[1].state == "open");
 }
 
 TEST_CASE("a step once more asks its own questions, and the file is written anew", "[setup]") {

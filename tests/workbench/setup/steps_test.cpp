@@ -195,6 +195,31 @@ TEST_CASE("where a loop runs on the line nothing is scanned, and numbers are typ
   CHECK(s.state.answers().at("pv.scale") == "0 27648 0 25");
 }
 
+TEST_CASE("a loop of an OPC UA server comes from what discover finds there", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s,
+             {{"control", "elsewhere"}, {"source", "opcua"}, {"opcua.url", "opc.tcp://plc:4840"}});
+  const std::string folder = s.folder.path().string();
+  const std::vector<std::string> discover{"discover",
+                                          "--opcua",
+                                          "opc.tcp://plc:4840",
+                                          "--out",
+                                          folder + "/loops.d",
+                                          "--nodes",
+                                          folder + "/setup/FIC-101-nodes.yaml"};
+  // Its tag is not among what was found.
+  CHECK_THROWS_AS(find_devices(s.all), TestAborted);
+  CHECK(s.ran == std::vector<std::vector<std::string>>{discover});
+  s.all.run = [&](const std::vector<std::string>& words, const std::filesystem::path&) {
+    CHECK(words == discover);
+    tests::write_file(s.all.loop_file(), "control: elsewhere\n");
+    return 0;
+  };
+  CHECK(find_devices(s.all) == Outcome::done);
+  CHECK(s.person.told("FIC-101-nodes.yaml"));
+  CHECK(s.devices.asked.empty());
+}
+
 TEST_CASE("a register is scaled by what its display shows", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);

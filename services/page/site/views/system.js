@@ -7,6 +7,7 @@ import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
 import {BOX} from '../lib/codes.js';
 import {changeOf} from './journal.js';
+import {setupsPart} from './setups.js';
 import {ofBox} from '../lib/incidents.js';
 import {outages} from '../lib/state.js';
 import {verdictOf, warningsOf} from '../lib/box_health.js';
@@ -87,6 +88,7 @@ function parts(answer, changes) {
   const warnings = d ? warningsOf(answer, live.alarms, live.overview && live.describe ? outages(live.overview, live.describe.loops) : [], live.severe_percent, (ms) => wall().dateTime(ms)) : [];
   return [
     el('div', {class: 'wider stack'}, panel(t.health, ...healthPart(answer, warnings)), d ? panel(t.changes, changesPart(changes)) : null),
+    answer?.setups?.length ? el('div', {class: 'across'}, panel(texts.setups.title, setupsPart(answer.setups))) : null,
     d ? panel(t.versions, facts([[t.started, `${wall().dateTime(live.describe?.started_ms)} (${fill(t.uptime, {long: duration(d.uptime_s)})})`],
       [t.connected, fill(t.nOf, {n: count(connected), all: count(loops.length)})], disk ? [t.free, fill(t.freeOf, {free: bytes(disk.free_bytes), all: bytes(disk.bytes)})] : null,
       [t.filesInForce, c.files_in_force ? texts.yes : texts.no], [t.version, d.version ?? NONE], [t.configHash, el('code', {}, hex(d.config_hash))], [t.modelHash, el('code', {}, hex(d.model_hash))],

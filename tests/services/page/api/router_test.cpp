@@ -857,6 +857,27 @@ TEST_CASE("an absent daemon is 503, one that refuses 409 with its words") {
   CHECK(rig.answer(ApiRig::get({"api", "journal"})).body == R"({"error":"no"})");
 }
 
+TEST_CASE("setups that are under way are told with the box, where the daemon knows of them") {
+  ApiRig rig(false);
+  bool knows = true;
+  rig.daemon.says = [&](const json& request) -> json {
+    if (request["request"] == "status")
+      return {{"daemon", json::object()}, {"loops", json::array()}};
+    if (!knows) {
+      throw protocol::DaemonError(protocol::DaemonError::Kind::refused, "no request 'setups'");
+    }
+    return {{"setups", {{{"loop", "FIC-101"}}}}};
+  };
+  const auto setups = [&] {
+    const http::Response response = rig.answer(ApiRig::get({"api", "system"}));
+    CHECK(response.status == 200);
+    return json::parse(response.body)["setups"];
+  };
+  CHECK(setups() == json{{{"loop", "FIC-101"}}});
+  knows = false;
+  CHECK(setups() == json::array());
+}
+
 TEST_CASE("queries are strict") {
   ApiRig rig(false);
   const auto status = [&](const std::string& key, const std::string& value) {
