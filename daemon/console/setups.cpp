@@ -50,7 +50,7 @@ std::string as_one_word(const std::string& text) {
 }
 
 std::string command_for(const std::string& tag, const fs::path& configuration) {
-  const std::string command = "loopwarden setup " + tag;
+  std::string command = "loopwarden setup " + tag;
   if (configuration == "/etc/loopwardend") return command;
   return command + " --config " + as_one_word(configuration.string());
 }

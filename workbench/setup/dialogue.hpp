@@ -55,7 +55,7 @@ class Dialogue {
   template <class Wrong>
   std::string ask_now(const std::string& text, Wrong wrong) {
     for (;;) {
-      const std::string answer = line(text + ": ");
+      std::string answer = line(text + ": ");
       const std::string why = wrong(answer);
       if (why.empty()) return answer;
       say("  " + why);
