@@ -603,9 +603,11 @@ class Competition {
           kinds_[won.kinds[k]].name, before_end_s(out.at), before_end_s(out.from.end),
           before_end_s(out.from.begin), 100.0 * out.closed,
           held_tells
-              ? "over the last third of the stretch: fitted to what comes before, chosen by all"
-              : "over all that it was chosen by, most of which it was fitted to: the last "
-                "third of the stretch alone does not tell");
+              ? "on the last third of the stretch: its numbers are fitted to what comes before, "
+                "the "
+                "kind of change is chosen on all of it"
+              : "on the whole stretch, most of which its numbers are fitted to: the last third "
+                "alone does not tell");
       if (kinds_[won.kinds[k]].block == Block::valve) {
         out.effects.back().interval = intervals(won, k);
       }

@@ -42,7 +42,7 @@ TEST_CASE("a change since a moment is named with its size, the plainest first",
   CHECK(gain.effects[0].block == Block::process);
   CHECK(gain.closed > 0.9);
   CHECK_THAT(gain.effects[0].evidence,
-             Catch::Contains("over the last third of the stretch: fitted to what comes before"));
+             Catch::Contains("on the last third of the stretch: its numbers are fitted to what"));
 
   const auto step = named({{{"output_bias", {{"bias", 0.6}}}, Block::transmitter}});
   REQUIRE(step.effects.size() == 1);
@@ -50,7 +50,7 @@ TEST_CASE("a change since a moment is named with its size, the plainest first",
   CHECK(step.effects[0].spec.parameters.at("size") == Approx(0.6).margin(0.05));
   CHECK(step.effects[0].alternatives == std::vector<std::string>{"output_bias"});
   // By the last third the load's filter has taken it over.
-  CHECK_THAT(step.effects[0].evidence, Catch::Contains("most of which it was fitted to"));
+  CHECK_THAT(step.effects[0].evidence, Catch::Contains("most of which its numbers are fitted to"));
 }
 
 TEST_CASE("a fault of the valve is none of the process", "[commission][since]") {
