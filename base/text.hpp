@@ -11,6 +11,10 @@ namespace loopwarden::base {
 // Without the spaces and tabs at both ends.
 std::string_view trimmed(std::string_view text) noexcept;
 std::string lower_case(std::string_view text);  // of ASCII, whatever the locale
+// A name for people: a space for each '_'.
+std::string in_words(std::string_view name);
+// As one word of a command that people copy into a shell.
+std::string as_shell_word(std::string_view text);
 // For messages: short, and without what a terminal would act on.
 std::string in_quotes(std::string_view text);
 

@@ -42,15 +42,6 @@ constexpr auto kReadBack = std::to_array<Choice<bool>>({{"read_back", true}});
 
 bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
 
-// A tag names files and appears on command lines.
-bool is_usable_tag(const std::string& tag) {
-  constexpr std::size_t kLongestTag = 32;
-  return !tag.empty() && tag.size() <= kLongestTag && (is_letter(tag[0]) || is_digit(tag[0])) &&
-         std::all_of(tag.begin(), tag.end(), [](char c) {
-           return is_letter(c) || is_digit(c) || c == '-' || c == '_' || c == '.';
-         });
-}
-
 // ISA-5.1: one to five capitals, a number of one to five digits, perhaps a suffix: FIC-101A.
 bool is_isa_tag(std::string_view tag) {
   const auto count = [&](auto is_wanted) {
@@ -195,7 +186,7 @@ class LoopReader {
     loop_.tag = tag.place;
     config().name = tag;
     if (tag.given && tag.valid) {
-      if (!is_usable_tag(tag)) {
+      if (!is_usable_tag(tag.value)) {
         in_.error("loop", fmt::format("must be 1 to 32 letters, digits, '-', '_' or '.', beginning "
                                       "with a letter or digit (got '{}')",
                                       quotable(tag.value)));
@@ -572,6 +563,14 @@ class LoopReader {
 };
 
 }  // namespace
+
+bool is_usable_tag(std::string_view tag) {
+  constexpr std::size_t kLongestTag = 32;
+  return !tag.empty() && tag.size() <= kLongestTag && (is_letter(tag[0]) || is_digit(tag[0])) &&
+         std::all_of(tag.begin(), tag.end(), [](char c) {
+           return is_letter(c) || is_digit(c) || c == '-' || c == '_' || c == '.';
+         });
+}
 
 LoopFile read_loop(MapReader& in, const std::string& file, const DaemonConfig& daemon) {
   const Value<bool> elsewhere = in.one_of("control", kControls, kControlMeaning, false);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "config/loop_config.hpp"
 #include "config/map_reader.hpp"
@@ -16,6 +17,8 @@ struct LoopFile {
   bool hardware = false;  // something real moves
 };
 
+// A tag names files and appears on command lines.
+bool is_usable_tag(std::string_view tag);
 // Links and feeders are those of `daemon`.
 LoopFile read_loop(MapReader& in, const std::string& file, const DaemonConfig& daemon);
 // One with `control: elsewhere`.

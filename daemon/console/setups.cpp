@@ -10,11 +10,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <vector>
 
 #include "base/file.hpp"
+#include "base/text.hpp"
+#include "config/loop_reader.hpp"
 
 namespace loopwarden::daemon::console {
 namespace {
@@ -26,33 +27,10 @@ constexpr std::size_t kMostEntries = 1000;  // of the folder
 constexpr std::size_t kMostSetups = 32;
 constexpr std::size_t kMostBytes = 65'536;  // of a file
 
-bool is_letter_or_digit(char c) {
-  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
-}
-
-// What `loopwarden setup` takes as a tag; it becomes part of a command that people copy.
-bool is_tag(std::string_view text) {
-  constexpr std::size_t kLongestTag = 32;
-  return !text.empty() && text.size() <= kLongestTag && is_letter_or_digit(text.front()) &&
-         std::all_of(text.begin(), text.end(), [](char c) {
-           return is_letter_or_digit(c) || c == '-' || c == '_' || c == '.';
-         });
-}
-
-std::string as_one_word(const std::string& text) {
-  const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
-    return is_letter_or_digit(c) || c == '/' || c == '-' || c == '_' || c == '.';
-  });
-  if (plain) return text;
-  std::string word = "'";
-  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return word + "'";
-}
-
 std::string command_for(const std::string& tag, const fs::path& configuration) {
   std::string command = "loopwarden setup " + tag;
   if (configuration == "/etc/loopwardend") return command;
-  return command + " --config " + as_one_word(configuration.string());
+  return command + " --config " + base::as_shell_word(configuration.string());
 }
 
 // The program that writes the file holds a lock for writing on it as long as it runs.
@@ -113,7 +91,8 @@ protocol::Setups setups_in(const fs::path& configuration) {
   fs::directory_iterator entry(configuration / "setup", error);
   for (std::size_t i = 0; !error && entry != fs::directory_iterator() && i < kMostEntries; ++i) {
     const fs::path& path = entry->path();
-    if (path.extension() == ".json" && is_tag(path.stem().string())) files.push_back(path);
+    if (path.extension() == ".json" && config::is_usable_tag(path.stem().string()))
+      files.push_back(path);
     entry.increment(error);
   }
   std::sort(files.begin(), files.end());

@@ -52,8 +52,8 @@ struct Explanation {
   std::size_t at = 0;       // sample at which the change began, as far as is known
   gap::SampleRange from{};  // at which it may have begun, both ends; both 0: not known
   gap::Result result;
-  double closed = gap::
-      kNone;  // share of the gap, as its source has it; NaN: too near to the noise floor to say
+  // Share of the gap, as its source has it; NaN: too near to the noise floor to say.
+  double closed = gap::kNone;
   bool usable() const noexcept { return result.check.usable; }
 };
 Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm,

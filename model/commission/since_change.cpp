@@ -603,9 +603,8 @@ class Competition {
           kinds_[won.kinds[k]].name, before_end_s(out.at), before_end_s(out.from.end),
           before_end_s(out.from.begin), 100.0 * out.closed,
           held_tells
-              ? "on the last third of the stretch: its numbers are fitted to what comes before, "
-                "the "
-                "kind of change is chosen on all of it"
+              ? "on the last third of the stretch: its numbers are fitted to what comes "
+                "before, the kind of change is chosen on all of it"
               : "on the whole stretch, most of which its numbers are fitted to: the last third "
                 "alone does not tell");
       if (kinds_[won.kinds[k]].block == Block::valve) {

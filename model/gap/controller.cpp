@@ -285,7 +285,6 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
   found.mismatch = other_settings && other.apart < kSettingsLeave * found.training_rmse_before;
   found.unexplained = !found.mismatch;
   if (found.unexplained) return found;
-  found.exact = other.apart < least;
   found.kp = kp;
   found.ki = ki;
   found.filter_s = other.inlet.filter_s;
@@ -294,6 +293,7 @@ ControllerFinding compare_controller(const Record& record, const plant::LoopMode
   found.ki_spread = std::max(other.slopes.ki_spread, 1e-3 * ki);
   found.after = after;
   found.after_rmse = replay.apart(after);
+  found.exact = found.after_rmse < least;
   return found;
 }
 

@@ -27,7 +27,7 @@ struct ControllerFinding {
   bool compared = false;                    // SP, PV and CO are there
   bool mismatch = false;                    // other Kp, Ki explain the measured CO
   bool unexplained = false;                 // CO differs, and nothing known explains it
-  bool exact = false;                       // they leave nothing worth a word
+  bool exact = false;                       // over the whole record they leave nothing worth a word
   std::string anti_windup;                  // explained by this instead of the model's; empty: no
   double kp = 0.0, ki = 0.0;                // as found, CO units / PV unit, CO units / PV unit s
   double filter_s = 0.0;                    // T, s; 0: none

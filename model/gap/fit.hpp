@@ -66,8 +66,8 @@ class Fitter {
   // The best of where they lead, all parameters jointly.
   Fit settle(const std::vector<Fit>& starts) const;
   // Where PV jumps with a parameter: all jointly once more, by evolution, which lands elsewhere with another `seed`. `wide`:
-  // over half of the range of each of the effects' own and of the actuator. Into `close`, where a larger load was chosen, the fit that was closest
-  // to PV before that.
+  // over half of the range of each of the effects' own and of the actuator. Into `close`, where a larger load was chosen,
+  // the fit that was closest to PV before that.
   struct Evolution {
     std::size_t evaluations;
     std::uint64_t seed;

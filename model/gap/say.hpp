@@ -45,9 +45,8 @@ struct Summary {
   const std::vector<std::string>& best;  // names that did not hold on the holdout
   double best_closed = kNone;            // gap closed by them there
   bool closed_loop = false;
-  bool plant_unexplained =
-      false;               // the effects are the controller's alone, and the plant's gap stays
-  bool with_load = false;  // an unmeasured load was seen
+  bool plant_unexplained = false;  // only the controller is named
+  bool with_load = false;          // an unmeasured load was seen
   double until_s =
       kNone;  // s: the names are proved up to here, and nothing foretells how they go on
 };

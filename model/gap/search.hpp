@@ -62,11 +62,10 @@ Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& l
 
 // Its fits point into the candidates that were searched, and must not outlive them.
 struct SearchResult {
-  Fit base;                // the model alone, within its uncertainty
-  double base_rmse = 0.0;  // PV units, first two thirds
-  Hypothesis chosen;       // without terms: none is missing
-  std::vector<Hypothesis>
-      alike;  // of the chosen names, that the fit can't tell from the likeliest; that too
+  Fit base;                                    // the model alone, within its uncertainty
+  double base_rmse = 0.0;                      // PV units, first two thirds
+  Hypothesis chosen;                           // without terms: none is missing
+  std::vector<Hypothesis> alike;               // fits of its names that are as likely, best first
   std::vector<Hypothesis> singles;             // best of each name, best first
   std::vector<Hypothesis> tried;               // all
   std::vector<std::vector<std::string>> path;  // names after each step

@@ -225,8 +225,8 @@ class Workflow {
     decision_.by_reading = !reading_.empty();
   }
 
-  // Of fits of the same names that their own data can't tell apart the middle one on the data that none was fitted to: the
-  // best there would be chosen by what is to prove it.
+  // Of fits of the same names that their own data can't tell apart the middle one on the data that none was fitted to, of
+  // two in the middle the likelier: the best there would be chosen by what is to prove it.
   void choose_alike() {
     std::vector<std::pair<double, std::size_t>> there;
     for (std::size_t i = 0; i < search_.alike.size(); ++i) {
@@ -236,7 +236,10 @@ class Workflow {
     }
     if (there.empty()) return;
     std::sort(there.begin(), there.end());
-    search_.chosen = search_.alike[there[(there.size() - 1) / 2].second];
+    // The likeliest stands first.
+    const std::size_t middle =
+        std::min(there[(there.size() - 1) / 2].second, there[there.size() / 2].second);
+    search_.chosen = search_.alike[middle];
   }
 
   Residuals left_by(const Hypothesis& hypothesis) const {

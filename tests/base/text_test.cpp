@@ -10,6 +10,14 @@ namespace text_tools_test {
 using namespace loopwarden::base;
 using namespace std::string_view_literals;
 
+TEST_CASE("a name is read as words, and a path is one word of a shell", "[text]") {
+  CHECK(in_words("not_enough_movement") == "not enough movement");
+  CHECK(as_shell_word("/etc/loopwardend-2") == "/etc/loopwardend-2");
+  CHECK(as_shell_word("/srv/plant's files") == "'/srv/plant'\\''s files'");
+  CHECK(as_shell_word("$(reboot)") == "'$(reboot)'");
+  CHECK(as_shell_word("").size() == 2);
+}
+
 TEST_CASE("spaces and tabs at the ends go, others stay", "[text]") {
   CHECK(trimmed(" \ta b\t ") == "a b");
   CHECK(trimmed("a\n") == "a\n");

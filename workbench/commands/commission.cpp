@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "base/text.hpp"
 #include "config/loop_model_writer.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "model/commission/changes.hpp"
@@ -224,9 +225,7 @@ int run_commission(const CommissionOptions& given) {
               commission_page(made, sight, request.records.front().columns, seconds));
     files.commit();
     if (options.recorder.background()) {
-      std::string outcome = commission::to_text(made.outcome);
-      std::replace(outcome.begin(), outcome.end(), '_', ' ');
-      fmt::print("{}: {}\n", outcome, made.why);
+      fmt::print("{}: {}\n", base::in_words(commission::to_text(made.outcome)), made.why);
     } else if (options.json) {
       show_json(answer);
     } else {

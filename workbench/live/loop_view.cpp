@@ -11,6 +11,7 @@
 #include <iterator>
 #include <utility>
 
+#include "base/text.hpp"
 #include "config/diagnostic.hpp"
 #include "protocol/ask.hpp"
 #include "workbench/live/daemon_client.hpp"
@@ -109,9 +110,7 @@ std::string untested_text(const protocol::TwinRemarks& twin) {
   std::string text;
   for (const protocol::UntestedRemark& one : twin.untested) {
     if (one.for_s < kWorthSaying_s) continue;
-    std::string name = one.change;
-    std::replace(name.begin(), name.end(), '_', ' ');
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name,
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", base::in_words(one.change),
                         one.tested ? age(one.for_s) + " ago"
                                    : fmt::format("not in {} since the start", age(one.for_s)));
   }

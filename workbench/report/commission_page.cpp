@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/text.hpp"
 #include "model/effects/catalogue.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/text/commission_json.hpp"
@@ -75,18 +76,13 @@ std::string effects_list(const commission::Commissioning& made) {
   return text + "</ul>\n";
 }
 
-// For people: without the signs of a name in JSON.
-std::string in_words(std::string name) {
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
-}
-
 }  // namespace
 
 std::string commission_page(const commission::Commissioning& made, const CommissionSight& seen_here,
                             const gap::Record& record, double seconds) {
-  std::string body = fmt::format("<p><b>{}</b>: {}</p>\n",
-                                 in_words(commission::to_text(made.outcome)), escaped(made.why));
+  std::string body =
+      fmt::format("<p><b>{}</b>: {}</p>\n", base::in_words(commission::to_text(made.outcome)),
+                  escaped(made.why));
   for (const std::string& note : made.notes) body += fmt::format("<p>{}</p>\n", escaped(note));
   if (!seen_here.twin.empty()) {
     body += "<h2>What the twin sees on this loop</h2>\n<table><tbody>";

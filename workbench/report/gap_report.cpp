@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/text.hpp"
 #include "config/loop_model_writer.hpp"
 #include "model/effects/catalogue.hpp"
 #include "workbench/report/assets.hpp"
@@ -52,11 +53,7 @@ std::string span_text(double from_s, double to_s) {
 }
 
 // Names read as words.
-std::string words(std::string_view name) {
-  std::string text(name);
-  std::replace(text.begin(), text.end(), '_', ' ');
-  return escaped(text);
-}
+std::string words(std::string_view name) { return escaped(base::in_words(name)); }
 
 std::string join_words(const std::vector<std::string>& names) {
   std::string text;
@@ -520,28 +517,18 @@ class Page {
     add("</pre>\n");
   }
 
-  // For a POSIX shell.
-  static std::string quoted(const std::string& word) {
-    const bool plain = !word.empty() && word.find_first_not_of(
-                                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                            "0123456789_./-+,:@%=") == std::string::npos;
-    if (plain) return word;
-    std::string text = "'";
-    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return text + "'";
-  }
-
   void commands() {
     std::string lines;
     if (context_.record_stays) {
-      lines = fmt::format("loopwarden gap {} --model {} --out {}{}{}\n", quoted(context_.record),
-                          quoted(context_.model), quoted(context_.out),
-                          context_.options.empty() ? "" : " ", context_.options);
+      lines = fmt::format("loopwarden gap {} --model {} --out {}{}{}\n",
+                          base::as_shell_word(context_.record), base::as_shell_word(context_.model),
+                          base::as_shell_word(context_.out), context_.options.empty() ? "" : " ",
+                          context_.options);
     }
     if (!context_.corrected_text.empty()) {
       lines += fmt::format("loopwarden simulate {} --out {}\n",
-                           quoted(context_.out + "/model.corrected.yaml"),
-                           quoted(context_.out + "/simulated.csv"));
+                           base::as_shell_word(context_.out + "/model.corrected.yaml"),
+                           base::as_shell_word(context_.out + "/simulated.csv"));
     }
     add("<h2>Again</h2>\n<p class=\"note\">{}</p>\n",
         context_.record_stays ? "The same record and model give the same result."

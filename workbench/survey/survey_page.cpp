@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/text.hpp"
 #include "record/import/time_text.hpp"
 #include "workbench/report/assets.hpp"
 #include "workbench/report/palette.hpp"
@@ -92,9 +93,7 @@ std::string surveyed_verdict(const json& loop) {
                        effect.at("percent_of_span").get<double>());
   }
   if (verdict == "other_cause") {
-    std::string cause = text_of_json(loop.at("cause"));
-    std::replace(cause.begin(), cause.end(), '_', ' ');
-    return cause;
+    return base::in_words(text_of_json(loop.at("cause")));
   }
   if (verdict == "cant_tell") return "can't tell";
   if (verdict == "not_enough_data") return "not enough data";

@@ -196,8 +196,7 @@ std::string alarm_words(const std::string& alarm) {
       {"records_dropped", "Cycles missing in records"}};
   const auto known = kWords.find(alarm);
   if (known != kWords.end() || alarm.empty()) return known == kWords.end() ? "" : known->second;
-  std::string words = alarm;
-  std::replace(words.begin(), words.end(), '_', ' ');
+  std::string words = base::in_words(alarm);
   if (words[0] >= 'a' && words[0] <= 'z') words[0] = static_cast<char>(words[0] - 'a' + 'A');
   return words;
 }

@@ -237,6 +237,26 @@ TEST_CASE("a measured limit cycle is named without a model, however the numbers 
   CHECK(closed(answer["gap"]) > 0.6);
 }
 
+TEST_CASE("a stick's interval reaches to the fits that are as likely, and holds the truth",
+          "[gap][program][long]") {
+  const fs::path data = fs::path(LOOPWARDEN_SOURCE_DIR) / "data/gap-example";
+  const TemporaryFolder folder;
+  const ShellOutcome outcome =
+      loopwarden("gap " + (data / "record.csv").string() + " --model " +
+                 (data / "model.yaml").string() + " --out " + (folder / "found").string());
+  INFO(outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  const nlohmann::json answer = nlohmann::json::parse(read_file(folder / "found/gap.json"));
+  REQUIRE(answer["effects"].size() == 1);
+  const nlohmann::json& stiction = answer["effects"][0];
+  CHECK(stiction["name"] == "stiction");
+  // By the curvature alone it is a thousandth wide, and lies beside 0.914.
+  const nlohmann::json& s = stiction["interval"]["s"];
+  CHECK(s[0] < 0.914);
+  CHECK(s[1] > 0.914);
+  CHECK(s[1].get<double>() - s[0].get<double>() > 0.01);
+}
+
 TEST_CASE("the level of PV is the record's where the process was identified from it",
           "[gap][program][long]") {
   // A temperature around 318 whose process is known by its changes alone.
