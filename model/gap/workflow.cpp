@@ -226,7 +226,7 @@ class Workflow {
   }
 
   // Of fits of the same names that their own data can't tell apart the middle one on the data that none was fitted to, of
-  // two in the middle the likelier: the best there would be chosen by what is to prove it.
+  // two in the middle the nearer: the best of many there would be chosen by what is to prove it; of two it still is.
   void choose_alike() {
     std::vector<std::pair<double, std::size_t>> there;
     for (std::size_t i = 0; i < search_.alike.size(); ++i) {
@@ -236,10 +236,7 @@ class Workflow {
     }
     if (there.empty()) return;
     std::sort(there.begin(), there.end());
-    // The likeliest stands first.
-    const std::size_t middle =
-        std::min(there[(there.size() - 1) / 2].second, there[there.size() / 2].second);
-    search_.chosen = search_.alike[middle];
+    search_.chosen = search_.alike[there[(there.size() - 1) / 2].second];
   }
 
   Residuals left_by(const Hypothesis& hypothesis) const {

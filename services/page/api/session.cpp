@@ -102,9 +102,10 @@ http::Response wrong(const Attempt& attempt) {
   return refused(attempt, 401, "user or password is wrong");
 }
 
-[[noreturn]] void not_judged(const Attempt& attempt, const char* why) {
+// It counts as no try, but is as late as a refusal: whoever tries again at once gains nothing.
+http::Response not_judged(const Attempt& attempt, const char* why) {
   attempt.context->guard.not_judged(attempt.name, attempt.from.network, attempt.begun);
-  throw ApiError(503, why);
+  return refused(attempt, 503, why);
 }
 
 http::Response admitted(const Attempt& attempt, const User& user) {
@@ -135,7 +136,7 @@ http::Response by_directory(const Attempt& attempt,
   using End = ldap::Outcome::End;
   if (answer.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
     if (std::chrono::steady_clock::now() - attempt.begun > kPatience) {
-      not_judged(attempt, "the directory does not answer");
+      return not_judged(attempt, "the directory does not answer");
     }
     http::Response later;
     later.delay = kLook;
@@ -149,7 +150,7 @@ http::Response by_directory(const Attempt& attempt,
   spdlog::warn("log-in from {} refused by the directory: {}", attempt.from.peer, outcome.why);
   switch (outcome.end) {
     case End::unavailable:
-      not_judged(attempt, "the directory can't be asked; the page's log says why");
+      return not_judged(attempt, "the directory can't be asked; the page's log says why");
     case End::no_group:
       return refused(attempt, 403,
                      "the directory knows you, but no group of yours gives a role here");
@@ -194,7 +195,7 @@ http::Response log_in(Context& context, const Call& call) {
     const auto answer = context.ldap->begin(*in_directory, password, call.request.network,
                                             attempt.begun + kPatience);
     if (!answer.valid()) {
-      not_judged(attempt, "too many log-ins wait for the directory; try again");
+      return not_judged(attempt, "too many log-ins wait for the directory; try again");
     }
     return by_directory(attempt, answer);
   }
