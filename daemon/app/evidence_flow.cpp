@@ -208,8 +208,8 @@ void EvidenceFlow::explain_again(const ExplainJob& job) {
 
 void EvidenceFlow::go_on(std::size_t loop, const Explanation& newest) {
   const monitor::LoopWatch watch = ends_.board.watch(loop);
-  const std::int64_t incident_ms = watch.incident.incident().opened_ms;
-  if (ends_.history(loop) == nullptr || newest.raised_ms < incident_ms ||
+  const loopwarden::monitor::Incident& incident = watch.incident.incident();
+  if (ends_.history(loop) == nullptr || !incident.covers(newest.raised_ms, ends_.board.now_ms()) ||
       newest.folder.parent_path() != store_folder_) {
     return;
   }
@@ -217,7 +217,7 @@ void EvidenceFlow::go_on(std::size_t loop, const Explanation& newest) {
   explain_again({.loop = loop,
                  .alarm = newest.alarm,
                  .raised_ms = newest.raised_ms,
-                 .incident_ms = incident_ms,
+                 .incident_ms = incident.opened_ms,
                  .folder = newest.folder,
                  .renewed = true,
                  .seen_s = before_s + since_s(newest.raised_ms, newest.ended_ms),
@@ -226,7 +226,8 @@ void EvidenceFlow::go_on(std::size_t loop, const Explanation& newest) {
 }
 
 double EvidenceFlow::since_s(std::int64_t from_ms, std::int64_t to_ms) const {
-  return accelerate_ * 1e-3 * static_cast<double>(to_ms - from_ms);
+  // 0 if the clock was set back in between.
+  return accelerate_ * 1e-3 * static_cast<double>(std::max<std::int64_t>(to_ms - from_ms, 0));
 }
 
 std::int64_t EvidenceFlow::cycle_before(std::size_t loop, double s) const {

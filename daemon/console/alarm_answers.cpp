@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/console/alarm_answers.hpp"
 
+#include <cstdlib>
 #include <map>
 #include <string>
 #include <utility>
@@ -66,7 +67,8 @@ void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures&
     const std::int64_t since_ms = alarm.memory().raised_ms;
     const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
                        alarm.state() == model::AlarmState::acknowledged;
-    if (shown && now_ms - since_ms > model::kStale_ms) {
+    // Also if a clock that was ahead raised it: then nobody knows for how long it has been shown.
+    if (shown && std::abs(now_ms - since_ms) > model::kStale_ms) {
       figures.stale.push_back({source, name, since_ms});
     }
   };

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/clock.hpp"
+
 namespace loopwarden::daemon {
 namespace {
 
@@ -36,6 +38,18 @@ std::string loop_in(const std::string& name) {
   return name.substr(kStamp + 1, name.rfind('-') - kStamp - 1);
 }
 
+// Sorts by the stamps of the names, the oldest first. A stamp in the future is from before the clock was set back, and
+// older than all others.
+void put_in_order(std::vector<fs::path>& folders) {
+  const std::string now = stamp_of(base::utc_ms());
+  const auto key = [&](const fs::path& folder) {
+    const std::string name = name_of(folder);
+    return std::pair(name.substr(0, kStamp) <= now, name);
+  };
+  std::sort(folders.begin(), folders.end(),
+            [&](const fs::path& a, const fs::path& b) { return key(a) < key(b); });
+}
+
 // Those that have their name, the oldest first; empty while the folder can't be read.
 std::vector<fs::path> folders_in(const fs::path& folder) {
   std::vector<fs::path> found;
@@ -45,7 +59,7 @@ std::vector<fs::path> folders_in(const fs::path& folder) {
     if (name.size() > kStamp && name[kStamp] == '-' && name.front() != '.')
       found.push_back(it->path());
   }
-  std::sort(found.begin(), found.end());
+  put_in_order(found);
   return found;
 }
 
@@ -120,27 +134,29 @@ EvidenceStatus EvidenceStore::status() const {
 std::optional<fs::path> EvidenceStore::newest(const std::string& loop,
                                               monitor::AlarmKind alarm) const {
   const std::string wanted = loop + "-" + monitor::to_text(alarm);
-  std::optional<fs::path> newest;
-  const auto look_at = [&](const fs::path& folder) {
-    const bool is = name_of(folder).substr(kStamp + 1) == wanted;
-    if (is && (!newest || name_of(*newest) < name_of(folder))) newest = folder;
-  };
+  std::vector<fs::path> of_loop;
   for (const fs::path& folder : folders_in(settings_.folder)) {
     if (loop_in(name_of(folder)) != loop) continue;
-    look_at(folder);
-    for (const fs::path& joined : folders_in(folder)) look_at(joined);
+    of_loop.push_back(folder);
+    for (const fs::path& joined : folders_in(folder)) of_loop.push_back(joined);
   }
-  return newest;
+  put_in_order(of_loop);
+  const auto newest = std::find_if(of_loop.rbegin(), of_loop.rend(), [&](const fs::path& folder) {
+    return name_of(folder).substr(kStamp + 1) == wanted;
+  });
+  return newest == of_loop.rend() ? std::nullopt : std::optional(*newest);
 }
 
-// Of an incident the first alarm was raised as it opened.
+// Of an incident the first alarm was raised as it opened; what joins it was raised later, unless the clock was set back.
 fs::path EvidenceStore::place_of(const evidence::Evidence& e) const {
   const std::string name = folder_name(e);
   if (e.incident_ms == 0) return settings_.folder / name;
   const std::string opened = stamp_of(e.incident_ms);
   const std::vector<fs::path> folders = folders_in(settings_.folder);
   const auto first = std::find_if(folders.begin(), folders.end(), [&](const fs::path& folder) {
-    return name_of(folder) >= opened && loop_in(name_of(folder)) == e.loop;
+    const std::string of = name_of(folder);
+    const bool in_incident = of.starts_with(opened) || (of >= opened && of <= name);
+    return in_incident && loop_in(of) == e.loop;
   });
   const bool joins = first != folders.end() && name_of(*first) != name;
   return (joins ? *first : settings_.folder) / name;

@@ -24,6 +24,7 @@ std::string write_incident(const Incident& incident) {
     renamed.push_back({{"at_ms", one.at_ms}, {"from", one.from}, {"to", one.to}});
   }
   return json{{"opened_ms", incident.opened_ms},
+              {"since_ms", incident.since_ms},
               {"from_ms", incident.from_ms},
               {"gone_ms", incident.gone_ms},
               {"ended_ms", incident.ended_ms},
@@ -40,6 +41,7 @@ std::optional<Incident> read_incident(const std::string& text) {
     const json j = json::parse(text);
     Incident incident;
     incident.opened_ms = j.at("opened_ms").get<std::int64_t>();
+    incident.since_ms = j.value("since_ms", incident.opened_ms);  // files up to 2026 lack it
     incident.from_ms = j.at("from_ms").get<std::int64_t>();
     incident.gone_ms = j.at("gone_ms").get<std::int64_t>();
     incident.ended_ms = j.at("ended_ms").get<std::int64_t>();

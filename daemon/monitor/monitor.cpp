@@ -304,7 +304,11 @@ void Monitor::attend(std::size_t index) {
 void Monitor::look_for_stick(std::size_t index) {
   Track& track = tracks_[index];
   const auto [alarm, stick] = board_.sticks(index);
-  const bool begins = track.planned->on_order || (stick && stick->raised_ms >= started_ms_);
+  // If the clock is set back, the alarms that it raises from then on are later than the start.
+  const std::int64_t now_ms = board_.now_ms();
+  started_ms_ = std::min(started_ms_, now_ms);
+  const bool raised_since = stick && stick->raised_ms >= started_ms_ && stick->raised_ms <= now_ms;
+  const bool begins = track.planned->on_order || raised_since;
   const bool fresh = stick && begins && stick != track.planned->explained;
   if (alarm && !stick) {
     follow(index, track.corrective.explained_otherwise());

@@ -26,8 +26,8 @@ void keep(LoopWatch& watch, const Explanation& explanation) {
 }
 
 // Not of an earlier one, whose explanation ended late.
-bool of_incident(const LoopWatch& watch, const Explanation& explanation) {
-  return explanation.raised_ms >= watch.incident.incident().opened_ms;
+bool of_incident(const LoopWatch& watch, const Explanation& explanation, std::int64_t now_ms) {
+  return watch.incident.incident().covers(explanation.raised_ms, now_ms);
 }
 
 // Of one alarm, explained again: nothing new is told.
@@ -181,7 +181,7 @@ void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
                  .effect = explanation.effect,
                  .block = explanation.block,
                  .confidence = explanation.confidence}));
-  if (!of_incident(watch, explanation)) return;
+  if (!of_incident(watch, explanation, utc_ms_())) return;
   const Memories before = memories(loop);
   write_down(loop, before,
              watch.alarms.explained(
@@ -306,8 +306,11 @@ WatchBoard::Sticks WatchBoard::sticks(std::size_t loop) const {
   const model::Alarm& alarm = watch.alarms.alarm(AlarmKind::stiction);
   if (!alarm.active() || alarm.is_consequence()) return {};
   const auto& newest = watch.explanation;
-  const bool holds = newest && newest->stick && of_incident(watch, *newest) &&
-                     newest->ended_ms >= alarm.memory().raised_ms;
+  const std::int64_t now_ms = utc_ms_();
+  const std::int64_t raised_ms = alarm.memory().raised_ms;
+  // An alarm with a time in the future was raised before the clock was set back.
+  const bool since_alarm = newest && (newest->ended_ms >= raised_ms || raised_ms > now_ms);
+  const bool holds = since_alarm && newest->stick && of_incident(watch, *newest, now_ms);
   return {true, holds ? newest : nullptr};
 }
 

@@ -169,8 +169,14 @@ void ReportDesk::load() {
     }
     found.push_back({std::move(*report), true});
   }
-  std::sort(found.begin(), found.end(),
-            [](const Entry& a, const Entry& b) { return a.report.asked_ms < b.report.asked_ms; });
+  // The oldest first. A time in the future is from before the clock was set back, and older than all others.
+  if (found.size() > 1) {
+    const auto key = [now_ms = ends_.now_ms()](const Entry& e) {
+      return std::pair(e.report.asked_ms <= now_ms, e.report.asked_ms);
+    };
+    std::sort(found.begin(), found.end(),
+              [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
+  }
   const std::lock_guard lock(mutex_);
   all_.insert(all_.begin(), found.begin(), found.end());
   is_loaded_ = true;

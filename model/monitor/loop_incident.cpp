@@ -20,6 +20,7 @@ constexpr bool names_a_fault(AlarmKind kind) noexcept {
 
 LoopIncident::Changes LoopIncident::follow(std::int64_t now_ms, const LoopAlarms& alarms) {
   Changes changes;
+  incident_.since_ms = std::min(incident_.since_ms, now_ms);
   bool any_on = false;
   for (const AlarmKind kind : kValveAlarms) {
     if (!alarms.alarm(kind).active()) continue;
@@ -28,7 +29,7 @@ LoopIncident::Changes LoopIncident::follow(std::int64_t now_ms, const LoopAlarms
     const bool joins = incident_.open();
     if (!joins) {
       incident_ = Incident{};
-      incident_.opened_ms = incident_.from_ms =
+      incident_.opened_ms = incident_.since_ms = incident_.from_ms =
           std::min(now_ms, alarms.alarm(kind).memory().raised_ms);
     }
     incident_.alarms = static_cast<std::uint16_t>(incident_.alarms | bit_of(kind));
@@ -41,7 +42,7 @@ LoopIncident::Changes LoopIncident::follow(std::int64_t now_ms, const LoopAlarms
     incident_.gone_ms = 0;
   } else if (incident_.gone_ms == 0 || now_ms < incident_.gone_ms) {
     incident_.gone_ms = now_ms;
-  } else if (now_ms - incident_.gone_ms >= kQuiet_ms && now_ms - incident_.opened_ms >= kJoin_ms) {
+  } else if (now_ms - incident_.gone_ms >= kQuiet_ms && now_ms - incident_.since_ms >= kJoin_ms) {
     incident_.ended_ms = now_ms;
     changes.push_back({.kind = IncidentChange::Kind::ended});
   }
@@ -52,7 +53,7 @@ LoopIncident::Changes LoopIncident::explained(std::int64_t now_ms,
                                               const IncidentExplanation& explanation) {
   Changes changes;
   if (!incident_.there() || !incident_.has(explanation.alarm) ||
-      explanation.raised_ms < incident_.opened_ms) {
+      !incident_.covers(explanation.raised_ms, now_ms)) {
     return changes;
   }
   const bool sure = !explanation.effect.empty() && explanation.confidence >= kSureName;

@@ -11,8 +11,8 @@
 // It is acknowledged when none of its alarms waits for the operator: one that joins later makes it wait again.
 // Process alarms stand by themselves.
 //
-// Time is the caller's, ms on a clock that means the same after a restart (UTC). Of a clock that was set back the quiet
-// time begins anew.
+// Time is the caller's, ms on a clock that means the same after a restart (UTC). If the clock is set back, kJoin_ms and
+// kQuiet_ms start again, and the incident keeps the time at which it opened, because its id is made from it.
 //
 // Errors: none.
 // What it can't do: keep two changes of one loop apart while the first lasts; join those of several loops.
@@ -39,10 +39,12 @@ struct Incident {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   std::int64_t opened_ms = 0;  // 0: there is none
-  std::int64_t from_ms = 0;    // when the loop began to change, as far as it is known
-  std::int64_t gone_ms = 0;    // when the last condition went; 0: one is on
-  std::int64_t ended_ms = 0;   // 0: it is open
-  std::uint16_t alarms = 0;    // a bit each, by index_of
+  std::int64_t since_ms =
+      0;  // opened_ms, or earlier: the time to which the clock was set back since
+  std::int64_t from_ms = 0;   // when the loop began to change, as far as it is known
+  std::int64_t gone_ms = 0;   // when the last condition went; 0: one is on
+  std::int64_t ended_ms = 0;  // 0: it is open
+  std::uint16_t alarms = 0;   // a bit each, by index_of
   std::string name;
   std::optional<plant::Block> cause;  // nothing: not known
   double confidence = kNone;  // of the explanation that gave the name; NaN: an alarm gave it
@@ -58,6 +60,11 @@ struct Incident {
   bool open() const noexcept { return there() && ended_ms == 0; }
   bool has(AlarmKind kind) const noexcept { return ((alarms >> index_of(kind)) & 1U) != 0; }
   bool explained() const noexcept { return confidence >= kSureName; }
+  // Whether an alarm that was raised at `raised_ms` is one of this incident. An alarm with a time in the
+  // future was raised before the clock was set back, and so was its incident.
+  bool covers(std::int64_t raised_ms, std::int64_t now_ms) const noexcept {
+    return raised_ms >= since_ms && (raised_ms <= now_ms || opened_ms > now_ms);
+  }
 };
 inline constexpr std::size_t kMostRenamed = 8;
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/clock.hpp"
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/file_size_limit.hpp"
@@ -259,6 +260,31 @@ TEST_CASE("what joins an incident lies in the folder of the alarm that opened it
   CHECK(std::count_if(there.begin(), there.end(), [](const std::string& name) {
           return name.ends_with("-backlash");
         }) == EvidenceStore::kMostJoined);
+}
+
+TEST_CASE("evidence that a clock ahead dated does not hide or remove what comes later",
+          "[evidence]") {
+  const tests::TemporaryFolder folder;
+  EvidenceStore store({.folder = folder / "evidence", .most_kept = 2}, {{"plant", specialists()}},
+                      [](const auto&, const auto&, const auto&) {});
+  store.start();
+  const std::int64_t now_ms = base::utc_ms();
+  const std::int64_t ahead_ms = now_ms + 1'000'000'000;
+  const auto post = [&](std::int64_t raised_ms, std::int64_t incident_ms) {
+    Evidence e = example(raised_ms);
+    e.incident_ms = incident_ms;
+    store.post(std::move(e));
+  };
+  post(ahead_ms, ahead_ms);
+  post(now_ms - 5000, ahead_ms);  // joins, after the clock was set back
+  post(now_ms - 4000, now_ms - 4000);
+  post(now_ms - 3000, now_ms - 3000);
+  REQUIRE(test::eventually([&] { return store.status().written == 4; }));
+  store.stop();
+  const fs::path newest = *store.newest("FIC-101", AlarmKind::backlash);
+  CHECK(newest.parent_path() == folder / "evidence");  // of an incident with its own folder
+  CHECK(read_evidence(newest).raised_ms == now_ms - 3000);
+  CHECK(names(folder / "evidence").size() == 2);
 }
 
 TEST_CASE("an old folder that can't be deleted is told once, and keeps no new evidence back",

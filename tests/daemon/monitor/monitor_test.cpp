@@ -794,6 +794,30 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
         (on_order ? model::CorrectiveState::offered : model::CorrectiveState::waiting));
 }
 
+TEST_CASE("a clock that is set back changes no name and holds up no planned moves",
+          "[monitor][corrective][incident]") {
+  constexpr std::int64_t kYear_ms = 365LL * 24 * 3'600'000;
+  Bench bench;
+  const bool open_before = GENERATE(false, true);
+  bench.now_ms += kYear_ms;
+  bench.make_monitor(planned_moves(false));
+  bench.judges[0]->says = fault(AlarmKind::backlash, 6.0);
+  if (open_before) bench.run(3 * kWindow);
+  bench.now_ms -= kYear_ms;
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(4 * kWindow);
+  REQUIRE(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+
+  Explanation e = explained_at(bench.now_ms);
+  e.block = plant::Block::valve;
+  e.confidence = 0.9;
+  bench.board->explained(0, e);
+  CHECK(bench.board->watch(0).incident.incident().name == "stiction");
+  bench.run(kWindow);
+  bench.answer(rt::MovesWish::shadow);
+  CHECK(bench.board->watch(0).corrective == model::CorrectiveState::in_shadow);
+}
+
 TEST_CASE("planned moves go by the newest explanation of the incident", "[monitor][corrective]") {
   Bench bench;
   const bool on_order = GENERATE(false, true);

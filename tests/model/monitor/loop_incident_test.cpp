@@ -123,6 +123,56 @@ TEST_CASE("an incident ends half an hour after its last alarm", "[monitor][incid
   }
 }
 
+TEST_CASE("an incident that a clock ahead opened ends when the clock is right",
+          "[monitor][incident]") {
+  constexpr std::int64_t kDay = 24 * 60 * kMinute;
+  constexpr std::int64_t kAhead = 400 * kDay;
+  constexpr std::int64_t kRight = 20 * kDay;
+  Loop loop;
+  loop.shows(kAhead, {K::stiction});
+
+  SECTION("without an alarm, after forty minutes") {
+    CHECK(loop.shows(kRight, {}).empty());
+    CHECK(loop.shows(kRight + 39 * kMinute, {}).empty());
+    REQUIRE(loop.shows(kRight + 40 * kMinute, {}).size() == 1);
+    CHECK_FALSE(loop.now().open());
+
+    // A new one opens then, has the right time, and takes its explanation.
+    const std::int64_t later = kRight + 365 * kDay;
+    REQUIRE(loop.shows(later, {K::model_gap}).front().kind == Change::opened);
+    CHECK(loop.now().opened_ms == later);
+    IncidentExplanation new_one = says("gain_change", Block::process, 0.9);
+    new_one.raised_ms = later;
+    CHECK(loop.incident.explained(later + kMinute, new_one).size() == 1);
+    CHECK(loop.now().name == "gain_change");
+  }
+  SECTION("its id stays, and what joins it is explained with it") {
+    loop.shows(kRight, {K::stiction});
+    loop.shows(kRight + 5 * kMinute, {K::stiction, K::model_gap});
+    CHECK(loop.now().opened_ms == kAhead);
+    IncidentExplanation joined = says("gain_change", Block::process, 0.9);
+    joined.raised_ms = kRight + 5 * kMinute;
+    loop.incident.explained(kRight + 9 * kMinute, joined);
+    CHECK(loop.now().name == "gain_change");
+  }
+  SECTION("an alarm from before that is explained late does not name the next incident") {
+    loop.shows(kRight, {});
+    loop.shows(kRight + 40 * kMinute, {});
+    loop.shows(kRight + 50 * kMinute, {K::stiction});
+    IncidentExplanation late = says("gain_change", Block::process, 0.9);
+    late.alarm = K::stiction;
+    late.raised_ms = kAhead;
+    loop.incident.explained(kRight + 51 * kMinute, late);
+    CHECK(loop.now().name == "stiction");
+  }
+  SECTION("the daemon was restarted before the clock was right") {
+    Loop after;
+    after.incident.restore(loop.now());
+    after.shows(kRight, {});
+    CHECK(after.shows(kRight + 40 * kMinute, {}).front().kind == Change::ended);
+  }
+}
+
 TEST_CASE("a short alarm leaves its incident open for forty minutes", "[monitor][incident]") {
   Loop loop;
   loop.shows(kMinute, {K::model_gap});
