@@ -221,6 +221,11 @@ class LoopReader {
                                    "without any change of PV while CO moves: PV is "
                                    "doubtful; 0: not checked"},
                                   0.0);
+    pv.max_held_s = in.number("max_held",
+                              {"s", at_least(0.0),
+                               "a value of a feeder without a new sample for so long is bad, also "
+                               "while the feeder lives; 0: it is held without end"},
+                              0.0);
     if (max_age_.given && max_age_.valid && sample_time_.valid && max_age_ < sample_time_) {
       in.error("max_age",
                fmt::format("must be at least sample_time = {} s (at {}) (got {})",

@@ -39,6 +39,15 @@ FedValue::Quality quality_of(const json& object) {
   throw RequestError("quality must be good, uncertain or bad");
 }
 
+// A reason that a newer feeder knows is the source's.
+FedValue::Reason reason_of(const json& object) {
+  const auto found = object.find("reason");
+  if (found == object.end()) return FedValue::Reason::source;
+  if (*found == "timeout") return FedValue::Reason::timeout;
+  if (*found == "death") return FedValue::Reason::death;
+  return *found == "link" ? FedValue::Reason::link : FedValue::Reason::source;
+}
+
 FedValue value_of(const json& object) {
   if (!object.is_object()) throw RequestError("each of values must be an object");
   FedValue fed;
@@ -59,6 +68,7 @@ FedValue value_of(const json& object) {
   }
   fed.time_s = number_at(object, "time");
   fed.quality = quality_of(object);
+  fed.reason = reason_of(object);
   if (!fed.value && fed.word.empty() && fed.quality != FedValue::Quality::bad) {
     throw RequestError("value may be null with quality bad only");
   }
@@ -74,11 +84,22 @@ const char* to_text(FedValue::Quality quality) noexcept {
   return "bad";
 }
 
+const char* to_text(FedValue::Reason reason) noexcept {
+  switch (reason) {
+    case FedValue::Reason::timeout: return "timeout";
+    case FedValue::Reason::death: return "death";
+    case FedValue::Reason::link: return "link";
+    case FedValue::Reason::source: break;
+  }
+  return "source";
+}
+
 json json_of(const FedValue& fed) {
   json object{{"name", fed.name}, {"value", nullptr}, {"quality", to_text(fed.quality)}};
   if (fed.value) object["value"] = *fed.value;
   if (!fed.word.empty()) object["value"] = fed.word;
   if (fed.time_s) object["time"] = *fed.time_s;
+  if (fed.reason != FedValue::Reason::source) object["reason"] = to_text(fed.reason);
   return object;
 }
 

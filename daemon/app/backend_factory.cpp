@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/app/backend_factory.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <stdexcept>
 #include <variant>
 
@@ -15,29 +13,16 @@
 #include "hal/sim/sim_loop_io.hpp"
 
 namespace loopwarden::daemon {
-namespace {
-
-void log_link_event(const hal::modbus::LinkEvent& event) {
-  using Kind = hal::modbus::LinkEvent::Kind;
-  const bool good = event.kind == Kind::connected || event.kind == Kind::unit_back ||
-                    event.kind == Kind::watchdog_set;
-  spdlog::log(good ? spdlog::level::info : spdlog::level::warn, "link {}: {}", event.link,
-              event.text);
-}
-
-void log_analog_event(const hal::iio::AnalogEvent& event) {
-  spdlog::log(event.good ? spdlog::level::info : spdlog::level::warn, "{}", event.text);
-}
-
-}  // namespace
-
-BackendFactory::BackendFactory() : bus_(std::make_unique<hal::modbus::ModbusBus>(log_link_event)) {}
+BackendFactory::BackendFactory()
+    : bus_(std::make_unique<hal::modbus::ModbusBus>(
+          [this](const hal::modbus::LinkEvent& event) { log_.take(event); })) {}
 BackendFactory::~BackendFactory() = default;
 
 std::unique_ptr<hal::LoopIo> BackendFactory::make(const config::LoopConfig& loop) {
   struct Maker {
     const config::LoopConfig& loop;
     hal::modbus::ModbusBus& bus;
+    LinkLog& log;
 
     std::unique_ptr<hal::LoopIo> operator()(const hal::sim::SimSettings& io) const {
       return std::make_unique<hal::sim::SimLoopIo>(io);
@@ -46,7 +31,9 @@ std::unique_ptr<hal::LoopIo> BackendFactory::make(const config::LoopConfig& loop
       return std::make_unique<hal::modbus::ModbusLoopIo>(io, loop.name, bus);
     }
     std::unique_ptr<hal::LoopIo> operator()(const hal::iio::AnalogSettings& io) const {
-      return std::make_unique<hal::iio::AnalogLoopIo>(io, loop.name, log_analog_event);
+      return std::make_unique<hal::iio::AnalogLoopIo>(
+          io, loop.name,
+          [&log = log](const hal::iio::AnalogEvent& event) { log.take(event); });
     }
     std::unique_ptr<hal::LoopIo> operator()(const hal::replay::ReplaySettings& io) const {
       return std::make_unique<hal::replay::ReplayLoopIo>(io);
@@ -59,7 +46,7 @@ std::unique_ptr<hal::LoopIo> BackendFactory::make(const config::LoopConfig& loop
       throw std::logic_error(loop.name + " is controlled elsewhere");
     }
   };
-  return std::visit(Maker{loop, *bus_}, loop.io);
+  return std::visit(Maker{loop, *bus_, log_}, loop.io);
 }
 
 std::unique_ptr<hal::LoopSource> BackendFactory::make_source(const config::LoopConfig& loop,

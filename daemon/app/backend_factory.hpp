@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "config/loop_config.hpp"
+#include "daemon/app/link_log.hpp"
 #include "hal/contract/loop_io.hpp"
 #include "hal/contract/loop_source.hpp"
 
@@ -30,8 +31,10 @@ class BackendFactory {
   // Of a loop that another controller runs; `board` outlives it.
   std::unique_ptr<hal::LoopSource> make_source(const config::LoopConfig& loop,
                                                hal::feed::FeedBoard& board);
+  LinkLog& log() noexcept { return log_; }
 
  private:
+  LinkLog log_;
   std::unique_ptr<hal::modbus::ModbusBus> bus_;
 };
 

@@ -208,6 +208,7 @@ void App::log_events() {
     spdlog::log(level, "loop {}: {}", loop.name, line.text);
   }
   if (suppressed > 0) spdlog::warn("{} more events not shown", suppressed);
+  parts_.loops.backends().log().look();
 }
 
 void App::stop() {

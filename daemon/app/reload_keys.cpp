@@ -120,6 +120,7 @@ constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("process_variable.max_age", kApplied, [](const LoopConfig& l) { return l.pv.max_age_s; }),
     loop_row("process_variable.range_margin", kApplied, [](const LoopConfig& l) { return l.pv.range_margin; }),
     loop_row("process_variable.frozen_after", kApplied, [](const LoopConfig& l) { return l.pv.frozen_after_s; }),
+    loop_row("process_variable.max_held", kApplied, [](const LoopConfig& l) { return l.pv.max_held_s; }),
     loop_row("controller.action", kApplied, [](const LoopConfig& l) { return l.controller.pid.action; }),
     loop_row("controller.kp", kApplied, [](const LoopConfig& l) { return l.controller.pid.gains.kp; }),
     loop_row("controller.ki", kApplied, [](const LoopConfig& l) { return l.controller.pid.gains.ki; }),

@@ -44,6 +44,16 @@ hal::Quality quality_of(protocol::FedValue::Quality quality) noexcept {
   return hal::Quality::bad;
 }
 
+hal::Reason reason_of(protocol::FedValue::Reason reason) noexcept {
+  switch (reason) {
+    case protocol::FedValue::Reason::timeout: return hal::Reason::source_silent;
+    case protocol::FedValue::Reason::death: return hal::Reason::source_dead;
+    case protocol::FedValue::Reason::link: return hal::Reason::link_lost;
+    case protocol::FedValue::Reason::source: break;
+  }
+  return hal::Reason::source;
+}
+
 }  // namespace
 
 FeedServer::FeedServer(std::string path, std::vector<Right> rights, std::optional<unsigned> group,
@@ -201,6 +211,7 @@ void FeedServer::take(Peer& peer, std::string_view line) {
           {.value = is_word ? hal::number_of_word(fed.word) : fed.value.value_or(kNone),
            .is_word = is_word,
            .quality = quality_of(fed.quality),
+           .reason = reason_of(fed.reason),
            .stamp_s = fed.time_s.value_or(kNone)},
           arrival);
       if (put == Feeder::Put::taken) ++taken;

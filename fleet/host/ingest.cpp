@@ -66,7 +66,8 @@ class Ingest::Preparation {
       message.payload = sparkplug::decode(arrival.payload);
     } catch (const sparkplug::BadPayload&) {
       ++batch_.counts.garbage;
-      return;
+      // An edge node's death needs no content.
+      if (message.topic.type != MessageType::ndeath) return;
     }
     const EdgeName name{message.topic.group, message.topic.edge};
     if (!knows(name) && ingest_.edges_.size() + new_edges_ >= ingest_.most_edges_) {

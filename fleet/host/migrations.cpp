@@ -15,8 +15,9 @@ constexpr const char* kLock =
 }  // namespace
 
 int migrate(pqxx::connection& connection) {
-  const std::array all{kMigration0001, kMigration0002, kMigration0003, kMigration0004,
-                       kMigration0005, kMigration0006, kMigration0007, kMigration0008};
+  const std::array all{kMigration0001, kMigration0002, kMigration0003,
+                       kMigration0004, kMigration0005, kMigration0006,
+                       kMigration0007, kMigration0008, kMigration0009};
   const int wanted = static_cast<int>(all.size());
   pqxx::work work(connection);
   work.exec(kLock);

@@ -10,6 +10,8 @@ struct PvCheckSettings {
   double range_margin = 0.05;   // share of the span that PV may lie outside before it is bad
   double max_age_s = 0.3;       // s; older is bad
   double frozen_after_s = 0.0;  // s without any change of PV while the output moves; 0: not checked
+  // s that a value of a live source may be held without a new sample; older is bad; 0: for ever
+  double max_held_s = 0.0;
 
   friend bool operator==(const PvCheckSettings&, const PvCheckSettings&) = default;
 };

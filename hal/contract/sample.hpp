@@ -22,7 +22,9 @@ enum class Reason : std::uint8_t {
   frozen,          // no change although the output moves
   end_of_record,   // a replayed record has ended
   held,            // good: it has not changed, and what delivers it on change alone is alive
-  source           // what delivers it says so
+  source,          // what delivers it says so
+  source_silent,   // no message of its source within the timeout
+  source_dead      // the death of its source was reported
 };
 
 // The value stands at a limit of what the device can measure and can't follow further: what is there may be
@@ -61,6 +63,8 @@ constexpr const char* to_text(Reason reason) noexcept {
     case Reason::end_of_record: return "end of record";
     case Reason::held: return "held";
     case Reason::source: return "said by the source";
+    case Reason::source_silent: return "timeout of the source";
+    case Reason::source_dead: return "death of the source";
   }
   return "?";
 }

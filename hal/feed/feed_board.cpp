@@ -13,7 +13,7 @@ void count(Feeder::Counters::Counter& counter) noexcept {
 // Quality and reason of a value as it came. A word where a number is wanted is none.
 void judge(const FedValue& fed, bool takes_words, Sample& sample) noexcept {
   sample.quality = fed.quality;
-  sample.reason = fed.quality == Quality::good ? Reason::none : Reason::source;
+  sample.reason = fed.quality == Quality::good ? Reason::none : fed.reason;
   const bool usable = std::isfinite(fed.value) && (takes_words || !fed.is_word);
   if (sample.quality == Quality::bad || usable) return;
   sample.quality = Quality::bad;
@@ -38,7 +38,8 @@ Feeder::Put Feeder::put(std::string_view name, const FedValue& value, const Arri
     case StampWatch::Order::older: count(counters_.out_of_order); return Put::out_of_order;
     case StampWatch::Order::same:
       // A quality may change without a new stamp.
-      if (fresh.value == slot.fed.sample.value && fresh.quality == slot.fed.sample.quality) {
+      if (fresh.value == slot.fed.sample.value && fresh.quality == slot.fed.sample.quality &&
+          fresh.reason == slot.fed.sample.reason) {
         count(counters_.doubled);
         return Put::doubled;
       }

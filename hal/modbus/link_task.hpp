@@ -28,6 +28,12 @@ struct ReadShape {
   std::uint16_t count = 0;  // asked for (reply_lengths.hpp)
 };
 
+// Requests of one point in a row to which no reply came. Bus thread only.
+struct Silence {
+  int failures = 0;
+  std::uint64_t unit_answers = 0;  // replies of the unit up to the newest failure
+};
+
 // A value that the bus thread reads for the loop.
 struct ReadPoint {
   explicit ReadPoint(const PointSettings& point);
@@ -39,6 +45,8 @@ struct ReadPoint {
   ReadShape value_read;
   std::optional<ReadShape> status_read;
   Sample sample;
+  Silence silence;
+  std::int64_t ask_again_ns = 0;  // not asked before: the unit answers, but not for this point
 };
 
 struct BusCommand {
@@ -76,6 +84,8 @@ struct CommandPoint {
   Registers watchdog_held;  // what the device made of the value written
   bool withholding = false;
   std::int64_t silent_until_ns = 0;  // commands decided before it are not sent
+  Silence silence;
+  std::int64_t failing_since_ns = 0;  // no command was confirmed since; 0: the newest was
 };
 
 // Written by the bus thread, read by any.
@@ -114,8 +124,19 @@ struct LinkTask {
 
   // Bus thread only.
   std::int64_t due_ns = 0;
+  std::int64_t retry_ns = 0;  // served then, in addition to due_ns; 0: no
+  int retries = 0;            // since the last value or confirmed command
   bool apart = false;  // refused when it was asked for by itself: no other read is joined with it
-  bool cut_before = false;  // refused together with those below it
+  bool alone = false;  // next time by itself, because a joint read of it has failed
+  bool cut_before = false;  // not joined with those below it
+  int joint_failures = 0;   // in a row, of joint reads that would be parted here
+  std::int64_t cut_until_ns = 0;  // then the joint read is tried again; 0: for ever
+  std::int64_t cut_for_ns = 0;    // how long the next cut lasts
+
+  // When it is to be served next.
+  std::int64_t next_ns() const noexcept {
+    return retry_ns != 0 && retry_ns < due_ns ? retry_ns : due_ns;
+  }
 };
 
 }  // namespace loopwarden::hal::modbus

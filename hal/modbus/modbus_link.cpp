@@ -52,7 +52,8 @@ void ModbusLink::attach(LinkTask& task) {
     task.due_ns = BusWaiter::now_ns();
     // Watched loops of one period in one phase, whenever they came, so that one request can serve them.
     if (task.yields) task.due_ns -= task.due_ns % task.period_ns;
-    task.apart = task.cut_before = false;
+    task.apart = task.alone = task.cut_before = false;
+    task.retry_ns = 0;
     if (task.command) task.command->armed_epoch = 0;  // of another link's numbering
     tasks_.push_back(&task);
   }
@@ -82,15 +83,21 @@ bool ModbusLink::take_due_tasks(std::int64_t now_ns, std::int64_t& next_ns) {
       in_service_.assign(1, task);
       return true;
     }
-    next_ns = std::min(next_ns, task->due_ns);
-    if (task->due_ns > now_ns) continue;
-    const auto rank = [](const LinkTask& due) { return std::pair(due.yields, due.due_ns); };
+    if (task->cut_until_ns != 0 && now_ns >= task->cut_until_ns) {
+      task->cut_before = false;
+      task->cut_until_ns = 0;
+    }
+    next_ns = std::min(next_ns, task->next_ns());
+    if (task->next_ns() > now_ns) continue;
+    const auto rank = [](const LinkTask& due) { return std::pair(due.yields, due.next_ns()); };
     if (first == nullptr || rank(*task) < rank(*first)) first = task;
   }
   if (first == nullptr) return false;
   gather(*first, tasks_, now_ns, most_together(), in_service_);
-  // Periods that have passed meanwhile are left out; the phase stays.
   for (LinkTask* task : in_service_) {
+    const bool retried = std::exchange(task->retry_ns, 0) != 0;
+    if (retried && task->due_ns > now_ns) continue;
+    // Periods that have passed meanwhile are left out; the phase stays.
     task->due_ns +=
         (std::max<std::int64_t>(now_ns - task->due_ns, 0) / task->period_ns + 1) * task->period_ns;
   }
@@ -128,7 +135,7 @@ void ModbusLink::run() {
         (void)waiter_.wait_until(next_ns);
         continue;
       }
-      (void)serve_together(in_service_);
+      serve_together(in_service_);
     } catch (const std::exception&) {
       // Memory that can't be had. The samples grow old by themselves; the line begins afresh.
       transport_.disconnect();
@@ -152,15 +159,21 @@ ModbusLink::Unit& ModbusLink::unit_of(std::uint8_t id) {
 bool ModbusLink::ensure_connected() {
   if (transport_.connected()) return true;
   if (waiter_.stopping() || BusWaiter::now_ns() < reconnect_at_ns_) return false;
+  const bool was_closed = transport_.closed_by_device();
+  const std::size_t replies = transport_.replies();
   if (!transport_.connect()) {
+    closings_ = 0;
+    closes_ = false;
     note_lost_connection();
     return false;
   }
-  if (std::exchange(opened_before_, true)) {
+  if (was_closed && replies > 0) note_closing(replies);
+  if (std::exchange(opened_before_, true) && !closes_) {
     reconnects_.store(reconnects_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
+  // A device that ends its connections by habit has not restarted.
   for (auto& [id, unit] : units_) {
-    unit.epoch = ++epochs_;
+    if (!closes_) unit.epoch = ++epochs_;
     unit.barrier_needed = !is_tcp();
   }
   if (!is_tcp()) {
@@ -171,12 +184,40 @@ bool ModbusLink::ensure_connected() {
   return true;
 }
 
+// A new connection was made at once after the device had closed one that worked.
+void ModbusLink::note_closing(std::size_t replies) {
+  constexpr int kHabit = 3;
+  closings_ = replies == replies_each_ ? closings_ + 1 : 1;
+  replies_each_ = replies;
+  if (closings_ < kHabit || std::exchange(closes_, true)) return;
+  const std::string each = replies == 1 ? "each reply" : std::to_string(replies) + " replies";
+  report(LinkEvent::Kind::closes_connections,
+         "the device closes its connection after " + each +
+             ". A new one is made each time, before the next request.");
+}
+
+void ModbusLink::note_oddities() {
+  const ModbusTransport::Oddities odd = transport_.take_oddities();
+  if (odd.echo) {
+    report(LinkEvent::Kind::echo,
+           "the line returns what is sent (echo). It is ignored. Switch the receiver off while the "
+           "adapter sends, with the adapter's jumper or with rs485: true.");
+  }
+  if (odd.stray_bytes > 0) {
+    report(LinkEvent::Kind::stray_bytes,
+           std::to_string(odd.stray_bytes) +
+               (odd.stray_bytes == 1 ? " byte" : " bytes") +
+               " before or after a reply belong to none. They are ignored. Check bias and "
+               "termination of the line, and how the transceiver turns round.");
+  }
+}
+
 // Connected, nothing unasked on the line, and the unit due to be asked.
 bool ModbusLink::ready(LinkTask& task, const Target& target) {
   if (!ensure_connected()) return false;
   discard_unasked(task);
   if (!transport_.connected()) {
-    note_lost_connection();
+    note_lost_connection(closes_);
     if (!ensure_connected()) return false;
   }
   const Unit& unit = unit_of(target.unit);
@@ -198,28 +239,28 @@ void ModbusLink::discard_unasked(LinkTask& task) {
 
 ModbusLink::Asked ModbusLink::ask(LinkTask& task, const Request& request, Reply& reply) {
   const ReadFunction function = request.read.value_or(ReadFunction::holding_registers);
-  if (!ready(task, {request.unit, function, request.address})) return Asked::failed;
+  if (!ready(task, {request.unit, function, request.address})) return Asked::not_asked;
   return exchange(task, request, reply, Purpose::value);
 }
 
-bool ModbusLink::not_there(Asked asked, const Reply& reply) noexcept {
-  constexpr std::uint8_t kIllegalAddress = 2;
-  constexpr std::uint8_t kIllegalValue = 3;
-  return asked == Asked::exception &&
-         (reply.exception == kIllegalAddress || reply.exception == kIllegalValue);
+bool ModbusLink::refused(Asked asked, const Reply& reply) noexcept {
+  return asked == Asked::exception && !is_transient(reply.exception);
 }
 
+// Where the device refuses the few registers more that tell lengths apart, it is asked without them.
 ModbusLink::Asked ModbusLink::read(LinkTask& task, ReadShape& shape, Reply& reply) {
   const auto request = [&] {
     return read_request(shape.unit, shape.function, shape.address, shape.count);
   };
   const Asked asked = ask(task, request(), reply);
-  if (!not_there(asked, reply) || shape.count == shape.needed) return asked;
-  {
-    const std::lock_guard lock(mutex_);  // attach() looks at the lengths of all tasks
-    shape.count = shape.needed;
-  }
+  if (!refused(asked, reply) || shape.count == shape.needed) return asked;
+  shorten(shape);
   return ask(task, request(), reply);
+}
+
+void ModbusLink::shorten(ReadShape& shape) {
+  const std::lock_guard lock(mutex_);  // attach() looks at the lengths of all tasks
+  shape.count = shape.needed;
 }
 
 bool ModbusLink::pass_barrier(LinkTask& task, const Target& target) {
@@ -232,7 +273,8 @@ bool ModbusLink::pass_barrier(LinkTask& task, const Target& target) {
   const Request barrier =
       read_request(target.unit, target.function, static_cast<std::uint16_t>(address), count);
   Reply reply;
-  const bool answered = exchange(task, barrier, reply, Purpose::barrier) != Asked::failed;
+  const Asked asked = exchange(task, barrier, reply, Purpose::barrier);
+  const bool answered = asked == Asked::valid || asked == Asked::exception;
   Unit& unit = unit_of(target.unit);
   if (answered || BusWaiter::now_ns() - unit.unsettled_ns > kSettledNs) unit.barrier_needed = false;
   return answered;
@@ -246,6 +288,7 @@ ModbusLink::Asked ModbusLink::exchange(LinkTask& task, const Request& request, R
   const auto settle = was_silent ? ModbusTransport::Settle::brief : ModbusTransport::Settle::full;
   last_asked_ = request.unit;
   const Outcome outcome = transport_.exchange(request, reply, settle);
+  note_oddities();
   if (transport_.drained_bytes() > 0) TaskCounters::add(counters.stale_replies_discarded);
   if (purpose == Purpose::value || outcome == Outcome::invalid || transport_.drained_bytes() > 0) {
     unit_of(request.unit).unsettled_ns = BusWaiter::now_ns();
@@ -259,7 +302,7 @@ ModbusLink::Asked ModbusLink::exchange(LinkTask& task, const Request& request, R
       return Asked::exception;
     case Outcome::timeout: TaskCounters::add(counters.timeouts); break;
     case Outcome::invalid: TaskCounters::add(counters.invalid_replies); break;
-    case Outcome::stopped: return Asked::failed;
+    case Outcome::stopped: return Asked::stopped;
     case Outcome::disconnected: break;
   }
   note_failure(request);
@@ -269,13 +312,17 @@ ModbusLink::Asked ModbusLink::exchange(LinkTask& task, const Request& request, R
 void ModbusLink::note_answer(const Request& request) {
   Unit& unit = unit_of(request.unit);
   if (std::exchange(unit.failures, 0) > 0) unit.epoch = ++epochs_;
+  ++unit.answers;
   unit.retry_at_ns = 0;
   if (std::exchange(unit.silence_reported, false)) {
-    report(LinkEvent::Kind::unit_back, unit_text(request.unit) + " answers again");
+    report(LinkEvent::Kind::unit_back, unit_text(request.unit) + " answers again",
+           unit_text(request.unit));
   }
   connection_failures_ = 0;
   failure_reported_ = false;
   if (!std::exchange(working_, true)) report(LinkEvent::Kind::connected, "connected");
+  // The device is about to close it: a request sent into that would be lost.
+  if (closes_ && transport_.replies() >= replies_each_) transport_.disconnect();
 }
 
 void ModbusLink::note_failure(const Request& request) {
@@ -285,21 +332,23 @@ void ModbusLink::note_failure(const Request& request) {
   // One that has its connection to itself is asked again as soon as that is open.
   if (is_tcp() && units_.size() == 1) return;
   unit.barrier_needed = !is_tcp();
-  if (unit.failures < 2) return;
-  unit.retry_at_ns = BusWaiter::now_ns() +
-                     back_off_ns(unit.failures - 2, kFirstProbeSeconds, settings_.probe_interval_s);
+  if (!is_dead(unit)) return;
+  unit.retry_at_ns =
+      BusWaiter::now_ns() + back_off_ns(unit.failures - kFailuresOfDeadUnit, kFirstProbeSeconds,
+                                        settings_.probe_interval_s);
   if (!std::exchange(unit.silence_reported, true)) {
-    report(LinkEvent::Kind::unit_silent, unit_text(request.unit) + ": " + transport_.error());
+    report(LinkEvent::Kind::unit_silent, transport_.error(), unit_text(request.unit));
   }
 }
 
-// At once after the first failure, then ever more rarely.
+// At once after the first failures, then ever more rarely.
 void ModbusLink::note_lost_connection(bool expected) {
+  constexpr int kAtOnce = 2;
   const int failures = ++connection_failures_;
   reconnect_at_ns_ = BusWaiter::now_ns();
-  if (failures > 1) {
+  if (failures > kAtOnce) {
     reconnect_at_ns_ +=
-        back_off_ns(failures - 2, settings_.reconnect_min_s, settings_.reconnect_max_s);
+        back_off_ns(failures - kAtOnce - 1, settings_.reconnect_min_s, settings_.reconnect_max_s);
   }
   if (expected) return;
   const bool was_working = std::exchange(working_, false);
@@ -315,8 +364,8 @@ std::int64_t ModbusLink::back_off_ns(int doublings, double first_s, double longe
   return to_ns(wait_s * spread(jitter_));
 }
 
-void ModbusLink::report(LinkEvent::Kind kind, std::string text) const {
-  if (sink_) sink_({kind, settings_.name, std::move(text)});
+void ModbusLink::report(LinkEvent::Kind kind, std::string text, std::string subject) const {
+  if (sink_) sink_({kind, settings_.name, std::move(subject), std::move(text)});
 }
 
 }  // namespace loopwarden::hal::modbus

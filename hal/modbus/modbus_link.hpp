@@ -22,7 +22,8 @@
 
 namespace loopwarden::hal::modbus {
 
-// A change worth a line in the log. Repetitions of the same state are counted, not reported.
+// A change worth a line in the log. A link that changes often reports each change; who logs them
+// limits the lines (base/line_limiter.hpp).
 struct LinkEvent {
   enum class Kind : std::uint8_t {
     connected,
@@ -34,10 +35,14 @@ struct LinkEvent {
     watchdog_set,
     watchdog_refused,
     watchdog_lost,  // the device has forgotten it: it restarted
-    commands_withheld
+    commands_withheld,
+    closes_connections,  // the device, after each reply or a few; nothing is wrong
+    echo,                // the line gives back what is sent
+    stray_bytes
   };
   Kind kind;
   std::string link;
+  std::string subject;  // the unit or the task it is about; empty: the link
   std::string text;
 };
 
@@ -74,7 +79,8 @@ class ModbusLink {
  private:
   // What is known of one unit on the link.
   struct Unit {
-    int failures = 0;         // in a row
+    int failures = 0;           // in a row
+    std::uint64_t answers = 0;  // since the start
     std::uint64_t epoch = 0;  // a new one whenever the unit may have restarted
     bool silence_reported =
         false;  // not on TCP where a unit has its own connection; the next as well
@@ -88,11 +94,17 @@ class ModbusLink {
     ReadFunction function;
     std::uint16_t address;
   };
-  enum class Asked : std::uint8_t { valid, exception, failed };
+  enum class Asked : std::uint8_t {
+    valid,
+    exception,
+    failed,     // no reply, or none that answers the request
+    not_asked,  // no connection, or the unit is silent and not due
+    stopped     // the bus thread is to end
+  };
+  static constexpr int kFailuresOfDeadUnit = 3;  // in a row
   enum class Purpose : std::uint8_t { value, barrier };
-  static Reason reason_of(Asked asked) noexcept;
-  // The device has no such registers.
-  static bool not_there(Asked asked, const Reply& reply) noexcept;
+  // The request is refused for good, not just now.
+  static bool refused(Asked asked, const Reply& reply) noexcept;
 
   bool is_tcp() const noexcept { return settings_.transport == Transport::tcp; }
   void run();
@@ -102,14 +114,23 @@ class ModbusLink {
   void give_back();
 
   void serve(LinkTask& task);
-  bool serve_together(std::span<LinkTask* const> tasks);
+  void serve_together(std::span<LinkTask* const> tasks);
+  void part(std::span<LinkTask* const> tasks);
   void serve_read(LinkTask& task, ReadPoint& point);
-  void publish_good(const LinkTask& task, ReadPoint& point, double value, std::int64_t asked_ns);
-  void publish_bad(const LinkTask& task, ReadPoint& point, Reason reason);
+  void note_unread(LinkTask& task, ReadPoint& point, Asked asked, const Reply& reply);
+  static bool passes(Silence& silence, const Unit& unit) noexcept;
+  // Asked ever more rarely from now on.
+  static bool is_dead(const Unit& unit) noexcept { return unit.failures >= kFailuresOfDeadUnit; }
+  static void retry_soon(LinkTask& task) noexcept;
+  void publish_good(LinkTask& task, ReadPoint& point, double value, std::int64_t asked_ns);
+  void publish_bad(const LinkTask& task, ReadPoint& point, Reason reason,
+                   const std::string& more = {});
+  void report_error(const LinkTask& task, const std::string& more);
   void note_connected(LinkTask& task);
   void serve_command(LinkTask& task, CommandPoint& point);
-  bool ensure_watchdog(LinkTask& task, CommandPoint& point);
-  bool set_watchdog(LinkTask& task, CommandPoint& point);
+  void note_unwritten(LinkTask& task, CommandPoint& point, Reason reason, bool may_pass);
+  Asked ensure_watchdog(LinkTask& task, CommandPoint& point, Reply& reply);
+  Asked set_watchdog(LinkTask& task, CommandPoint& point, Reply& reply);
   bool watchdog_forgotten(LinkTask& task, CommandPoint& point);
   bool all_units_answer(const LinkTask& task);
 
@@ -119,14 +140,17 @@ class ModbusLink {
   void discard_unasked(LinkTask& task);
   Asked ask(LinkTask& task, const Request& request, Reply& reply);
   Asked read(LinkTask& task, ReadShape& shape, Reply& reply);
+  void shorten(ReadShape& shape);
   Asked exchange(LinkTask& task, const Request& request, Reply& reply, Purpose purpose);
   bool pass_barrier(LinkTask& task, const Target& target);
   void note_answer(const Request& request);
   void note_failure(const Request& request);
   // `expected`: closed for the sake of a unit that is known to be silent.
   void note_lost_connection(bool expected = false);
+  void note_closing(std::size_t replies);
+  void note_oddities();
   std::int64_t back_off_ns(int doublings, double first_s, double longest_s);
-  void report(LinkEvent::Kind kind, std::string text) const;
+  void report(LinkEvent::Kind kind, std::string text, std::string subject = {}) const;
 
   const LinkSettings settings_;
   const EventSink sink_;
@@ -145,6 +169,10 @@ class ModbusLink {
   std::map<std::uint8_t, Unit> units_;
   std::optional<std::uint8_t> last_asked_;
   int connection_failures_ = 0;  // in a row; on TCP also requests without a proper reply
+  // How the device ends connections: so many in a row after the same number of replies.
+  int closings_ = 0;
+  std::size_t replies_each_ = 0;
+  bool closes_ = false;  // it always does: that is no failure, and each connection ends here
   bool opened_before_ = false;
   bool working_ = false;  // an answer has come and nothing has failed since
   bool failure_reported_ = false;

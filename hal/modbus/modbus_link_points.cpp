@@ -8,25 +8,47 @@
 #include "hal/modbus/read_batch.hpp"
 
 namespace loopwarden::hal::modbus {
+namespace {
+
+// A unit that answers other requests does not serve a point that stayed without a reply so often in
+// a row. The point is then asked ever more rarely, because each attempt costs a response timeout.
+constexpr int kFailuresOfSilentPoint = 4;
+constexpr std::int64_t kFirstSilentWaitNs = 5'000'000'000;
+constexpr std::int64_t kLongestSilentWaitNs = 60'000'000'000;
+// A joint read that fails so often, although each value by itself is answered, is parted.
+constexpr int kJointFailures = 2;
+constexpr std::int64_t kFirstCutNs = 60'000'000'000;
+constexpr std::int64_t kLongestCutNs = 3'600'000'000'000;
+// A failed request is repeated so often before the next period is due, a quarter of a period apart.
+constexpr int kMostRetries = 3;
+constexpr std::int64_t kRetryPart = 4;
+
+const std::string kAnswersOthers = ", although the unit answers other requests. ";
+
+std::int64_t silent_wait_ns(int failures) noexcept {
+  constexpr int kMostDoublings = 4;
+  const int doublings = std::min(failures - kFailuresOfSilentPoint, kMostDoublings);
+  return std::min(kFirstSilentWaitNs << doublings, kLongestSilentWaitNs);
+}
+
+}  // namespace
 
 void ModbusLink::serve(LinkTask& task) {
   if (task.command) serve_command(task, *task.command);
   for (const auto& point : task.reads) serve_read(task, *point);
+  task.alone = false;
   note_connected(task);
 }
 
 void ModbusLink::note_connected(LinkTask& task) {
-  task.counters.connected.store(transport_.connected() && all_units_answer(task),
-                                std::memory_order_relaxed);
+  const bool connected = transport_.connected() || closes_;
+  task.counters.connected.store(connected && all_units_answer(task), std::memory_order_relaxed);
 }
 
-// One request for all of `tasks`. A device that refuses it has no register at one of the addresses, or in a gap: then
-// each half is asked for, down to what is refused by itself, now and from now on. True if nothing was parted.
-bool ModbusLink::serve_together(std::span<LinkTask* const> tasks) {
-  if (tasks.size() == 1) {
-    serve(*tasks.front());
-    return !tasks.front()->apart && all_units_answer(*tasks.front());
-  }
+// One request for all of `tasks`. If it fails, whatever the reason, each value is read by itself in this period, so that
+// one register, or a gap between two, can't make the others bad.
+void ModbusLink::serve_together(std::span<LinkTask* const> tasks) {
+  if (tasks.size() == 1) return serve(*tasks.front());
   const std::int64_t asked_ns = BusWaiter::now_ns();
   ReadShape* shape = nullptr;
   {
@@ -35,25 +57,36 @@ bool ModbusLink::serve_together(std::span<LinkTask* const> tasks) {
   }
   Reply reply;
   const Asked asked = read(*tasks.front(), *shape, reply);
-  if (not_there(asked, reply)) {
-    const std::size_t at = parting(tasks);
-    const bool lower = serve_together(tasks.first(at));
-    const bool upper = serve_together(tasks.subspan(at));
-    if (lower && upper) tasks[at]->cut_before = true;
-    return false;
-  }
+  if (asked == Asked::exception || asked == Asked::failed) return part(tasks);
   for (LinkTask* task : tasks) {
     ReadPoint& point = *task->reads.front();
-    if (asked != Asked::valid) {
-      publish_bad(*task, point, reason_of(asked));
-    } else {
+    if (asked == Asked::not_asked) publish_bad(*task, point, Reason::link_lost);
+    if (asked == Asked::valid) {
       const std::size_t from = point.value_read.address - shape->address;
       const auto own = reply.view().subspan(from, point.value_read.needed);
       publish_good(*task, point, decode(point.settings.reg, own), asked_ns);
+      task->joint_failures = 0;
+      if (!task->cut_before) task->cut_for_ns = 0;
     }
     note_connected(*task);
   }
-  return asked == Asked::valid;
+}
+
+// Each of `tasks` is read by itself at once, one at a time, so that commands on the line wait for one read at most. If a
+// value is refused or silent by itself it stays out of the next joint read. Otherwise the joint read itself is what
+// the device refuses: it is parted, and tried again as a whole after a while.
+void ModbusLink::part(std::span<LinkTask* const> tasks) {
+  const std::int64_t now_ns = BusWaiter::now_ns();
+  for (LinkTask* task : tasks) {
+    task->alone = true;
+    task->retry_ns = now_ns;
+  }
+  LinkTask& upper = *tasks[parting(tasks)];
+  if (++upper.joint_failures < kJointFailures) return;
+  upper.joint_failures = 0;
+  upper.cut_before = true;
+  upper.cut_for_ns = std::clamp(2 * upper.cut_for_ns, kFirstCutNs, kLongestCutNs);
+  upper.cut_until_ns = now_ns + upper.cut_for_ns;
 }
 
 bool ModbusLink::all_units_answer(const LinkTask& task) {
@@ -63,21 +96,23 @@ bool ModbusLink::all_units_answer(const LinkTask& task) {
          });
 }
 
-Reason ModbusLink::reason_of(Asked asked) noexcept {
-  return asked == Asked::exception ? Reason::device_error : Reason::link_lost;
+void ModbusLink::report_error(const LinkTask& task, const std::string& more) {
+  report(LinkEvent::Kind::device_error, task.name + ": " + transport_.error() + more, task.name);
 }
 
-void ModbusLink::publish_bad(const LinkTask& task, ReadPoint& point, Reason reason) {
-  if (reason == Reason::device_error && point.sample.reason != reason) {
-    report(LinkEvent::Kind::device_error, task.name + ": " + transport_.error());
-  }
+void ModbusLink::publish_bad(const LinkTask& task, ReadPoint& point, Reason reason,
+                             const std::string& more) {
+  if (reason == Reason::device_error && point.sample.reason != reason) report_error(task, more);
   point.sample.quality = Quality::bad;
   point.sample.reason = reason;
   point.newest.publish(point.sample);
 }
 
-void ModbusLink::publish_good(const LinkTask& task, ReadPoint& point, double value,
+void ModbusLink::publish_good(LinkTask& task, ReadPoint& point, double value,
                               std::int64_t asked_ns) {
+  point.silence.failures = 0;
+  point.ask_again_ns = 0;
+  if (!task.command) task.retries = 0;
   if (!std::isfinite(value)) return publish_bad(task, point, Reason::not_finite);
   point.sample = {.value = value,
                   .time_ns = asked_ns,
@@ -89,14 +124,20 @@ void ModbusLink::publish_good(const LinkTask& task, ReadPoint& point, double val
 
 void ModbusLink::serve_read(LinkTask& task, ReadPoint& point) {
   const std::int64_t asked_ns = BusWaiter::now_ns();  // the value is no older than this
+  if (asked_ns < point.ask_again_ns) return;
   Reply reply;
   const Asked value_asked = read(task, point.value_read, reply);
-  task.apart = value_asked == Asked::exception || (task.apart && value_asked == Asked::failed);
-  if (value_asked != Asked::valid) return publish_bad(task, point, reason_of(value_asked));
+  // Refused for good, or, when a joint read has just failed, not read by itself either.
+  task.apart = refused(value_asked, reply) || (value_asked != Asked::valid && task.apart) ||
+               (task.alone && (value_asked == Asked::exception || value_asked == Asked::failed));
+  if (value_asked != Asked::valid) {
+    task.joint_failures = 0;
+    return note_unread(task, point, value_asked, reply);
+  }
   const double value = decode(point.settings.reg, reply.view());
   if (point.status_read) {
     if (const Asked asked = read(task, *point.status_read, reply); asked != Asked::valid) {
-      return publish_bad(task, point, reason_of(asked));
+      return note_unread(task, point, asked, reply);
     }
     const StatusRegister& status = *point.settings.status;
     if ((reply.registers[0] & status.mask) != status.value) {
@@ -106,29 +147,77 @@ void ModbusLink::serve_read(LinkTask& task, ReadPoint& point) {
   publish_good(task, point, value, asked_ns);
 }
 
-void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
-  const auto publish = [&](bool ok, Reason reason) {
-    if (reason == Reason::device_error && point.output.reason != reason) {
-      report(LinkEvent::Kind::device_error, task.name + ": " + transport_.error());
-    }
-    point.output.ok = ok;
-    point.output.reason = reason;
-    point.state.publish(point.output);
-  };
-
-  if (const BusCommand& command = point.newest.newest(); command.id == 0 || !command.write) return;
-  if (point.watchdog && !ensure_watchdog(task, point)) {
-    TaskCounters::add(task.counters.write_errors);
-    const bool refused =
-        transport_.connected() && unit_of(point.watchdog->point.unit).failures == 0;
-    return publish(false, refused ? Reason::device_error : Reason::link_lost);
+// What passes leaves the value as it is: it ages, and its reader finds it stale.
+void ModbusLink::note_unread(LinkTask& task, ReadPoint& point, Asked asked, const Reply& reply) {
+  const Unit& unit = unit_of(point.settings.unit);
+  switch (asked) {
+    case Asked::exception:
+      point.silence.failures = 0;
+      if (refused(asked, reply)) return publish_bad(task, point, Reason::device_error);
+      report_error(task, {});
+      return retry_soon(task);
+    case Asked::failed:
+      if (passes(point.silence, unit)) return retry_soon(task);
+      if (is_dead(unit)) return publish_bad(task, point, Reason::link_lost);
+      shorten(point.value_read);
+      point.ask_again_ns = BusWaiter::now_ns() + silent_wait_ns(point.silence.failures);
+      return publish_bad(task, point, Reason::device_error, kAnswersOthers);
+    case Asked::not_asked: return publish_bad(task, point, Reason::link_lost);
+    case Asked::stopped:
+    case Asked::valid: break;
   }
+}
+
+// Counts a request without a proper reply. True if the next one may well have one: the unit is not dead, and it is not
+// always this point that fails.
+bool ModbusLink::passes(Silence& silence, const Unit& unit) noexcept {
+  const bool answers_others = std::exchange(silence.unit_answers, unit.answers) != unit.answers;
+  silence.failures = silence.failures == 0 || answers_others ? silence.failures + 1 : 1;
+  return !is_dead(unit) && silence.failures < kFailuresOfSilentPoint;
+}
+
+void ModbusLink::retry_soon(LinkTask& task) noexcept {
+  if (task.retries >= kMostRetries) return;
+  ++task.retries;
+  task.retry_ns = BusWaiter::now_ns() + task.period_ns / kRetryPart;
+}
+
+// A command that was not confirmed. One that may pass is repeated, and the output counts as lost once none was
+// confirmed for `longest_silence`.
+void ModbusLink::note_unwritten(LinkTask& task, CommandPoint& point, Reason reason, bool may_pass) {
+  TaskCounters::add(task.counters.write_errors);
+  const std::int64_t now_ns = BusWaiter::now_ns();
+  if (point.failing_since_ns == 0) point.failing_since_ns = now_ns;
+  const std::int64_t since_ns = point.output.ok ? point.output.confirmed_ns : point.failing_since_ns;
+  const bool undecided = point.output.ok || point.output.reason == Reason::never_received;
+  if (may_pass && undecided && now_ns - since_ns <= point.longest_silence_ns) {
+    return retry_soon(task);
+  }
+  point.output.ok = false;
+  point.output.reason = reason;
+  point.state.publish(point.output);
+}
+
+void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   const PointSettings& settings = point.settings;
+  if (const BusCommand& command = point.newest.newest(); command.id == 0 || !command.write) return;
+  Reply reply;
+  const auto failed = [&](Asked asked, std::uint8_t unit) {
+    const bool exception = asked == Asked::exception;
+    const bool may_pass = exception ? is_transient(reply.exception)
+                                    : asked == Asked::failed && !is_dead(unit_of(unit));
+    note_unwritten(task, point, exception ? Reason::device_error : Reason::link_lost, may_pass);
+  };
+  if (point.watchdog) {
+    const Asked armed = ensure_watchdog(task, point, reply);
+    if (armed != Asked::valid) return failed(armed, point.watchdog->point.unit);
+  }
+  if (!ready(task, {settings.unit, ReadFunction::holding_registers, settings.reg.address})) {
+    return failed(Asked::not_asked, settings.unit);
+  }
   // Getting ready may find that the device restarted: then its watchdog comes first, next time.
-  if (!ready(task, {settings.unit, ReadFunction::holding_registers, settings.reg.address}) ||
-      (point.watchdog && point.armed_epoch != unit_of(point.watchdog->point.unit).epoch)) {
-    TaskCounters::add(task.counters.write_errors);
-    return publish(false, Reason::link_lost);
+  if (point.watchdog && point.armed_epoch != unit_of(point.watchdog->point.unit).epoch) {
+    return note_unwritten(task, point, Reason::link_lost, true);
   }
 
   // Looked at only now, since all of the above may have taken its time.
@@ -137,51 +226,63 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
     TaskCounters::add(task.counters.old_commands_withheld);
     if (!std::exchange(point.withholding, true)) {
       report(LinkEvent::Kind::commands_withheld,
-             task.name + ": the loop no longer renews its command, which is left to the device");
+             task.name + ": the loop no longer renews its command, which is left to the device",
+             task.name);
     }
-    return publish(false, Reason::stale);
+    point.output.ok = false;
+    point.output.reason = Reason::stale;
+    return point.state.publish(point.output);
   }
   point.withholding = false;
   const std::int64_t sent_ns = BusWaiter::now_ns();
   if (point.output.ok && sent_ns - point.output.confirmed_ns > point.longest_silence_ns) {
     // The device may have moved the valve meanwhile. The loop is told before it is obeyed.
     point.silent_until_ns = sent_ns;
-    TaskCounters::add(task.counters.write_errors);
-    return publish(false, Reason::link_lost);
+    return note_unwritten(task, point, Reason::link_lost, false);
   }
   if (command.time_ns <= point.silent_until_ns) return;
   Registers registers;
   if (!command.write || encode(settings.reg, command.value, registers) == EncodeResult::refused) {
     return;
   }
-  Reply reply;
-  const Asked asked = exchange(task,
-                               write_request(settings.unit, settings.reg.write_function,
-                                             settings.reg.address, registers.view()),
-                               reply, Purpose::value);
-  if (asked == Asked::valid) {
-    TaskCounters::add(task.counters.writes);
-    point.output.written_id = command.id;
-    point.output.confirmed_ns = sent_ns;
-    return publish(true, Reason::none);
+  const Request request = write_request(settings.unit, settings.reg.write_function,
+                                        settings.reg.address, registers.view());
+  const Asked asked = exchange(task, request, reply, Purpose::value);
+  if (asked == Asked::stopped) return;
+  if (asked != Asked::valid) {
+    const Unit& unit = unit_of(settings.unit);
+    const bool ignored = asked == Asked::failed && !passes(point.silence, unit) && !is_dead(unit);
+    if (ignored) report_error(task, kAnswersOthers + write_function_hint(request));
+    const bool news = point.output.reason != Reason::device_error;
+    if (asked == Asked::exception && news) report_error(task, {});
+    return failed(asked, settings.unit);
   }
-  TaskCounters::add(task.counters.write_errors);
-  publish(false, asked == Asked::exception ? Reason::device_error : Reason::link_lost);
+  TaskCounters::add(task.counters.writes);
+  task.retries = 0;
+  point.silence.failures = 0;
+  point.failing_since_ns = 0;
+  point.output = {.ok = true,
+                  .reason = Reason::none,
+                  .written_id = command.id,
+                  .confirmed_ns = sent_ns};
+  point.state.publish(point.output);
 }
 
-// True if the device has its communication watchdog set, so that commands may go out.
-bool ModbusLink::ensure_watchdog(LinkTask& task, CommandPoint& point) {
-  if (!ensure_connected()) return false;
+// Valid if the device has its communication watchdog set, so that commands may go out.
+ModbusLink::Asked ModbusLink::ensure_watchdog(LinkTask& task, CommandPoint& point, Reply& reply) {
+  if (!ensure_connected()) return Asked::not_asked;
   const Unit& unit = unit_of(point.watchdog->point.unit);
   const bool armed = point.armed_epoch == unit.epoch && unit.failures == 0;
-  if (armed && !watchdog_forgotten(task, point)) return true;
-  return set_watchdog(task, point);
+  if (armed && !watchdog_forgotten(task, point)) return Asked::valid;
+  return set_watchdog(task, point, reply);
 }
 
-bool ModbusLink::set_watchdog(LinkTask& task, CommandPoint& point) {
+ModbusLink::Asked ModbusLink::set_watchdog(LinkTask& task, CommandPoint& point, Reply& reply) {
   const PointSettings& settings = point.watchdog->point;
   Registers registers;
-  if (encode(settings.reg, point.watchdog->value, registers) == EncodeResult::refused) return false;
+  if (encode(settings.reg, point.watchdog->value, registers) == EncodeResult::refused) {
+    return Asked::not_asked;
+  }
   const Request write = write_request(settings.unit, settings.reg.write_function,
                                       settings.reg.address, registers.view());
   Registers& held = point.watchdog_held;
@@ -190,15 +291,15 @@ bool ModbusLink::set_watchdog(LinkTask& task, CommandPoint& point) {
   constexpr int kAttempts = 2;
   for (int attempt = 0; attempt < kAttempts && (attempt == 0 || held.words != registers.words);
        ++attempt) {
-    Reply reply;
     const Asked asked = ask(task, write, reply);
     if (asked != Asked::valid) {
       if (asked == Asked::exception && point.output.reason != Reason::device_error) {
         report(LinkEvent::Kind::watchdog_refused,
                task.name +
-                   ": no command is sent without the device's watchdog: " + transport_.error());
+                   ": no command is sent without the device's watchdog: " + transport_.error(),
+               task.name);
       }
-      return false;
+      return asked;
     }
     point.armed_epoch = unit_of(settings.unit).epoch;
     held = {};
@@ -207,8 +308,8 @@ bool ModbusLink::set_watchdog(LinkTask& task, CommandPoint& point) {
     std::copy_n(reply.registers.begin(), held.count, held.words.begin());
   }
   point.watchdog_check_ns = BusWaiter::now_ns() + to_ns(point.watchdog->check_interval_s);
-  report(LinkEvent::Kind::watchdog_set, task.name + ": the device's watchdog is set");
-  return true;
+  report(LinkEvent::Kind::watchdog_set, task.name + ": the device's watchdog is set", task.name);
+  return Asked::valid;
 }
 
 bool ModbusLink::watchdog_forgotten(LinkTask& task, CommandPoint& point) {
@@ -218,7 +319,8 @@ bool ModbusLink::watchdog_forgotten(LinkTask& task, CommandPoint& point) {
   if (read(task, *point.watchdog_read, reply) != Asked::valid) return false;
   const auto held = point.watchdog_held.view();
   if (std::equal(held.begin(), held.end(), reply.registers.begin())) return false;
-  report(LinkEvent::Kind::watchdog_lost, task.name + ": the device has lost its watchdog setting");
+  report(LinkEvent::Kind::watchdog_lost, task.name + ": the device has lost its watchdog setting",
+         task.name);
   return true;
 }
 

@@ -17,12 +17,13 @@
 #include <cstring>
 #include <utility>
 
+#include "hal/modbus/rtu_frame.hpp"
+
 namespace loopwarden::hal::modbus {
 namespace {
 
 constexpr std::int64_t kNanosecondsPerMillisecond = 1'000'000;
 constexpr std::size_t kTcpHeaderBytes = 6;  // transaction, protocol, length: all before the unit
-constexpr std::size_t kCrcBytes = 2;
 // A line that talks on for so long is not a line with a late reply.
 constexpr std::int64_t kLongestDrainNs = 5'000'000'000;
 
@@ -78,6 +79,14 @@ constexpr char parity_letter(Parity parity) noexcept {
 bool is_protocol_error(int error) noexcept {
   return error == EMBBADCRC || error == EMBBADDATA || error == EMBBADEXC || error == EMBUNKEXC ||
          error == EMBMDATA || error == EMBBADSLAVE;
+}
+
+// On a line that falls silent for so long after as many bytes as a reply has, no more are coming.
+// Adapters on USB deliver every 16 ms.
+constexpr std::int64_t kNoMoreNs = 50'000'000;
+
+std::string unit_text(const Request& request) {
+  return "unit " + std::to_string(request.unit) + ": ";
 }
 
 std::string in_words(int error) {
@@ -151,6 +160,8 @@ bool ModbusTransport::adopt(int socket) {
   modbus_set_byte_timeout(context_.get(), 0, 0);  // the response timeout covers the whole reply
   file_ = socket;
   transaction_ = 0;
+  replies_ = 0;
+  closed_by_device_ = false;
   return true;
 }
 
@@ -171,7 +182,8 @@ bool ModbusTransport::connect_rtu() {
   if (settings_.rs485 && modbus_rtu_set_serial_mode(context_.get(), MODBUS_RTU_RS485) != 0) {
     return fail("the driver refuses RS-485 mode: " + in_words(errno));
   }
-  modbus_set_byte_timeout(context_.get(), 0, 0);
+  echoes_ = false;
+  surplus_bytes_ = 0;
   return true;
 }
 
@@ -208,8 +220,13 @@ Outcome ModbusTransport::exchange(const Request& request, Reply& reply, Settle s
 
   const Outcome outcome = send(request) ? receive(request, reply) : Outcome::disconnected;
   quiet_from_ns_ = BusWaiter::now_ns();
-  if (outcome == Outcome::disconnected) disconnect();
+  if (outcome == Outcome::valid || outcome == Outcome::exception) ++replies_;
+  if (outcome == Outcome::disconnected) {
+    closed_by_device_ = true;
+    disconnect();
+  }
   if (outcome == Outcome::timeout || outcome == Outcome::invalid) {
+    surplus_bytes_ = 0;
     if (settings_.transport == Transport::tcp) {
       disconnect();
     } else {
@@ -252,65 +269,135 @@ bool ModbusTransport::send(const Request& request) {
 
 Outcome ModbusTransport::receive(const Request& request, Reply& reply) {
   const std::int64_t sending = static_cast<std::int64_t>(request.size + kCrcBytes) * character_ns();
-  const std::int64_t deadline =
+  const std::int64_t deadline_ns =
       BusWaiter::now_ns() + sending + response_timeout_ms(settings_) * kNanosecondsPerMillisecond;
-  switch (waiter_.wait_ready(file_, POLLIN, deadline)) {
+  return settings_.transport == Transport::tcp ? receive_tcp(request, reply, deadline_ns)
+                                               : receive_rtu(request, reply, deadline_ns);
+}
+
+Outcome ModbusTransport::no_reply(const Request& request, std::string why) {
+  error_ = unit_text(request) + "no reply within " + std::to_string(response_timeout_ms(settings_)) +
+           " ms " + std::move(why) + "when " + request_text(request);
+  return Outcome::timeout;
+}
+
+Outcome ModbusTransport::receive_tcp(const Request& request, Reply& reply,
+                                     std::int64_t deadline_ns) {
+  switch (waiter_.wait_ready(file_, POLLIN, deadline_ns)) {
     case BusWaiter::Result::interrupted: return Outcome::stopped;
-    case BusWaiter::Result::deadline:
-      error_ = "no reply within " + std::to_string(response_timeout_ms(settings_)) + " ms";
-      return Outcome::timeout;
+    case BusWaiter::Result::deadline: return no_reply(request, "");
     case BusWaiter::Result::ready: break;
   }
 
   const std::int64_t left_us =
-      std::max<std::int64_t>((deadline - BusWaiter::now_ns()) / 1000, 1000);
+      std::max<std::int64_t>((deadline_ns - BusWaiter::now_ns()) / 1000, 1000);
   modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(left_us / 1'000'000),
                               static_cast<std::uint32_t>(left_us % 1'000'000));
   std::array<std::uint8_t, MODBUS_MAX_ADU_LENGTH> frame{};
   const int received = modbus_receive_confirmation(context_.get(), frame.data());
   if (received < 0) {
     const int error = errno;
-    error_ = error == ETIMEDOUT ? "the reply broke off" : in_words(error);
+    const bool closed = error == ECONNRESET;
+    error_ = unit_text(request) + (error == ETIMEDOUT ? "the reply broke off"
+                                   : closed ? "the device closed the connection without a reply"
+                                            : in_words(error)) +
+             " when " + request_text(request);
     return error == ETIMEDOUT || is_protocol_error(error) ? Outcome::invalid
                                                           : Outcome::disconnected;
   }
 
-  std::span<const std::uint8_t> bytes(frame.data(), static_cast<std::size_t>(received));
-  bool framed = false;
-  if (settings_.transport == Transport::rtu) {
-    framed = bytes.size() > kCrcBytes;
-    if (framed) bytes = bytes.first(bytes.size() - kCrcBytes);
-  } else if (bytes.size() > kTcpHeaderBytes) {
-    const auto word = [&](std::size_t at) {
-      return static_cast<std::size_t>((bytes[at] << 8) | bytes[at + 1]);
-    };
-    framed = word(0) == transaction_ && word(2) == 0 && word(4) == bytes.size() - kTcpHeaderBytes;
-    bytes = bytes.subspan(kTcpHeaderBytes);
+  const std::span<const std::uint8_t> bytes(frame.data(), static_cast<std::size_t>(received));
+  const auto word = [&](std::size_t at) {
+    return static_cast<std::size_t>((bytes[at] << 8) | bytes[at + 1]);
+  };
+  if (bytes.size() <= kTcpHeaderBytes || word(2) != 0 ||
+      word(4) != bytes.size() - kTcpHeaderBytes) {
+    error_ = unit_text(request) + "the reply's header does not fit it";
+    return Outcome::invalid;
   }
-  if (framed) {
-    switch (check_reply(request, bytes, reply)) {
-      case ReplyCheck::valid: return Outcome::valid;
-      case ReplyCheck::exception:
-        error_ = "the device answers: " + in_words(MODBUS_ENOBASE + reply.exception);
-        return Outcome::exception;
-      case ReplyCheck::mismatch: break;
+  if (word(0) != transaction_) {
+    error_ = unit_text(request) + "a reply to an earlier request, or with a wrong number";
+    return Outcome::invalid;
+  }
+  return judge(request, bytes.subspan(kTcpHeaderBytes), reply);
+}
+
+Outcome ModbusTransport::receive_rtu(const Request& request, Reply& reply,
+                                     std::int64_t deadline_ns) {
+  constexpr std::size_t kMostBytes = 2 * MODBUS_MAX_ADU_LENGTH;
+  std::array<std::uint8_t, kMostBytes> bytes{};
+  std::size_t size = 0;
+  RtuReply found;
+  while (found.state != RtuReply::State::found) {
+    std::int64_t until_ns = deadline_ns;
+    if (found.state == RtuReply::State::whole) {
+      until_ns = std::min(deadline_ns, BusWaiter::now_ns() + kNoMoreNs);
     }
+    const BusWaiter::Result result = waiter_.wait_ready(file_, POLLIN, until_ns);
+    if (result == BusWaiter::Result::interrupted) return Outcome::stopped;
+    if (result == BusWaiter::Result::deadline || size == bytes.size()) break;
+    const ssize_t count = ::read(file_, bytes.data() + size, bytes.size() - size);
+    if (count < 0 && errno == EAGAIN) continue;
+    if (count <= 0) {
+      error_ = "serial line lost";
+      return Outcome::disconnected;
+    }
+    size += static_cast<std::size_t>(count);
+    found = find_reply(request, std::span(bytes).first(size), echoes_);
   }
-  error_ = "a reply that does not answer the request";
+  if (request.read) echoes_ = found.echo;
+  oddities_.echo = oddities_.echo || found.echo;
+  if (found.state == RtuReply::State::found) {
+    if (found.stray > 0) oddities_.stray_bytes = found.stray;
+    const Outcome outcome = judge(request, found.body, reply);
+    surplus_bytes_ = size - found.end;
+    return outcome;
+  }
+  const std::size_t after_echo = size - (found.echo ? rtu_frame(request).size : 0);
+  if (after_echo == 0) {
+    return no_reply(request, found.echo ? "(only the request came back: echo) " : "");
+  }
+  error_ = unit_text(request) + (found.state == RtuReply::State::whole
+                                     ? "a reply with a wrong checksum"
+                                     : "the reply broke off") +
+           " when " + request_text(request);
+  return Outcome::invalid;
+}
+
+// `bytes` start with the unit and end with the protocol data unit.
+Outcome ModbusTransport::judge(const Request& request, std::span<const std::uint8_t> bytes,
+                               Reply& reply) {
+  constexpr std::uint8_t kIllegalFunction = 1;
+  switch (check_reply(request, bytes, reply)) {
+    case ReplyCheck::valid: return Outcome::valid;
+    case ReplyCheck::exception:
+      error_ = unit_text(request) + exception_text(reply.exception) + " when " +
+               request_text(request);
+      if (reply.exception == kIllegalFunction && !request.read) {
+        error_ += ". " + write_function_hint(request);
+      }
+      return Outcome::exception;
+    case ReplyCheck::mismatch: break;
+  }
+  error_ = unit_text(request) + mismatch_text(request, bytes);
   return Outcome::invalid;
 }
 
 std::size_t ModbusTransport::discard_unasked() {
   if (!connected() || !keep_pause()) return 0;  // what is late by less than the pause counts
   pollfd line{file_, POLLIN, 0};
-  if (::poll(&line, 1, 0) <= 0) return 0;
+  const bool more = ::poll(&line, 1, 0) > 0;
   if (settings_.transport == Transport::rtu) {
-    drained_bytes_ = 0;
-    settle_line(frame_gap_ns());
-    return drained_bytes_;
+    drained_bytes_ = std::exchange(surplus_bytes_, 0);
+    if (more) settle_line(frame_gap_ns());
+    if (drained_bytes_ >= kShortestReplyBytes) return drained_bytes_;
+    if (drained_bytes_ > 0) oddities_.stray_bytes = drained_bytes_;
+    return 0;
   }
+  if (!more) return 0;
   std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> bytes{};
   const ssize_t count = ::recv(file_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+  closed_by_device_ = count <= 0;
   fail(count > 0 ? "bytes that nobody asked for" : "closed by the device");
   return count > 0 ? static_cast<std::size_t>(count) : 0;
 }

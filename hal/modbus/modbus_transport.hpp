@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "hal/modbus/bus_waiter.hpp"
 #include "hal/modbus/modbus_settings.hpp"
@@ -24,8 +25,9 @@ enum class Outcome : std::uint8_t {
   stopped        // the bus thread is to end
 };
 
-// A connection and one request at a time on it. libmodbus sets up the line, receives, and checks
-// lengths and checksums; its error recovery is off, since it blocks and repeats.
+// A connection and one request at a time on it. libmodbus sets up the line and receives on TCP; its
+// error recovery is off, since it blocks and repeats. Replies on a serial line are found by
+// rtu_frame.hpp, which ignores an echo and stray bytes.
 //
 // After anything but a valid reply or an exception no late byte may meet the next request: TCP is
 // closed, RTU is read and thrown away until the line is silent. For use by the bus thread alone.
@@ -41,18 +43,30 @@ class ModbusTransport {
   bool adopt(int socket);
   void disconnect() noexcept;
   bool connected() const noexcept { return file_ >= 0; }
-  // Why the last connect() or exchange() failed.
+  // Why the last connect() or exchange() failed, with the unit that was asked.
   const std::string& error() const noexcept { return error_; }
+  // Replies, exceptions included, on this connection, or on the last one if there is none now.
+  std::size_t replies() const noexcept { return replies_; }
+  // The last connection was ended by the device.
+  bool closed_by_device() const noexcept { return closed_by_device_; }
 
   // How long the line has to be silent after a failure. `full`: as long as the response timeout.
   // `brief`: 3.5 characters, for a unit from which nothing is expected any more.
   enum class Settle : std::uint8_t { full, brief };
   Outcome exchange(const Request& request, Reply& reply, Settle settle);
 
-  // Throws away bytes that nobody asked for; their number. On TCP they close the connection.
+  // Throws away bytes that nobody asked for; their number. On TCP they close the connection. On a
+  // serial line fewer bytes than a reply has count as stray, and the result is 0.
   std::size_t discard_unasked();
   // Bytes thrown away after the last exchange.
   std::size_t drained_bytes() const noexcept { return drained_bytes_; }
+
+  // Serial line: what it delivered in addition to replies since the last call.
+  struct Oddities {
+    bool echo = false;            // requests came back
+    std::size_t stray_bytes = 0;  // before or after the newest reply
+  };
+  Oddities take_oddities() noexcept { return std::exchange(oddities_, {}); }
 
  private:
   struct ModbusDeleter {
@@ -65,6 +79,10 @@ class ModbusTransport {
   bool keep_pause();  // between a transfer and the next request; false if the thread is to end
   bool send(const Request& request);
   Outcome receive(const Request& request, Reply& reply);
+  Outcome receive_tcp(const Request& request, Reply& reply, std::int64_t deadline_ns);
+  Outcome receive_rtu(const Request& request, Reply& reply, std::int64_t deadline_ns);
+  Outcome judge(const Request& request, std::span<const std::uint8_t> bytes, Reply& reply);
+  Outcome no_reply(const Request& request, std::string why);
   void settle_line(std::int64_t silence_ns);
   std::int64_t character_ns() const noexcept;
   // Silence that ends a serial frame: 3.5 characters, or what the specification fixes for fast
@@ -78,6 +96,11 @@ class ModbusTransport {
   std::uint16_t transaction_ = 0;   // TCP's number of the request
   std::int64_t quiet_from_ns_ = 0;  // end of the last transfer
   std::size_t drained_bytes_ = 0;
+  std::size_t replies_ = 0;
+  bool closed_by_device_ = false;
+  bool echoes_ = false;           // serial line: the newest read came back before its reply
+  std::size_t surplus_bytes_ = 0;  // received together with the newest reply, behind it
+  Oddities oddities_;
   std::string error_;
 };
 

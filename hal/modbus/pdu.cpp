@@ -2,6 +2,7 @@
 #include "hal/modbus/pdu.hpp"
 
 #include <algorithm>
+#include <string>
 
 namespace loopwarden::hal::modbus {
 namespace {
@@ -22,7 +23,6 @@ Request begin(std::uint8_t unit, std::uint8_t function, std::uint16_t address,
   return request;
 }
 
-constexpr std::uint8_t kExceptionFlag = 0x80;
 constexpr std::uint8_t kWriteSingleRegister = 6;
 constexpr std::uint8_t kWriteMultipleRegisters = 16;
 
@@ -81,6 +81,101 @@ ReplyCheck check_reply(const Request& request, std::span<const std::uint8_t> byt
                              : static_cast<std::uint16_t>((data[2 * i] << 8) | data[2 * i + 1]);
   }
   return ReplyCheck::valid;
+}
+
+namespace {
+
+enum Exception : std::uint8_t {
+  kIllegalFunction = 1,
+  kIllegalAddress = 2,
+  kIllegalValue = 3,
+  kDeviceFailure = 4,
+  kAcknowledge = 5,
+  kBusy = 6,
+  kNegativeAcknowledge = 7,
+  kMemoryParity = 8,
+  kGatewayPath = 0x0A,
+  kGatewayTarget = 0x0B
+};
+
+const char* exception_name(std::uint8_t exception) noexcept {
+  switch (exception) {
+    case kIllegalFunction: return "illegal function";
+    case kIllegalAddress: return "illegal data address";
+    case kIllegalValue: return "illegal data value";
+    case kDeviceFailure: return "device failure";
+    case kAcknowledge: return "acknowledge, the device is busy";
+    case kBusy: return "device busy";
+    case kNegativeAcknowledge: return "negative acknowledge";
+    case kMemoryParity: return "memory parity error";
+    case kGatewayPath: return "gateway path unavailable";
+    case kGatewayTarget: return "gateway target device failed to respond";
+    default: return "not a standard code, see the device's manual";
+  }
+}
+
+const char* function_name(const Request& request) noexcept {
+  if (!request.read) return "writing holding register";
+  switch (*request.read) {
+    case ReadFunction::coils: return "reading coil";
+    case ReadFunction::discrete_inputs: return "reading discrete input";
+    case ReadFunction::input_registers: return "reading input register";
+    case ReadFunction::holding_registers: break;
+  }
+  return "reading holding register";
+}
+
+}  // namespace
+
+bool is_transient(std::uint8_t exception) noexcept {
+  switch (exception) {
+    case kIllegalFunction:
+    case kIllegalAddress:
+    case kIllegalValue:
+    case kDeviceFailure:
+    case kNegativeAcknowledge:
+    case kMemoryParity: return false;
+    default: return true;
+  }
+}
+
+std::string exception_text(std::uint8_t exception) {
+  return "exception " + std::to_string(exception) + " (" + exception_name(exception) + ")";
+}
+
+std::string request_text(const Request& request) {
+  std::string text = function_name(request);
+  const int last = request.address + request.count - 1;
+  if (request.count > 1) text += 's';
+  text += ' ' + std::to_string(request.address);
+  if (request.count > 1) text += " to " + std::to_string(last);
+  return text + " (function " + std::to_string(request.function) + ")";
+}
+
+std::string write_function_hint(const Request& request) {
+  if (request.read) return {};
+  if (request.function == kWriteSingleRegister) {
+    return "If the device takes only function 16, set write_function: multiple.";
+  }
+  if (request.count == 1) {
+    return "If the device takes only function 6, set write_function: single.";
+  }
+  return "If the device takes only function 6, use a command of one register (u16 or i16 with "
+         "scale) and set write_function: single.";
+}
+
+std::string mismatch_text(const Request& request, std::span<const std::uint8_t> bytes) {
+  if (bytes.size() < 2) return "a reply that is too short";
+  if (bytes[0] != request.unit) {
+    return "the reply is from unit " + std::to_string(bytes[0]) +
+           ". Check `unit`, and the unit that the device or gateway is set to.";
+  }
+  const int function = bytes[1] & ~kExceptionFlag;
+  if (function != request.function) {
+    return "a reply to function " + std::to_string(function);
+  }
+  if (!request.read) return "the device confirms another address or value than was written";
+  return "a reply with another number of values than was asked for";
 }
 
 }  // namespace loopwarden::hal::modbus

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "hal/modbus/modbus_settings.hpp"
 
@@ -17,6 +18,7 @@ inline constexpr std::size_t kMaxReadRegisters = 125;
 // Registers that a read may have more than it needs, so that its length tells it from others; of bits: so many bytes.
 inline constexpr std::uint16_t kMostExtra = 8;
 inline constexpr std::size_t kMaxRequestBytes = 16;
+inline constexpr std::uint8_t kExceptionFlag = 0x80;  // in the function of an answer
 
 // Of a request that only reads there are no others.
 enum class ReadFunction : std::uint8_t {
@@ -80,5 +82,20 @@ enum class ReplyCheck : std::uint8_t { valid, exception, mismatch };
 // was written.
 ReplyCheck check_reply(const Request& request, std::span<const std::uint8_t> bytes,
                        Reply& reply) noexcept;
+
+// Returns whether a device that answers with this exception may answer the same request with a
+// value soon: it is busy (5, 6), a gateway has no path or no reply (0x0A, 0x0B), or the code is no
+// standard one. Illegal functions, addresses and values (1 to 3) and failures of the device (4, 7,
+// 8) last.
+bool is_transient(std::uint8_t exception) noexcept;
+
+// Sentences for an engineer, without the unit.
+std::string exception_text(std::uint8_t exception);
+// "reading input registers 0 to 1 (function 4)"
+std::string request_text(const Request& request);
+// What to change if the device does not take the function of this write; empty for a read.
+std::string write_function_hint(const Request& request);
+// Why check_reply() finds a mismatch. `bytes` as there.
+std::string mismatch_text(const Request& request, std::span<const std::uint8_t> bytes);
 
 }  // namespace loopwarden::hal::modbus

@@ -29,7 +29,7 @@ bool alike(const LinkTask& a, const LinkTask& b) {
 void gather(LinkTask& first, std::span<LinkTask* const> tasks, std::int64_t now_ns,
             int most_registers, std::vector<LinkTask*>& batch) {
   batch.assign(1, &first);
-  if (!can_be_merged(first) || first.apart) return;
+  if (!can_be_merged(first) || first.apart || first.alone) return;
   std::vector<LinkTask*> row;
   std::copy_if(tasks.begin(), tasks.end(), std::back_inserter(row),
                [&](const LinkTask* task) { return alike(first, *task); });
@@ -39,7 +39,8 @@ void gather(LinkTask& first, std::span<LinkTask* const> tasks, std::int64_t now_
   });
   std::vector<MergedRead> reads;
   for (const LinkTask* task : row) {
-    reads.push_back({shape_of(*task).address, end_of(*task), task->apart, task->cut_before});
+    const bool by_itself = task->apart || task->alone;
+    reads.push_back({shape_of(*task).address, end_of(*task), by_itself, task->cut_before});
   }
   auto starts = run_starts(reads, most_registers);
   starts.push_back(row.size());

@@ -16,8 +16,12 @@ std::optional<std::uint8_t> counter_of(const Value& value) {
   return number < 256 ? std::optional(static_cast<std::uint8_t>(number)) : std::nullopt;
 }
 
-std::optional<std::uint8_t> bd_seq_of(const Payload& payload) {
+// `alias`: of bdSeq, in the birth before; a metric may have it in place of the name.
+std::optional<std::uint8_t> bd_seq_of(const Payload& payload, std::optional<std::uint64_t> alias) {
   const Metric* metric = payload.find("bdSeq");
+  for (const Metric& one : payload.metrics) {
+    if (metric == nullptr && alias && one.name.empty() && one.alias == alias) metric = &one;
+  }
   return metric == nullptr ? std::nullopt : counter_of(metric->value);
 }
 
@@ -38,7 +42,7 @@ Verdict EdgeTracker::take(Message message, std::int64_t now_ms, std::vector<Mess
 }
 
 Verdict EdgeTracker::take_birth(Message message, std::vector<Message>& ready) {
-  const std::optional<std::uint8_t> bd_seq = bd_seq_of(message.payload);
+  const std::optional<std::uint8_t> bd_seq = bd_seq_of(message.payload, std::nullopt);
   const std::optional<std::uint8_t> seq = seq_of(message.payload);
   if (!bd_seq || seq != std::uint8_t{0}) {
     wants_rebirth_ = true;
@@ -54,23 +58,24 @@ Verdict EdgeTracker::take_birth(Message message, std::vector<Message>& ready) {
   born_ = true;
   wants_rebirth_ = false;
   bd_seq_ = bd_seq;
+  bd_seq_alias_ = message.payload.find("bdSeq")->alias;
   next_ = 0;
   accept(std::move(message), ready);
   return Verdict::taken;
 }
 
 Verdict EdgeTracker::take_death(Message message, std::vector<Message>& ready) {
-  const std::optional<std::uint8_t> bd_seq = bd_seq_of(message.payload);
-  if (!bd_seq) return Verdict::malformed;
-  if (bd_seq_ && bd_seq != bd_seq_) return Verdict::old_death;
+  const std::optional<std::uint8_t> bd_seq = bd_seq_of(message.payload, bd_seq_alias_);
+  if (bd_seq && bd_seq_ && bd_seq != bd_seq_) return Verdict::old_death;
   if (bd_seq_ && !born_) return Verdict::duplicate;
   give_up(ready);
   born_ = false;
-  // The next thing to come is a birth; until then there is nothing to ask for.
-  wants_rebirth_ = false;
-  bd_seq_ = bd_seq;
+  // The next thing to come is a birth; until then there is nothing to ask for. Unless the death is of an older
+  // connection: then the edge node is there and answers.
+  wants_rebirth_ = !bd_seq;
+  if (bd_seq) bd_seq_ = bd_seq;
   ready.push_back(std::move(message));
-  return Verdict::taken;
+  return bd_seq ? Verdict::taken : Verdict::unmatched_death;
 }
 
 Verdict EdgeTracker::take_data(Message message, std::int64_t now_ms, std::vector<Message>& ready) {
@@ -130,6 +135,7 @@ void EdgeTracker::forget() noexcept {
   born_ = false;
   wants_rebirth_ = false;
   bd_seq_.reset();
+  bd_seq_alias_.reset();
   held_.clear();
 }
 

@@ -5,6 +5,9 @@
 // from beyond a gap waits in a window for those before it; after the reorder timeout, or where the window is full, the
 // gap is given up: what waited goes on in order, and a rebirth is wanted.
 //
+// A death names the bdSeq of its birth, by its name or by the alias of the birth. One with another bdSeq is of an older
+// connection. Nobody knows what a death without a readable bdSeq ends, so it ends the connection in force.
+//
 // It can't tell two edge nodes of one name from one that restarts often, except by conflicts: two messages of one
 // sequence number with different times.
 #pragma once
@@ -35,7 +38,8 @@ enum class Verdict : std::uint8_t {
   duplicate,  // the same bdSeq, seq and time once more: dropped
   old_death,  // of a connection that a newer one has replaced: dropped
   unborn,     // no birth is known: dropped, a rebirth is wanted
-  malformed   // no seq, or no bdSeq, where there must be one: dropped
+  unmatched_death,  // its bdSeq can't be read: it counts, and a rebirth is wanted
+  malformed         // no seq, or no bdSeq, where there must be one: dropped
 };
 
 struct TrackerSettings {
@@ -82,6 +86,7 @@ class EdgeTracker {
   bool born_ = false;
   bool wants_rebirth_ = false;
   std::optional<std::uint8_t> bd_seq_;
+  std::optional<std::uint64_t> bd_seq_alias_;  // of the newest birth
   std::uint8_t next_ = 0;
   std::array<std::uint64_t, 256>
       times_{};  // of the newest message of each seq; 0: none since the birth

@@ -42,6 +42,14 @@ mqtt::ClientSettings settings_of(const EdgeConfig& config) {
   return settings;
 }
 
+std::int64_t ms_of(std::chrono::steady_clock::time_point moment) {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(moment.time_since_epoch()).count();
+}
+
+void write(const base::LimitedLine& line) {
+  spdlog::log(line.good ? spdlog::level::info : spdlog::level::warn, "{}", line.text);
+}
+
 std::uint64_t system_ms() { return static_cast<std::uint64_t>(base::utc_ms()); }
 
 // bdSeq from the store; a store that can't say begins anew.
@@ -84,6 +92,8 @@ void EdgeNode::round() {
       std::chrono::duration_cast<std::chrono::milliseconds>(next_look_ - Clock::now());
   for (const mqtt::Event& event : client_.events(std::max(left, std::chrono::milliseconds(0))))
     take(event);
+  answer_rebirth();
+  for (const base::LimitedLine& line : lines_.due(Clock::now())) write(line);
   if (Clock::now() < next_look_) return;
   // Late looks are not made up for.
   next_look_ = std::max(next_look_ + config_.interval, Clock::now());
@@ -139,7 +149,7 @@ void EdgeNode::look() {
 void EdgeNode::daemon_came(bool changed) {
   daemon_there_ = true;
   daemon_trouble_.clear();
-  spdlog::info("daemon: {} loops", view_.model().loops().size());
+  log("daemon", "there", {true, fmt::format("daemon: {} loops", view_.model().loops().size())});
   if (changed) make_devices();
   if (!session_.live()) {
     if (!starting_) keep_births();
@@ -177,7 +187,7 @@ void EdgeNode::make_devices() {
 }
 
 void EdgeNode::daemon_went(const std::string& why) {
-  if (daemon_trouble_ != why) spdlog::warn("daemon: {}", why);
+  if (daemon_trouble_ != why) log("daemon", "away", {false, "daemon: " + why});
   daemon_trouble_ = why;
   if (!daemon_there_) return;
   daemon_there_ = false;
@@ -210,11 +220,11 @@ void EdgeNode::connect() {
 void EdgeNode::take(const mqtt::Event& event) {
   switch (event.kind) {
     case mqtt::Event::Kind::connected:
-      spdlog::info("broker: connected");
+      log("broker", "connected", {true, "broker: connected"});
       follow(session_.connected());
       break;
     case mqtt::Event::Kind::disconnected:
-      spdlog::warn("broker: {}", event.why);
+      log("broker", "away", {false, "broker: " + event.why});
       session_.disconnected();
       outbox_.lost(Clock::now());
       connect();
@@ -238,13 +248,28 @@ void EdgeNode::take_message(const mqtt::Message& message) {
     if (topic->type == MessageType::ncmd) node_command(payload);
     if (topic->type == MessageType::dcmd) device_command(topic->device, payload);
   } catch (const sparkplug::BadPayload& e) {
-    spdlog::warn("{}: {}", message.topic, e.what());
+    log("command", "bad", {false, fmt::format("{}: {}", message.topic, e.what())});
+  }
+}
+
+void EdgeNode::log(const std::string& subject, const std::string& state, base::LimitedLine line) {
+  if (const auto written = lines_.take(subject, state, std::move(line), Clock::now())) {
+    write(*written);
   }
 }
 
 void EdgeNode::follow(Next next) {
   if (next == Next::births) births();
   if (next == Next::leave) leave();
+}
+
+// Hosts may ask in a storm: each answer is all births, so the requests in between share the next one.
+void EdgeNode::answer_rebirth() {
+  if (!rebirth_waits_) return;
+  // A connection that becomes live begins with births.
+  if (session_.live() && !rebirths_.take(ms_of(Clock::now()))) return;
+  rebirth_waits_ = false;
+  follow(session_.rebirth_asked());
 }
 
 void EdgeNode::births() {
@@ -267,7 +292,8 @@ void EdgeNode::device_deaths() {
 
 // The primary host is gone: its own death, and a new connection that waits for it.
 void EdgeNode::leave() {
-  spdlog::warn("primary host {} is not online", config_.primary_host);
+  log("host", "offline",
+      {false, fmt::format("primary host {} is not online", config_.primary_host)});
   client_.publish(death());
   client_.leave();
   outbox_.lost(Clock::now());
@@ -283,10 +309,11 @@ void EdgeNode::node_command(const Payload& payload) {
     return spec == nullptr;
   });
   const Command command = read_command(metrics, false);
-  for (const std::string& why : command.refused) spdlog::warn("NCMD: {}", why);
+  for (const std::string& why : command.refused) log("command", "refused", {false, "NCMD: " + why});
   if (command.rebirth) {
-    spdlog::info("a host asks for births");
-    follow(session_.rebirth_asked());
+    log("rebirth", "asked", {true, "a host asks for births"});
+    rebirth_waits_ = true;
+    answer_rebirth();
   }
   if (command.acknowledge_all) acknowledge_all();
 }
@@ -305,7 +332,8 @@ void EdgeNode::acknowledge_all() {
 void EdgeNode::device_command(const std::string& name, const Payload& payload) {
   Device* device = find(name);
   if (device == nullptr) {
-    spdlog::warn("DCMD for {}, which is no device of this box", name);
+    log("command", "unknown device",
+        {false, fmt::format("DCMD for {}, which is no device of this box", name)});
     return;
   }
   const auto loop = static_cast<std::size_t>(device - devices_.data());

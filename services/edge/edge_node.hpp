@@ -19,8 +19,10 @@
 #include "services/edge/orders.hpp"
 #include "services/edge/outbox.hpp"
 #include "services/edge/store.hpp"
+#include "base/line_limiter.hpp"
 #include "net/mqtt/client.hpp"
 #include "net/sparkplug/edge_session.hpp"
+#include "net/sparkplug/rebirth_policy.hpp"
 #include "net/sparkplug/topic.hpp"
 
 namespace loopwarden::edge {
@@ -54,6 +56,7 @@ class EdgeNode {
   void take(const mqtt::Event& event);
   void take_message(const mqtt::Message& message);
   void follow(sparkplug::EdgeSession::Next next);
+  void answer_rebirth();
   void births();
   void device_births();
   void device_deaths();
@@ -76,6 +79,8 @@ class EdgeNode {
   Reading node_reading() const;
   Device* find(const std::string& device);
   std::uint64_t now_ms();
+  // One line per subject, state and minute.
+  void log(const std::string& subject, const std::string& state, base::LimitedLine line);
 
   EdgeConfig config_;
   Store store_;
@@ -88,6 +93,9 @@ class EdgeNode {
   std::vector<Device> devices_;  // one a loop, in the daemon's order
   std::map<std::string, std::size_t> by_name_;
   bool daemon_there_ = false;
+  bool rebirth_waits_ = false;                       // asked for, not yet answered
+  sparkplug::RebirthBudget rebirths_{0.2, 2.0};      // two at once, then one in 5 s
+  base::LineLimiter lines_;
   bool starting_ = false;
   std::string daemon_trouble_;
   std::uint64_t last_ms_ = 0;

@@ -118,6 +118,13 @@ MetricRule read_metric(MapReader& in, std::set<std::string>& names) {
   broker::check_identifier(in, "edge", edge);
   if (!device.value.empty()) broker::check_identifier(in, "device", device);
   rule.metric = in.need_text("metric", "its name, as the birth has it").value;
+  rule.timeout_ms =
+      milliseconds(in.number("timeout",
+                             {"s", between(0.0, 86'400.0),
+                              "without a message of the edge node for so long the value is bad; 0: "
+                              "an edge node that is silent without a death is not seen"},
+                             static_cast<double>(rule.timeout_ms) * 1e-3))
+          .count();
   rule.group = group.value;
   rule.edge = edge.value;
   rule.device = device.value;

@@ -28,6 +28,10 @@ std::int64_t ms_of(std::chrono::steady_clock::time_point moment) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(moment.time_since_epoch()).count();
 }
 
+void write(const base::LimitedLine& line) {
+  spdlog::log(line.good ? spdlog::level::info : spdlog::level::warn, "{}", line.text);
+}
+
 mqtt::ClientSettings client_settings(const FeedConfig& config, const ForeignEdges& edges) {
   mqtt::ClientSettings settings = config.mqtt;
   std::set<std::string> filters;
@@ -65,12 +69,13 @@ void Feeder::round() {
   keep_link();
   deliver();
   if (config_.ask_rebirth && client_.connected()) ask_rebirths();
+  for (const base::LimitedLine& line : lines_.due(Clock::now())) write(line);
 }
 
 void Feeder::take(const mqtt::Event& event) {
   switch (event.kind) {
     case mqtt::Event::Kind::connected:
-      spdlog::info("broker: connected to {}", to_text(config_.mqtt.broker));
+      log("broker", "connected", {true, "broker: connected to " + to_text(config_.mqtt.broker)});
       return broker_came();
     case mqtt::Event::Kind::disconnected: return broker_went(event.why);
     case mqtt::Event::Kind::message: break;
@@ -98,7 +103,7 @@ void Feeder::broker_came() {
 }
 
 void Feeder::broker_went(const std::string& why) {
-  spdlog::warn("broker: {}", why);
+  log("broker", "away", {false, "broker: " + why});
   deliver();
   broker_there_ = false;
   topics_.disconnected(values_);
@@ -110,18 +115,18 @@ void Feeder::broker_went(const std::string& why) {
 void Feeder::keep_link() {
   const bool is_new = link_.connect(Clock::now());
   if (is_new) {
-    spdlog::info("feed.sock: connected");
+    log("feed.sock", "connected", {true, "feed.sock: connected"});
     link_trouble_.clear();
     if (broker_there_) send_newest();
   } else if (!link_.why().empty() && link_.why() != link_trouble_) {
     link_trouble_ = link_.why();
-    spdlog::warn("{}", link_trouble_);
+    log("feed.sock", "away", {false, link_trouble_});
   }
 }
 
 void Feeder::ask_rebirths() {
   for (const auto& [group, edge] : edges_.to_ask(ms_of(Clock::now()))) {
-    spdlog::info("{}/{}: a rebirth is asked for", group, edge);
+    log(group + '/' + edge, "asked", {true, group + '/' + edge + ": a rebirth is asked for"});
     client_.publish(
         {.topic = to_text(sparkplug::Topic{group, sparkplug::MessageType::ncmd, edge, ""}),
          .payload = rebirth_request(static_cast<std::uint64_t>(base::utc_ms())),
@@ -158,6 +163,12 @@ void Feeder::send_newest() {
   send(all);
 }
 
+void Feeder::log(const std::string& subject, const std::string& state, base::LimitedLine line) {
+  if (const auto written = lines_.take(subject, state, std::move(line), Clock::now())) {
+    write(*written);
+  }
+}
+
 void Feeder::complain(const std::string& what) {
   ++complaints_;
   if (Clock::now() < complain_again_) return;
@@ -174,7 +185,7 @@ std::string Feeder::status() const {
       broker_there_ ? "connected" : "away", link_.connected() ? "connected" : "away",
       edges_.all_born() ? "" : ", births are missing", newest_.size(),
       config_.topics.size() + config_.metrics.size(), topics.bad_payloads + edges.bad_payloads,
-      topics.unknown + edges.unknown, topics.retained, topics.timeouts, edges.dropped,
+      topics.unknown + edges.unknown, topics.retained, topics.timeouts + edges.timeouts, edges.dropped,
       edges.historical, edges.missing, edges.deaths);
 }
 

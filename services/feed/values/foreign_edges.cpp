@@ -20,6 +20,7 @@ ForeignEdges::ForeignEdges(const std::vector<MetricRule>& rules) {
     Edge& edge = edges_[{rule.group, rule.edge}];
     Metric metric;
     metric.newest.name = rule.name;
+    metric.timeout_ms = rule.timeout_ms;
     edge.devices[rule.device].metrics[rule.metric].push_back(std::move(metric));
     edge.tracker.want_rebirth();
   }
@@ -39,13 +40,26 @@ void ForeignEdges::take(const sparkplug::Topic& topic, std::string_view payload,
   } catch (const sparkplug::BadPayload& e) {
     ++counts_.bad_payloads;
     complaint = to_text(topic) + ": " + e.what();
-    return;
+    // A node's death needs no content: the topic and the broker say all.
+    if (topic.type != MessageType::ndeath) return refuse(edge, topic, values);
   }
   std::vector<sparkplug::Message> ready;
-  switch (edge.tracker.take(std::move(message), now_ms, ready)) {
+  const Verdict verdict = edge.tracker.take(std::move(message), now_ms, ready);
+  if (topic.type != MessageType::ndeath) heard(edge, now_ms, values);
+  switch (verdict) {
     case Verdict::malformed:
       ++counts_.bad_payloads;
-      complaint = to_text(topic) + ": without seq, or a birth or death without bdSeq";
+      complaint = to_text(topic) + (topic.type == MessageType::nbirth
+                                        ? ": refused, a birth of an edge node needs bdSeq 0 to 255 "
+                                          "and seq 0"
+                                        : ": refused, it needs seq 0 to 255");
+      refuse(edge, topic, values);
+      break;
+    case Verdict::unmatched_death:
+      if (!complaint.empty()) complaint += "; ";
+      complaint += to_text(topic) +
+                   ": bdSeq can't be read, so nobody knows which connection it ends. All values of "
+                   "the edge node are bad until it is born again";
       break;
     case Verdict::duplicate:
     case Verdict::old_death:
@@ -62,7 +76,7 @@ void ForeignEdges::apply(Edge& edge, const sparkplug::Message& message, std::int
   if (type == MessageType::nbirth) node_born(edge, now_ms);
   if (type == MessageType::ndeath) {
     ++counts_.deaths;
-    for (auto& [name, device] : edge.devices) die(device, values);
+    for (auto& [name, device] : edge.devices) die(device, FedValue::Reason::death, values);
     return;
   }
   const auto found = edge.devices.find(message.topic.device);
@@ -74,8 +88,51 @@ void ForeignEdges::apply(Edge& edge, const sparkplug::Message& message, std::int
   switch (type) {
     case MessageType::nbirth:
     case MessageType::dbirth: return born(found->second, message, values, complaint);
-    case MessageType::ddeath: ++counts_.deaths; return die(found->second, values);
+    case MessageType::ddeath:
+      ++counts_.deaths;
+      return die(found->second, FedValue::Reason::death, values);
     default: return data(edge, found->second, message, values, complaint);
+  }
+}
+
+void ForeignEdges::refuse(Edge& edge, const sparkplug::Topic& topic, Values& values) {
+  const bool node = topic.type == MessageType::nbirth || topic.type == MessageType::ndeath;
+  const bool device = topic.type == MessageType::dbirth || topic.type == MessageType::ddeath;
+  const auto reason = topic.type == MessageType::ddeath ? FedValue::Reason::death
+                                                        : FedValue::Reason::source;
+  for (auto& [name, one] : edge.devices) {
+    if (node || (device && name == topic.device)) die(one, reason, values);
+  }
+  edge.tracker.want_rebirth();
+}
+
+void ForeignEdges::heard(Edge& edge, std::int64_t now_ms, Values& values) {
+  edge.heard_ms = now_ms;
+  for (auto& [name, device] : edge.devices) {
+    for (auto& [metric_name, metrics] : device.metrics) {
+      for (Metric& metric : metrics) {
+        if (std::exchange(metric.silent, false)) values.push_back(metric.newest);
+      }
+    }
+  }
+}
+
+void ForeignEdges::look_for_silence(Edge& edge, std::int64_t now_ms, Values& values) {
+  const std::int64_t silent_ms = now_ms - edge.heard_ms;
+  for (auto& [name, device] : edge.devices) {
+    if (!device.born) continue;
+    for (auto& [metric_name, metrics] : device.metrics) {
+      for (Metric& metric : metrics) {
+        if (metric.timeout_ms == 0 || metric.silent) continue;
+        if (silent_ms > metric.timeout_ms / 2) edge.tracker.want_rebirth();
+        if (silent_ms <= metric.timeout_ms) continue;
+        metric.silent = true;
+        ++counts_.timeouts;
+        values.push_back({.name = metric.newest.name,
+                          .quality = Quality::bad,
+                          .reason = FedValue::Reason::timeout});
+      }
+    }
   }
 }
 
@@ -177,13 +234,14 @@ void ForeignEdges::doubt_after_gap(Edge& edge, Values& values) {
   }
 }
 
-void ForeignEdges::die(Device& device, Values& values) {
+void ForeignEdges::die(Device& device, FedValue::Reason reason, Values& values) {
   device.born = false;
   device.awaited_since_ms.reset();
   device.by_alias.clear();
   for (auto& [name, metrics] : device.metrics) {
     for (Metric& metric : metrics) {
-      metric.newest = {.name = metric.newest.name, .quality = Quality::bad};
+      metric.newest = {.name = metric.newest.name, .quality = Quality::bad, .reason = reason};
+      metric.silent = false;
       values.push_back(metric.newest);
     }
   }
@@ -200,8 +258,9 @@ void ForeignEdges::look(std::int64_t now_ms, Values& values) {
     for (auto& [device_name, device] : edge.devices) {
       const bool late =
           device.awaited_since_ms && now_ms - *device.awaited_since_ms > kDeviceWaitMs;
-      if (late) die(device, values);
+      if (late) die(device, FedValue::Reason::death, values);
     }
+    look_for_silence(edge, now_ms, values);
   }
 }
 
@@ -210,7 +269,7 @@ void ForeignEdges::disconnected(Values& values) {
     edge.tracker.forget();
     edge.tracker.want_rebirth();
     edge.rebirth = {};
-    for (auto& [device_name, device] : edge.devices) die(device, values);
+    for (auto& [device_name, device] : edge.devices) die(device, FedValue::Reason::link, values);
   }
 }
 
@@ -218,6 +277,7 @@ std::vector<ForeignEdges::EdgeName> ForeignEdges::to_ask(std::int64_t now_ms) {
   std::vector<EdgeName> asked;
   for (auto& [name, edge] : edges_) {
     if (!edge.tracker.wants_rebirth() || !edge.rebirth.may_ask(now_ms)) continue;
+    if (!budget_.take(now_ms)) break;
     edge.rebirth.asked(now_ms);
     asked.push_back(name);
   }

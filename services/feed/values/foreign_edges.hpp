@@ -6,6 +6,10 @@
 // are historical values. Where messages are missing, what they said is not known: all of that edge node is uncertain
 // until it says it again. A device that an NBIRTH does not bring back within kDeviceWaitMs is dead.
 //
+// A death or a birth that can't be understood ends the values of all that it may mean, and a birth is asked for. An edge
+// node that is silent is asked for a birth after half the timeout of its metrics. After the whole timeout its
+// values are bad until it says something; then they hold again, unless messages are missing.
+//
 // What it can't do: read data of an edge node whose birth came before this connection; it must be born again.
 #pragma once
 
@@ -32,6 +36,7 @@ struct MetricRule {
   std::string edge;
   std::string device;  // empty: of the edge node itself
   std::string metric;
+  std::int64_t timeout_ms = 300'000;  // no message of the edge node for longer: bad; 0: never
 };
 
 class ForeignEdges {
@@ -46,6 +51,7 @@ class ForeignEdges {
     std::uint64_t historical = 0;  // values
     std::uint64_t missing = 0;     // messages
     std::uint64_t deaths = 0;
+    std::uint64_t timeouts = 0;  // of values
   };
   using EdgeName = std::pair<std::string, std::string>;  // group, edge
 
@@ -71,6 +77,8 @@ class ForeignEdges {
   struct Metric {
     sparkplug::DataType type = sparkplug::DataType::unknown;  // of the birth
     protocol::FedValue newest{.quality = protocol::FedValue::Quality::bad};
+    std::int64_t timeout_ms = 0;
+    bool silent = false;  // its timeout has passed
   };
   struct Device {
     bool born = false;
@@ -83,6 +91,7 @@ class ForeignEdges {
     sparkplug::EdgeTracker tracker{};
     sparkplug::RebirthWait rebirth{};
     std::uint64_t missing = 0;              // so many are known to the values
+    std::int64_t heard_ms = 0;              // newest message
     std::map<std::string, Device> devices;  // "": the node
   };
 
@@ -96,9 +105,15 @@ class ForeignEdges {
   void say(std::vector<Metric>& metrics, const sparkplug::Metric& said,
            const sparkplug::Payload& payload, Values& values, std::string& complaint);
   static void doubt_after_gap(Edge& edge, Values& values);
-  static void die(Device& device, Values& values);
+  // A message that can't be understood.
+  static void refuse(Edge& edge, const sparkplug::Topic& topic, Values& values);
+  static void heard(Edge& edge, std::int64_t now_ms, Values& values);
+  void look_for_silence(Edge& edge, std::int64_t now_ms, Values& values);
+  static void die(Device& device, protocol::FedValue::Reason reason, Values& values);
 
   std::map<EdgeName, Edge> edges_;
+  // Of all edge nodes together: after a start or a reconnection many are asked.
+  sparkplug::RebirthBudget budget_{5.0, 20.0};
   Counts counts_;
 };
 

@@ -11,8 +11,8 @@ Topics::Topics(const std::vector<TopicRule>& rules) {
   for (const TopicRule& rule : rules) topics_[rule.topic].push_back({.rule = rule});
 }
 
-FedValue Topics::bad(const std::string& name) {
-  return {.name = name, .quality = FedValue::Quality::bad};
+FedValue Topics::bad(const std::string& name, FedValue::Reason reason) {
+  return {.name = name, .quality = FedValue::Quality::bad, .reason = reason};
 }
 
 void Topics::take(const std::string& topic, std::string_view payload, bool retained,
@@ -29,7 +29,7 @@ void Topics::take(const std::string& topic, std::string_view payload, bool retai
     } catch (const BadTopicPayload& e) {
       ++counts_.bad_payloads;
       complaint = topic + ", for " + heard.rule.name + ": " + e.what();
-      fed = bad(heard.rule.name);
+      fed = bad(heard.rule.name, FedValue::Reason::source);
     }
     if (retained && !fed.time_s && !heard.rule.retained) {
       ++counts_.retained;
@@ -48,7 +48,7 @@ void Topics::look(std::int64_t now_ms, std::vector<FedValue>& values) {
       if (!heard.alive || timeout_ms == 0 || now_ms - heard.at_ms <= timeout_ms) continue;
       heard.alive = false;
       ++counts_.timeouts;
-      values.push_back(bad(heard.rule.name));
+      values.push_back(bad(heard.rule.name, FedValue::Reason::timeout));
     }
   }
 }
@@ -56,7 +56,9 @@ void Topics::look(std::int64_t now_ms, std::vector<FedValue>& values) {
 void Topics::disconnected(std::vector<FedValue>& values) {
   for (auto& [topic, all] : topics_) {
     for (Heard& heard : all) {
-      if (std::exchange(heard.alive, false)) values.push_back(bad(heard.rule.name));
+      if (std::exchange(heard.alive, false)) {
+        values.push_back(bad(heard.rule.name, FedValue::Reason::link));
+      }
     }
   }
 }

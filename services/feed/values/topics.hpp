@@ -50,7 +50,7 @@ class Topics {
     bool alive = false;  // heard, and neither silent nor lost since
     std::int64_t at_ms = 0;
   };
-  static protocol::FedValue bad(const std::string& name);
+  static protocol::FedValue bad(const std::string& name, protocol::FedValue::Reason reason);
 
   std::map<std::string, std::vector<Heard>, std::less<>> topics_;
   Counts counts_;

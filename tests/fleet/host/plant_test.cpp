@@ -467,10 +467,55 @@ TEST_CASE("migrations are applied once, whoever begins", "[plant]") {
     });
   }
   for (std::thread& program : programs) program.join();
-  CHECK(applied == 6);
+  CHECK(applied == 9);
   const auto connection = fleet::open_database({database.url(), {}});
   pqxx::nontransaction(*connection).exec("INSERT INTO migration(number) VALUES(99)");
   CHECK_THROWS_WITH(fleet::migrate(*connection), Catch::Contains("newer"));
+}
+
+TEST_CASE("the state with the newest time decides, in whichever order messages arrive", "[plant]") {
+  if (!installed()) return;
+  using sparkplug::DataType;
+  const tests::Postgres database;
+  const auto connection = fleet::open_database({database.url(), {}});
+  fleet::migrate(*connection);
+  fleet::Writer writer(*connection, {});
+  fleet::Ingest ingest;
+  tests::EdgeMessages edge;
+  const auto write = [&](const fleet::Arrival& arrival) {
+    fleet::Batch batch = ingest.prepare({arrival}, static_cast<std::int64_t>(edge.time_ms));
+    writer.write(batch);
+    ingest.commit(std::move(batch));
+  };
+  // Of a stored message: an older time than that of the birth.
+  const auto alarm = [&](std::uint64_t state, std::uint64_t time_ms) {
+    sparkplug::Metric metric = tests::metric("", DataType::unknown, state, time_ms, 3);
+    metric.historical = true;
+    return edge.data({metric});
+  };
+  const auto now = [&] {
+    return database.ask("SELECT state FROM alarm_now WHERE name = 'stiction'");
+  };
+  write(edge.nbirth());
+  edge.time_ms += 1'800'000;
+  const std::uint64_t born_ms = edge.time_ms;
+  write(edge.dbirth(5.0));  // normal, as an alarm begins: no change
+  write(alarm(1, born_ms - 1'200'000));
+  CHECK(now() == "normal");
+  CHECK(database.ask("SELECT count(*) FROM alarm WHERE name = 'stiction'") == "2");
+  // The end in between comes last.
+  write(alarm(0, born_ms - 600'000));
+  CHECK(now() == "normal");
+  // A stored value of before the birth is not the newest either, though the birth changed nothing.
+  write(edge.dbirth(5.0));
+  write(edge.pv(7.0, true, born_ms - 300'000));
+  CHECK(database.ask("SELECT number FROM value_now WHERE name = 'pv'") == "5");
+
+  // The other way round: still active at the newest time, though an end of before comes later.
+  write(alarm(1, born_ms + 60'000));
+  write(alarm(1, born_ms + 180'000));
+  write(alarm(0, born_ms + 120'000));
+  CHECK(now() == "unacknowledged");
 }
 
 TEST_CASE("partitions are made ahead, take in what lay outside, and go when they are old",

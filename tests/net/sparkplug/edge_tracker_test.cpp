@@ -135,6 +135,59 @@ TEST_CASE("the will of an older connection doesn't end a newer one") {
   CHECK_FALSE(feed.tracker.wants_rebirth());
 }
 
+TEST_CASE("a death whose bdSeq can't be read ends the connection in force, and a rebirth is wanted") {
+  const auto death = [](std::vector<sparkplug::Metric> metrics) {
+    Message message = with_bd_seq(MessageType::ndeath, 7, 6);
+    message.payload.metrics = std::move(metrics);
+    return message;
+  };
+  const auto bd_seq = [](sparkplug::Value value) {
+    sparkplug::Metric metric;
+    metric.name = "bdSeq";
+    metric.value = std::move(value);
+    return metric;
+  };
+  sparkplug::Metric nameless = bd_seq(std::uint64_t{7});
+  nameless.name.clear();
+  nameless.alias = 9;
+  const std::vector<std::vector<sparkplug::Metric>> unreadable{
+      {},
+      {nameless},  // the birth had no alias for it
+      {bd_seq(std::string("7"))},
+      {bd_seq(7.0)},
+      {bd_seq(true)},
+      {bd_seq(std::monostate())},
+      {bd_seq(std::uint64_t{256})},
+      {bd_seq(std::int64_t{-1})}};
+  for (const auto& metrics : unreadable) {
+    Feed feed = born();
+    CHECK(feed.take(death(metrics)) == Verdict::unmatched_death);
+    CHECK(feed.ready.size() == 2);
+    CHECK_FALSE(feed.tracker.born());
+    CHECK(feed.tracker.wants_rebirth());
+    CHECK(feed.take(data(1, 11)) == Verdict::unborn);
+    CHECK(feed.take(with_bd_seq(MessageType::nbirth, 7, 20)) == Verdict::taken);
+    CHECK(feed.tracker.born());
+  }
+}
+
+TEST_CASE("a death may name bdSeq by the alias of the birth") {
+  Message birth = with_bd_seq(MessageType::nbirth, 7, 1);
+  birth.payload.metrics[0].alias = 9;
+  const auto death = [](std::uint64_t bd_seq) {
+    Message message = with_bd_seq(MessageType::ndeath, bd_seq, 6);
+    message.payload.metrics[0].name.clear();
+    message.payload.metrics[0].alias = 9;
+    return message;
+  };
+  Feed feed;
+  REQUIRE(feed.take(birth) == Verdict::taken);
+  CHECK(feed.take(death(6)) == Verdict::old_death);
+  CHECK(feed.tracker.born());
+  CHECK(feed.take(death(7)) == Verdict::taken);
+  CHECK_FALSE(feed.tracker.born());
+}
+
 TEST_CASE("a birth without seq 0 or bdSeq is none") {
   Feed feed;
   Message without = with_bd_seq(MessageType::nbirth, 1, 1);

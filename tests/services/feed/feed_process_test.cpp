@@ -139,12 +139,12 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
 
   // The edge node dies without a goodbye, and comes back.
   rig.edge.command("drop");
-  CHECK(rig.is("FIC-206", "pv_reason", "said by the source"));
+  CHECK(rig.is("FIC-206", "pv_reason", "death of the source"));
   CHECK(rig.daemon.loop("FIC-206").at("pv").is_null());
   rig.edge.command("connect");
   CHECK(rig.is("FIC-206", "pv", 4.5));
   rig.edge.command("device_death");
-  CHECK(rig.is("FIC-206", "pv_reason", "said by the source"));
+  CHECK(rig.is("FIC-206", "pv_reason", "death of the source"));
 
   rig.publish(16.5);
   CHECK(rig.is("FIC-205", "pv", 16.5));
@@ -173,7 +173,7 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   rig.edge.command("connect");
   CHECK(rig.is("FIC-206", "pv", 1.0));
   // What was published meanwhile nobody knows.
-  CHECK(rig.is("FIC-205", "pv_reason", "said by the source"));
+  CHECK(rig.is("FIC-205", "pv_reason", "link lost"));
   rig.publish(15.5);
   CHECK(rig.is("FIC-205", "pv", 15.5));
 

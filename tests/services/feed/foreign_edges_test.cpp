@@ -252,6 +252,7 @@ TEST_CASE("births are asked for where they are missing, less and less often", "[
   edge.values.clear();
   edge.edges.disconnected(edge.values);
   CHECK(edge.by_name().at("PV").quality == Quality::bad);
+  CHECK(edge.by_name().at("PV").reason == FedValue::Reason::link);
   CHECK(edge.pv(2.0).empty());
   CHECK(edge.edges.to_ask(200'002).size() == 1);
   const sparkplug::Payload request = sparkplug::decode(feed::rebirth_request(5));
@@ -276,6 +277,109 @@ TEST_CASE("a birth without the metric, bytes that are no payload, strangers", "[
   CHECK(edge.edges.counts().bad_payloads == 1);
   edge.edges.take({"g", MessageType::ddata, "stranger", "d"}, "", 0, values, complaint);
   CHECK(edge.edges.counts().unknown == 1);
+}
+
+TEST_CASE("a death that can't be matched makes all values of the node bad, and a rebirth is asked for",
+          "[feed]") {
+  const auto death = [](std::vector<Metric> metrics) {
+    return sparkplug::encode({.time_ms = 9, .seq = {}, .metrics = std::move(metrics)},
+                             sparkplug::Types::sent);
+  };
+  const std::vector<std::string> payloads{
+      death({}),
+      death({metric("", 9, DataType::int64, std::int64_t{3})}),  // an alias that no birth gave
+      death({metric("bdSeq", {}, DataType::string, std::string("3"))}),
+      death({metric("bdSeq", {}, DataType::float64, 3.0)}),
+      "\xff\xff",
+      ""};
+  for (const std::string& payload : payloads) {
+    Foreign edge;
+    edge.node_birth();
+    edge.device_birth();
+    CHECK(edge.edges.to_ask(0).empty());
+    edge.values.clear();
+    edge.edges.take({"g", MessageType::ndeath, "e", ""}, payload, 0, edge.values, edge.complaint);
+    const auto dead = edge.by_name();
+    CHECK(dead.size() == 3);
+    for (const auto& [name, fed] : dead) {
+      CHECK(fed.quality == Quality::bad);
+      CHECK(fed.reason == FedValue::Reason::death);
+    }
+    CHECK_THAT(edge.complaint, Catch::Contains("bdSeq can't be read"));
+    CHECK(edge.edges.to_ask(1).size() == 1);
+    CHECK(edge.pv(4.0).empty());
+    edge.node_birth();
+    CHECK(edge.device_birth().at("PV").quality == Quality::good);
+  }
+}
+
+TEST_CASE("births and deaths of devices that can't be understood end the device's values",
+          "[feed]") {
+  struct Refused {
+    MessageType type;
+    std::string device;
+    std::size_t values;
+  };
+  for (const Refused& refused : {Refused{MessageType::ddeath, "d", 2},
+                                 Refused{MessageType::dbirth, "d", 2},
+                                 Refused{MessageType::nbirth, "", 3}}) {
+    for (const bool decodes : {true, false}) {
+      Foreign edge;
+      edge.node_birth();
+      edge.device_birth();
+      edge.values.clear();
+      const std::string without_seq = sparkplug::encode({.time_ms = 9}, sparkplug::Types::sent);
+      edge.edges.take({"g", refused.type, "e", refused.device},
+                      decodes ? without_seq : "\xff\xff", 0, edge.values, edge.complaint);
+      CHECK(edge.by_name().size() == refused.values);
+      CHECK(edge.by_name().at("PV").quality == Quality::bad);
+      CHECK_FALSE(edge.complaint.empty());
+      CHECK(edge.edges.to_ask(1).size() == 1);
+      CHECK(edge.pv(4.0).empty());
+    }
+  }
+}
+
+TEST_CASE("an edge node that is silent without a death is asked for a birth, then its values are bad",
+          "[feed]") {
+  Foreign edge({{.name = "PV", .group = "g", .edge = "e", .device = "d", .metric = "PV", .timeout_ms = 10'000},
+                {.name = "T", .group = "g", .edge = "e", .device = "", .metric = "T", .timeout_ms = 0}});
+  edge.node_birth();
+  edge.device_birth();
+  edge.now_ms = 5'000;
+  CHECK(edge.look().empty());
+  CHECK(edge.edges.to_ask(edge.now_ms).empty());
+  edge.now_ms = 5'001;
+  CHECK(edge.look().empty());
+  CHECK(edge.edges.to_ask(edge.now_ms).size() == 1);
+  edge.now_ms = 10'001;
+  const auto silent = edge.look();
+  REQUIRE(silent.size() == 1);
+  CHECK(silent.at("PV").quality == Quality::bad);
+  CHECK(silent.at("PV").reason == FedValue::Reason::timeout);
+  CHECK(edge.look().empty());
+  // Nothing is missing: what it said before holds again with its next message, of whatever metric.
+  const auto again = edge.say(MessageType::ndata, "", {metric("T", {}, DataType::float64, 21.0)},
+                              sparkplug::Types::sent);
+  CHECK(again.at("PV").value == 1.5);
+  CHECK(again.at("PV").quality == Quality::good);
+  CHECK(edge.edges.counts().timeouts == 1);
+}
+
+TEST_CASE("many edge nodes without a birth are asked one after the other", "[feed]") {
+  std::vector<MetricRule> rules;
+  for (int i = 0; i < 100; ++i) {
+    rules.push_back({"PV" + std::to_string(i), "g", "e" + std::to_string(i), "d", "PV"});
+  }
+  ForeignEdges edges(rules);
+  CHECK(edges.to_ask(0).size() == 20);
+  std::size_t asked = 20;
+  for (std::int64_t now_ms = 100; now_ms < 20'000; now_ms += 100) {
+    const std::size_t more = edges.to_ask(now_ms).size();
+    CHECK(more <= 1);
+    asked += more;
+  }
+  CHECK(asked >= 100);
 }
 
 TEST_CASE("one metric may have several names", "[feed]") {
