@@ -272,6 +272,25 @@ double judged_period(std::span<const double> pv, std::span<const double> co) {
   return oscillates(cycle) && cycle.period < kShorter * moves ? cycle.period : moves;
 }
 
+namespace {
+
+// The first window at a limit, if CO is at one in more than a third of all samples; else windows.size().
+std::size_t saturated_window(std::span<const Diagnosis> windows) {
+  std::size_t limited = 0;
+  std::size_t complete = 0;
+  for (const Diagnosis& d : windows) {
+    limited += d.prepared.limited;
+    complete += d.prepared.complete;
+  }
+  if (!mostly_limited(limited, complete)) return windows.size();
+  const auto at = std::find_if(windows.begin(), windows.end(), [](const Diagnosis& d) {
+    return d.prepared.gate == Gate::saturation;
+  });
+  return static_cast<std::size_t>(at - windows.begin());
+}
+
+}  // namespace
+
 LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
   LoopVerdict loop;
   double sum = 0.0;
@@ -335,6 +354,10 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
       if (effect(windows[i])) loop.since = i;
       if (windows[i].judged() && windows[i].probability < 0.5) break;
     }
+  } else if (const auto at = saturated_window(windows); at < windows.size()) {
+    loop.verdict = DiagnosisVerdict::other_cause;
+    loop.cause = Cause::saturation;
+    loop.like = at;
   } else if (loop.probability > kDecidedBelow) {
     loop.verdict = DiagnosisVerdict::cant_tell;
     loop.like = first(undecided);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 namespace loopwarden::diagnosis {
@@ -12,7 +14,6 @@ namespace {
 constexpr std::size_t kLongestGap = 10;  // samples that are filled
 constexpr double kManualShare = 0.2;     // of the record with CO standing still
 constexpr double kFrozenShare = 0.3;     // of the record with PV standing still while CO moves
-constexpr double kClampedShare = 0.35;   // of the samples with CO at its limits
 constexpr double kFreeShare =
     0.25;  // of the samples, in a row away from the limits, that can be judged
 constexpr double kCutFrom = 0.03;    // of the samples at the limits: judge the part away from them
@@ -20,14 +21,22 @@ constexpr double kSameValue = 1e-6;  // of the range of CO
 constexpr double kNearEnd = 1e-3;    // of the CO span
 constexpr double kLeastRest =
     4.0;  // samples at the record's highest or lowest value that are a limit
-constexpr double kLongRest = 4.0;         // times as long as CO rests elsewhere
-constexpr double kNoFlowShare = 0.9;      // of the samples with PV at zero
-constexpr double kZero = 0.02;            // of the largest PV or SP
-constexpr double kTravel = 0.01;          // of the CO span: CO travels
-constexpr double kLeastMovement = 1e-4;   // of the CO span
-constexpr double kUpset = 2.5;            // times the range from 5 to 95 %: cut back
-constexpr double kFollowsSetPoint = 0.8;  // correlation of PV with SP
-constexpr double kComesBack = 0.5;        // correlation of CO with SP
+constexpr double kLongRest = 4.0;          // times as long as CO rests elsewhere
+constexpr double kNoFlowShare = 0.9;       // of the samples with PV at zero
+constexpr double kZero = 0.02;             // of the largest PV or SP
+constexpr double kTravel = 0.01;           // of the CO span: CO travels
+constexpr double kLeastMovement = 1e-4;    // of the CO span
+constexpr double kUpset = 2.5;             // times the range from 5 to 95 %: cut back
+constexpr double kAtSetPoint = 0.005;      // of the largest PV or SP: PV is at SP
+constexpr double kFarFromSetPoint = 0.05;  // of the largest PV or SP: PV is far from SP
+constexpr double kNoiseOff = 3.0;          // times the noise of PV: at SP; twice as much: far
+constexpr double kOneSide = 0.9;           // of the samples with PV on one side of SP
+constexpr double kFollowsSetPoint = 0.8;   // correlation of PV with SP
+constexpr double kComesBack = 0.5;         // correlation of CO with SP
+
+constexpr const char* kLimitedReason =
+    "in more than a third of the samples CO is at a limit, or stands still while PV stays far from "
+    "SP: the valve is too small, SP is out of reach, or the controller is stopped or in manual";
 
 struct Part {
   std::size_t from = 0;
@@ -39,11 +48,28 @@ bool complete(const RoutineRecord& r, std::size_t k) {
   return std::isfinite(r.pv[k]) && std::isfinite(r.co[k]);
 }
 
+// Samples from which on a CO that stands still is in manual or at a limit.
+std::size_t standstill_length(std::size_t samples) {
+  return std::max<std::size_t>(
+      3 * kLongestGap, static_cast<std::size_t>(kManualShare * static_cast<double>(samples)));
+}
+
+// Least and greatest of the values that are there.
+std::pair<double, double> range_of(std::span<const double> x) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const double v : x) {
+    if (!std::isfinite(v)) continue;
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  return {low, high};
+}
+
 // Samples that count: complete, and not in a stretch in which CO stands still for long.
 std::vector<char> automatic_samples(const RoutineRecord& r) {
   const std::size_t n = r.pv.size();
-  const auto standstill = std::max<std::size_t>(
-      3 * kLongestGap, static_cast<std::size_t>(kManualShare * static_cast<double>(n)));
+  const std::size_t standstill = standstill_length(n);
   std::vector<char> counts(n, 0);
   for (std::size_t from = 0; from < n;) {
     std::size_t to = from + 1;
@@ -216,19 +242,110 @@ bool frozen(const Series& pv, const Series& co) {
   return false;
 }
 
-// Zero against the largest value that PV has or is asked for; a PV that is never anything else has no scale of its own.
-bool no_flow(const Series& pv, const Series& co, const Series& sp, const RoutineRecord& record) {
-  if (!moves(co, kTravel * (record.co_high - record.co_low))) return false;
+// Returns the largest absolute value of PV and SP, because PV alone may be zero all the time.
+double scale_of(std::span<const double> pv, std::span<const double> sp) {
   double scale = 0.0;
-  for (const double v : pv) scale = std::max(scale, std::abs(v));
-  for (const double v : sp) scale = std::max(scale, std::abs(v));
-  const double bound = kZero * scale;
-  const auto at_zero =
-      std::count_if(pv.begin(), pv.end(), [bound](double v) { return std::abs(v) <= bound; });
-  return static_cast<double>(at_zero) >= kNoFlowShare * static_cast<double>(pv.size());
+  for (const std::span<const double> x : {pv, sp}) {
+    for (const double v : x) {
+      if (std::isfinite(v)) scale = std::max(scale, std::abs(v));
+    }
+  }
+  return scale;
+}
+
+bool at_zero(std::span<const double> pv, double scale) {
+  std::size_t known = 0;
+  std::size_t zero = 0;
+  for (const double v : pv) {
+    if (!std::isfinite(v)) continue;
+    ++known;
+    zero += std::abs(v) <= kZero * scale ? 1U : 0U;
+  }
+  return static_cast<double>(zero) >= kNoFlowShare * static_cast<double>(known);
+}
+
+bool no_flow(const Series& pv, const Series& co, const Series& sp, const RoutineRecord& record) {
+  return moves(co, kTravel * (record.co_high - record.co_low)) && at_zero(pv, scale_of(pv, sp));
+}
+
+// Noise of PV between neighbours, PV units.
+double noise_of(std::span<const double> pv) {
+  Series steps;
+  for (std::size_t k = 1; k < pv.size(); ++k) {
+    if (std::isfinite(pv[k]) && std::isfinite(pv[k - 1])) {
+      steps.push_back(std::abs(pv[k] - pv[k - 1]));
+    }
+  }
+  return steps.empty() ? 0.0 : 1.05 * numeric::median(std::move(steps));  // 1.4826 / sqrt(2)
+}
+
+// PV is off SP on one side during `part`: by more than its noise and `share` of the scale.
+bool off_set_point(const RoutineRecord& r, Part part, double share, double noises, double scale) {
+  Series error;
+  for (std::size_t k = part.from; k < part.to; ++k) {
+    const double e = r.pv[k] - r.sp[k];
+    if (std::isfinite(e)) error.push_back(e);
+  }
+  if (error.empty()) return false;
+  const double bound =
+      std::max(share * scale, noises * noise_of(r.pv.subspan(part.from, part.size())));
+  const double middle = numeric::median(error);
+  const auto beyond = std::count_if(error.begin(), error.end(), [&](double e) {
+    return std::abs(e) > bound && (e > 0.0) == (middle > 0.0);
+  });
+  return static_cast<double>(beyond) >= kOneSide * static_cast<double>(error.size());
+}
+
+// Returns the samples at which CO is at an end of its span, or stands still for long while PV stays
+// far from SP. A long rest does not count if PV is at SP (nothing to correct) or at zero (the valve
+// is shut, or there is no flow).
+std::vector<char> limited_samples(const RoutineRecord& r) {
+  const std::size_t n = r.pv.size();
+  std::vector<char> limited(n, 0);
+  const auto [low, high] = range_of(r.co);
+  const double near_end = kNearEnd * (r.co_high - r.co_low);
+  const bool low_known = low >= r.co_low - near_end;
+  const bool high_known = high <= r.co_high + near_end;
+  const auto at_end = [&](double co) {
+    return (low_known && co <= r.co_low + near_end) || (high_known && co >= r.co_high - near_end);
+  };
+  const double scale = scale_of(r.pv, r.sp);
+  const bool has_sp = r.sp.size() == n;
+  const std::size_t standstill = standstill_length(n);
+  for (Part rest; rest.from < n; rest.from = rest.to) {
+    rest.to = rest.from + 1;
+    double least = r.co[rest.from];
+    double most = least;
+    for (; rest.to < n; ++rest.to) {
+      if (!std::isfinite(r.co[rest.to])) break;
+      least = std::min(least, r.co[rest.to]);
+      most = std::max(most, r.co[rest.to]);
+      if (!(most - least <= 2.0 * near_end)) break;
+    }
+    const std::span<const double> pv = r.pv.subspan(rest.from, rest.size());
+    const bool end = at_end(r.co[rest.from]) && at_end(r.co[rest.to - 1]);
+    bool counts = end;
+    if (rest.size() >= standstill) {
+      const double share = end ? kAtSetPoint : kFarFromSetPoint;
+      const double noises = end ? kNoiseOff : 2.0 * kNoiseOff;
+      counts = !at_zero(pv, scale) && (has_sp ? off_set_point(r, rest, share, noises, scale) : end);
+    }
+    for (std::size_t k = rest.from; counts && k < rest.to; ++k) limited[k] = complete(r, k) ? 1 : 0;
+  }
+  return limited;
+}
+
+void call_saturated(Prepared& p, const char* refusal) {
+  p.gate = Gate::saturation;
+  p.refusal = refusal;
+  p.settle = "a record away from the limits";
 }
 
 }  // namespace
+
+bool mostly_limited(std::size_t limited, std::size_t complete) noexcept {
+  return static_cast<double>(limited) > kClampedShare * static_cast<double>(complete);
+}
 
 Prepared prepare(const RoutineRecord& record) {
   Prepared p;
@@ -237,12 +354,27 @@ Prepared prepare(const RoutineRecord& record) {
     p.refusal = "PV and CO differ in length";
     return p;
   }
+  const std::vector<char> limited = limited_samples(record);
+  p.limited = static_cast<std::size_t>(std::count(limited.begin(), limited.end(), 1));
+  for (std::size_t k = 0; k < record.pv.size(); ++k) p.complete += complete(record, k) ? 1U : 0U;
+  const bool saturated = p.complete >= kLeastSamples && mostly_limited(p.limited, p.complete);
+  if (saturated) {
+    p.share_at_limit = static_cast<double>(p.limited) / static_cast<double>(p.complete);
+  }
+  if (saturated && stands_still(record.co)) {
+    call_saturated(p, kLimitedReason);
+    return p;
+  }
   if (stands_still(record.co)) {
     p.refusal = "the controller output does not move: manual, or nothing to correct";
     p.settle = "a record of at least an hour in automatic";
     return p;
   }
   const Part part = longest_part(record);
+  if (part.size() < kLeastSamples && saturated) {
+    call_saturated(p, kLimitedReason);
+    return p;
+  }
   if (part.size() < kLeastSamples) {
     p.settle =
         "a longer record in automatic, " + std::to_string(kLeastSamples) + " samples at least";
@@ -256,6 +388,10 @@ Prepared prepare(const RoutineRecord& record) {
   if (record.sp.size() == record.pv.size()) sp = filled(record.sp.subspan(part.from, part.size()));
   p.from = part.from;
   p.used = pv.size();
+  if (saturated && !moves(co, kLeastMovement * (record.co_high - record.co_low))) {
+    call_saturated(p, kLimitedReason);
+    return p;
+  }
   if (!moves(co, kLeastMovement * (record.co_high - record.co_low))) {
     p.refusal = "the controller output does not move: manual, or nothing to correct";
     p.settle = "a record of at least an hour in automatic";
@@ -275,6 +411,10 @@ Prepared prepare(const RoutineRecord& record) {
     p.settle = "look at the transmitter, then take another record";
     return p;
   }
+  if (saturated) {
+    call_saturated(p, kLimitedReason);
+    return p;
+  }
   const std::vector<char> resting = rests_at_limit(co, record.co_low, record.co_high);
   p.share_at_limit = static_cast<double>(std::count(resting.begin(), resting.end(), 1)) /
                      static_cast<double>(resting.size());
@@ -283,12 +423,10 @@ Prepared prepare(const RoutineRecord& record) {
     const auto least = std::max(
         kLeastSamples, static_cast<std::size_t>(kFreeShare * static_cast<double>(co.size())));
     if (p.share_at_limit > kClampedShare || inside.size() < least) {
-      p.gate = Gate::saturation;
-      p.refusal = p.share_at_limit > kClampedShare
-                      ? "CO rests at its limits in more than a third of the samples"
-                      : "CO runs into its limits again and again, and no stretch between is long "
-                        "enough to be judged";
-      p.settle = "a record away from the limits";
+      call_saturated(p, p.share_at_limit > kClampedShare
+                            ? "CO rests at its limits in more than a third of the samples"
+                            : "CO runs into its limits again and again, and no stretch between is "
+                              "long enough to be judged");
       return p;
     }
     const auto cut = [&inside](Series& x) {
@@ -302,9 +440,7 @@ Prepared prepare(const RoutineRecord& record) {
     p.from += inside.from;
     p.used = pv.size();
     if (!moves(co, kLeastMovement * (record.co_high - record.co_low)) || !moves(pv, 0.0)) {
-      p.gate = Gate::saturation;
-      p.refusal = "CO moves only where it runs into its limits";
-      p.settle = "a record away from the limits";
+      call_saturated(p, "CO moves only where it runs into its limits");
       return p;
     }
   }

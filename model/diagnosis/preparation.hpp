@@ -12,9 +12,16 @@
 //
 // For what concerns the valve (phase.hpp, play_fit.hpp, hammerstein.hpp) `raw_pv` and `raw_co` are used as they are.
 //
-// Gates, each with its reason: too few samples, CO does not move (manual); and those that name a cause at once:
-// PV frozen while CO moves (sensor), PV at zero while CO travels (no flow), CO at its limits in more than a third of the samples,
-// or no part of a quarter of the record between them (saturation).
+// Gates, each with its reason: too few samples, CO does not move (manual), and these, which name a
+// cause at once:
+//   sensor      PV is frozen while CO moves
+//   no flow     PV is at zero while CO travels
+//   saturation  CO is at its limits in more than a third of the samples, or no part of a quarter of
+//               the record lies between them
+// CO that stands still for a fifth of the record counts as at a limit if PV is off SP meanwhile: at
+// an end of its span by more than 0.5 % of the largest PV or SP and three times the noise of PV,
+// elsewhere by ten times and twice as much. Without SP, a rest at an end of the span counts.
+// No rest counts while PV is at zero: the valve is shut, or there is no flow.
 #pragma once
 
 #include <cstddef>
@@ -72,10 +79,16 @@ struct Prepared {
   bool set_point_active = false;  // an SP that moves and that PV follows
   bool integrates = false;        // PV moved with SP, CO came back to where it was
   double share_at_limit = 0.0;    // of the samples before the cut, CO held by a limit
+  std::size_t complete = 0;       // samples of the record with PV and CO
+  std::size_t limited = 0;        // of these: CO at a limit, or still while PV is far from SP
   double fast_share = 0.0;        // of PV's variance that is noise between neighbours, 0 to 1
   double held_share = 0.0;        // of the samples, PV exactly as before, 0 to 1
 };
 
 Prepared prepare(const RoutineRecord& record);
+
+inline constexpr double kClampedShare = 1.0 / 3.0;  // of the samples with CO at its limits
+// Whether so many of the complete samples are limited that the loop is saturated.
+bool mostly_limited(std::size_t limited, std::size_t complete) noexcept;
 
 }  // namespace loopwarden::diagnosis

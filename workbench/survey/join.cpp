@@ -85,7 +85,9 @@ NextStep next_step(const json& loop) {
     if (is(loop, "cause", "saturation")) {
       return {
           "look closer",
-          "CO is at its limit: valve too small, set point out of reach, or a hand valve closed"};
+          "CO is at its limit, or stands still while PV is far from SP: look for a valve too "
+          "small, a set point out of reach, a closed hand valve, or a controller that is stopped "
+          "or in manual"};
     }
     if (is(loop, "cause", "sensor")) {
       return {"look closer", "PV stands still while CO moves: look at the transmitter"};

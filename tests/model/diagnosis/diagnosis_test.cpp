@@ -225,6 +225,71 @@ TEST_CASE("a dead line, a dead transmitter and a clamped valve are their own ans
   CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).cause != Cause::saturation);
 }
 
+// A loop whose CO is at `rest` from `from` to `to`, with PV off SP by `off` meanwhile, and otherwise cycles about SP.
+struct Resting {
+  Series pv, co, sp;
+  RoutineRecord record(bool with_sp) const {
+    return {.pv = pv,
+            .co = co,
+            .sp = with_sp ? std::span<const double>(sp) : std::span<const double>()};
+  }
+};
+
+Resting resting(std::size_t from, std::size_t to, double rest, double off) {
+  Resting r{.pv = with_noise(made_of(900, [](double k) { return 50.0 + sine(k / 90.0); }), 0.1, 3),
+            .co = made_of(900, [](double k) { return 60.0 + 4.0 * sine(k / 90.0 + 0.3); }),
+            .sp = Series(900, 50.0)};
+  for (std::size_t k = from; k < to; ++k) {
+    r.co[k] = rest;
+    r.pv[k] = 50.0 + off + 0.1 * sine(static_cast<double>(k) / 7.0);
+  }
+  return r;
+}
+
+TEST_CASE("CO at a limit for more than a third is saturation, in one piece or the whole record") {
+  for (const auto& [from, to] : {std::pair{200, 750}, {0, 900}, {0, 400}, {500, 900}}) {
+    for (const double rest : {100.0, 0.0, 99.95}) {
+      const Resting r = resting(static_cast<std::size_t>(from), static_cast<std::size_t>(to), rest,
+                                rest > 50.0 ? -8.0 : 25.0);
+      INFO(from << " to " << to << " at " << rest);
+      CHECK(diagnose(r.record(true)).cause == Cause::saturation);
+      CHECK(diagnose(r.record(false)).cause == Cause::saturation);
+    }
+  }
+  // An output limit below the end of the span, a stopped controller: PV stays far from SP.
+  for (const double rest : {85.0, 30.0}) {
+    CHECK(diagnose(resting(200, 750, rest, -8.0).record(true)).cause == Cause::saturation);
+    CHECK(diagnose(resting(0, 900, rest, -8.0).record(true)).cause == Cause::saturation);
+  }
+}
+
+TEST_CASE("CO at rest is no saturation if PV is at SP, the valve is shut, or too little is known") {
+  for (const double rest : {100.0, 60.0}) {
+    CHECK(diagnose(resting(200, 750, rest, 0.0).record(true)).cause != Cause::saturation);
+    CHECK(diagnose(resting(0, 900, rest, 0.0).record(true)).cause != Cause::saturation);
+  }
+  CHECK(diagnose(resting(200, 750, 60.0, -0.6).record(true)).cause != Cause::saturation);
+  CHECK(diagnose(resting(200, 750, 60.0, -8.0).record(false)).cause != Cause::saturation);
+  // Shut on purpose: no flow, although SP was left where it was.
+  CHECK(diagnose(resting(200, 750, 0.0, -50.0).record(true)).cause != Cause::saturation);
+  CHECK(diagnose(resting(0, 900, 0.0, -50.0).record(true)).cause != Cause::saturation);
+  // In manual, as a mode column says: those samples are missing.
+  Resting manual = resting(300, 750, 100.0, -8.0);
+  for (std::size_t k = 300; k < 750; ++k) manual.pv[k] = manual.co[k] = std::nan("");
+  CHECK(diagnose(manual.record(true)).cause != Cause::saturation);
+  CHECK(diagnose(resting(300, 500, 100.0, -8.0).record(true)).cause != Cause::saturation);
+}
+
+TEST_CASE("windows at a limit for more than a third of a loop decide, a healthy window does not") {
+  std::vector<Diagnosis> windows;
+  for (const std::size_t to : {0UL, 900UL, 900UL}) {
+    windows.push_back(diagnose(resting(0, to, 100.0, -8.0).record(true)));
+  }
+  CHECK(windows.front().judged());
+  CHECK(judge_loop(windows).cause == Cause::saturation);
+  CHECK(judge_loop(std::span(windows).first(1)).cause != Cause::saturation);
+}
+
 TEST_CASE("evidence is finite on records at the edge") {
   const auto finite = [](const Series& pv, const Series& co) {
     const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = {}});
