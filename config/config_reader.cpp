@@ -8,6 +8,7 @@
 #include <system_error>
 #include <tuple>
 
+#include "base/digest/digest.hpp"
 #include "config/document.hpp"
 #include "config/bus_budget.hpp"
 #include "config/daemon_reader.hpp"
@@ -175,6 +176,7 @@ LoopFile read_loop_source(const fs::path& path, const Drafts& drafts, const Daem
     kept += *text;
     read_document(*text, report,
                   [&](MapReader& in) { loop = read_loop(in, path.string(), daemon); });
+    loop.config.file_hash = base::crc32(*text);
   }
   return loop;
 }

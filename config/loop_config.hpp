@@ -129,7 +129,8 @@ struct LoopAlarmConfig {
 
 struct LoopConfig {
   std::string file;
-  std::string name;  // the tag, e.g. FIC-101
+  std::uint32_t file_hash = 0;  // CRC-32 of the file's text
+  std::string name;             // the tag, e.g. FIC-101
   std::string description;
   std::string area;
   std::string pv_unit;

@@ -139,7 +139,8 @@ PROTOCOL_JSON(RecordFile, file)
 PROTOCOL_JSON(ReloadNumber, reload)
 PROTOCOL_JSON(KeyChange, key, from, to, why)
 PROTOCOL_JSON(DaemonPlan, file, applied, waiting_for_restart)
-PROTOCOL_JSON(LoopPlan, loop, file, decision, applied, waiting_for_output, waiting_for_restart)
+PROTOCOL_JSON(LoopPlan, loop, file, decision, file_hash, applied, waiting_for_output,
+              waiting_for_restart)
 PROTOCOL_JSON(ReloadPlan, daemon, loops)
 PROTOCOL_JSON(Diagnostic, file, level, key, message, line, column)
 PROTOCOL_JSON(ReloadOutcome, outcome, dry_run, on_disk, take_file_needed, not_now, lines,

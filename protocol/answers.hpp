@@ -548,6 +548,7 @@ struct DaemonPlan {
 
 struct LoopPlan {
   std::string loop{}, file{}, decision{};
+  Maybe<std::uint32_t> file_hash{};  // CRC-32 of the file's text as it was read for this plan
   std::vector<KeyChange> applied{}, waiting_for_output{}, waiting_for_restart{};
 };
 

@@ -145,7 +145,7 @@ PROTOCOL_REQUEST(OutcomeRequest, loop, found, note)
 PROTOCOL_REQUEST(NoteRequest, loop, text, about_ms, user, address)
 PROTOCOL_REQUEST(ReportsRequest, loop)
 PROTOCOL_REQUEST(ReportRequest, loop, kind, from_ms, to_ms, user, address)
-PROTOCOL_REQUEST(RecordRequest, loop, start, stop)
+PROTOCOL_REQUEST(RecordRequest, loop, start, stop, at_most_s)
 PROTOCOL_REQUEST(ReloadRequest, dry_run, take_file)
 PROTOCOL_REQUEST(ReloadStateRequest, reload)
 

@@ -224,6 +224,7 @@ struct RecordRequest {
   std::string loop{};
   Maybe<std::string> start{};  // name
   Maybe<bool> stop{};
+  Maybe<double> at_most_s{};  // beside `start`: after so long it ends by itself
 };
 
 struct ReloadRequest {

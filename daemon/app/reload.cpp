@@ -22,6 +22,7 @@ LoopPlan plan_of(const LoopConfig& running, const LoopConfig& wanted, const Outp
   LoopPlan plan{.loop = wanted.name,
                 .decision = Decision::apply,
                 .keys = {.file = wanted.file, .applied = {}, .waiting_for_restart = {}},
+                .file_hash = wanted.file_hash,
                 .waiting_for_output = {}};
   std::vector<Change>& waiting = plan.keys.waiting_for_restart;
   for (KeyChange& found : compare(running, wanted)) {
@@ -51,6 +52,7 @@ LoopPlan plan_of(const LoopConfig& loop, Decision decision) {
           .keys = {.file = loop.file,
                    .applied = {},
                    .waiting_for_restart = {{.key = "loop", .from = {}, .to = {}, .why = why}}},
+          .file_hash = decision == Decision::came ? loop.file_hash : 0,
           .waiting_for_output = {}};
 }
 

@@ -59,6 +59,7 @@ struct LoopPlan {
   std::string loop;
   Decision decision = Decision::apply;
   FilePlan keys;
+  std::uint32_t file_hash = 0;  // CRC-32 of the file's text as it was read for this plan; 0: gone
   std::vector<Change> waiting_for_output;
 };
 

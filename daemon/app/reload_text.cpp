@@ -91,6 +91,7 @@ protocol::ReloadPlan told(const Plan& plan) {
     all.loops.push_back({.loop = loop.loop,
                          .file = loop.keys.file,
                          .decision = to_text(loop.decision),
+                         .file_hash = loop.file_hash,
                          .applied = told(loop.keys.applied),
                          .waiting_for_output = told(loop.waiting_for_output),
                          .waiting_for_restart = told(loop.keys.waiting_for_restart)});

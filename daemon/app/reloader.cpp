@@ -155,20 +155,25 @@ void Reloader::take(const ReadFiles& read) {
   reload::Plan plan = reload::plan(in_force(), wanted, outputs);
   const std::vector<std::string> lost = gains_lost(plan, loops_);
   const bool refused = !lost.empty() && !current_.job->take_file;
-  if (const std::string why = being_commissioned(loops_); !why.empty()) {
-    refuse(why, {why}, {.not_now = true});
-    return;
-  }
+  const std::string not_now = being_commissioned(loops_);
   if (current_.job->dry_run) {
+    // With the plan in any case: who commissions a loop looks whether its file is in force.
     std::vector<std::string> lines = reload::to_lines(plan);
     lines.insert(lines.end(), lost.begin(), lost.end());
-    const char* const otherwise = plan.all_in_force() ? "in_force" : "waits";
-    finish(
-        {.outcome = refused ? "refused" : otherwise,
-         .take_file_needed = refused,
-         .lines = std::move(lines),
-         .why = refused ? protocol::Maybe<std::string>(kTakeFile) : protocol::Maybe<std::string>(),
-         .plan = reload::told(plan)});
+    if (!not_now.empty()) lines.push_back(not_now);
+    protocol::ReloadOutcome outcome{.outcome = plan.all_in_force() ? "in_force" : "waits",
+                                    .take_file_needed = refused,
+                                    .not_now = !not_now.empty(),
+                                    .lines = std::move(lines),
+                                    .plan = reload::told(plan)};
+    if (refused) outcome.why = kTakeFile;
+    if (!not_now.empty()) outcome.why = not_now;
+    if (outcome.why) outcome.outcome = "refused";
+    finish(std::move(outcome));
+    return;
+  }
+  if (!not_now.empty()) {
+    refuse(not_now, {not_now}, {.not_now = true});
     return;
   }
   if (refused) {

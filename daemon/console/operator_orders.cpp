@@ -158,6 +158,7 @@ void OperatorOrders::collect(Commissioning::Clock::time_point now) {
       endings_.erase(loop);
     }
   }
+  end_records(now);
 }
 
 void OperatorOrders::put_out_of_service(std::size_t loop, bool is, const std::string& peer) {
@@ -423,10 +424,23 @@ protocol::RecordFile OperatorOrders::record(const protocol::RecordRequest& reque
   line.what = stop ? "record stopped" : "record started";
   std::string file;
   try {
+    constexpr double kLongest_s = 86'400.0;
+    const double at_most_s = request.at_most_s.value_or(kLongest_s);
     if (!stop && !request.start) throw RequestError("a text is needed for \"start\"");
+    if (!(at_most_s > 0.0 && at_most_s <= kLongest_s)) {
+      throw RequestError("at_most_s must be above 0, at most 86400");
+    }
     line.new_value = stop ? std::string() : *request.start;
     file = stop ? recorder.stop_csv(index, kRecordPatience)
                 : recorder.start_csv(index, line.new_value, kRecordPatience);
+    records_.erase(index);
+    const auto session = parts_.loops[index].commissioning->session();
+    if (!stop && (session || request.at_most_s)) {
+      using Clock = Commissioning::Clock;
+      const auto most =
+          std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(at_most_s));
+      records_[index] = {.file = file, .session = session, .until = Clock::now() + most};
+    }
   } catch (const std::exception& e) {
     line.result = (stop ? "" : "refused: ") + std::string(e.what());
     parts_.journal.post(std::move(line));
@@ -436,6 +450,32 @@ protocol::RecordFile OperatorOrders::record(const protocol::RecordRequest& reque
   line.result = file.empty() ? "no record was being written" : "done";
   parts_.journal.post(std::move(line));
   return {file};
+}
+
+void OperatorOrders::end_records(Commissioning::Clock::time_point now) {
+  Recorder& recorder = parts_.historian.recorder();
+  for (auto at = records_.begin(); at != records_.end();) {
+    const auto& [loop, record] = *at;
+    const bool commissioned =
+        !record.session || parts_.loops[loop].commissioning->session() == record.session;
+    if (commissioned && now <= record.until) {
+      ++at;
+      continue;
+    }
+    if (recorder.status(loop).csv_file == record.file) {
+      journal::JournalEntry line = line_of(loop, "loopwardend");
+      line.what = "record stopped";
+      line.new_value = record.file;
+      line.reason = commissioned ? "its time is over" : "the commissioning has ended";
+      line.result = "done";
+      try {
+        recorder.stop_csv(loop, std::chrono::milliseconds(0));
+      } catch (const std::exception&) {  // it is completed later
+      }
+      parts_.journal.post(std::move(line));
+    }
+    at = records_.erase(at);
+  }
 }
 
 LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,

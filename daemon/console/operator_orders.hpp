@@ -57,6 +57,8 @@ class OperatorOrders {
   std::string why_not(std::size_t loop, const rt::Order& order);
   protocol::OrderState order(const protocol::OrderRequest& request);
   protocol::RecordFile record(const protocol::RecordRequest& request, const Sender& sender);
+  // Of records that nobody stops: with the commissioning in which they began, or after their time.
+  void end_records(Commissioning::Clock::time_point now);
   base::LocalServer::Answer alarm(const protocol::AlarmRequest& request, const Sender& sender);
   base::LocalServer::Answer acknowledge_incident(
       const protocol::AcknowledgeIncidentRequest& request, const Sender& sender);
@@ -88,7 +90,14 @@ class OperatorOrders {
     Commissioning::Clock::time_point next{};
   };
   std::map<std::size_t, Ending> endings_;  // by loop
-  std::deque<orders::OrderDesk> desks_;    // one for each loop, from the first order on
+  // A CSV record that ends by itself.
+  struct EndingRecord {
+    std::string file{};
+    std::optional<std::uint64_t> session{};  // of the commissioning
+    Commissioning::Clock::time_point until{};
+  };
+  std::map<std::size_t, EndingRecord> records_;  // by loop
+  std::deque<orders::OrderDesk> desks_;          // one for each loop, from the first order on
 };
 
 }  // namespace loopwarden::daemon::console

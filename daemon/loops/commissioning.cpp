@@ -52,6 +52,12 @@ bool Commissioning::silent(Clock::time_point now) {
   return held_ && held_->silent;
 }
 
+std::optional<std::uint64_t> Commissioning::session() const {
+  const std::lock_guard lock(mutex_);
+  if (!held_ || held_->silent) return std::nullopt;
+  return held_->session;
+}
+
 std::optional<Commissioning::Holder> Commissioning::holder(Clock::time_point now) const {
   const std::lock_guard lock(mutex_);
   if (!held_) return std::nullopt;

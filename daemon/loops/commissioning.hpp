@@ -30,6 +30,9 @@ class Commissioning {
   // given back.
   bool silent(Clock::time_point now);
 
+  // The one that has the loop; nullopt: nobody has it, or he has been silent for too long.
+  std::optional<std::uint64_t> session() const;
+
   struct Holder {
     std::string by;
     std::int64_t since_ms;  // UTC

@@ -271,7 +271,7 @@ TEST_CASE("a record has the moves of the set point, and the loop is in manual af
   Plant plant;
   plant.start();
   plant.s.all.record_minutes = 0.4;
-  plant.s.person.lines = {"FIC-101", "5", "0.4", "1 9"};
+  plant.s.person.lines = {"FIC-101", "5", "0.4", "2 8", "1 9"};
   const Outcome outcome = setup::record_moves(plant.s.all);
   INFO(plant.s.person.said);
   REQUIRE(outcome == Outcome::done);
@@ -281,6 +281,121 @@ TEST_CASE("a record has the moves of the set point, and the loop is in manual af
   // By the loop's next cycle.
   CHECK(test::eventually([&] { return plant.daemon.is("FIC-101", "requested_mode", "MAN"); }));
   CHECK(plant.served());
+}
+
+TEST_CASE("nothing moves with a file that is not in force", "[setup]") {
+  Plant plant;
+  plant.start();
+  const double before = plant.co();
+  const std::string file = GENERATE(std::string("action"), std::string("comment"),
+                                    std::string("link"), std::string("unreadable"));
+  if (file == "action") {
+    plant.daemon.write_config("loops.d/FIC-101.yaml", with(loop_text(), "reverse", "direct"));
+  } else if (file == "comment") {
+    plant.s.all.folder = plant.daemon.folder() / "other";
+    write_file(plant.s.all.loop_file(), loop_text() + "# of another folder\n");
+  } else if (file == "link") {
+    const auto path = plant.daemon.config() / "loopwardend.yaml";
+    write_file(path, with(read_file(path), "transport: tcp,", "transport: tcp, pause: 0.01,"));
+  } else {
+    plant.daemon.write_config("loops.d/FIC-101.yaml", "loop: [");
+  }
+  const std::string told = file == "action"    ? "controller.action reverse in force, direct"
+                           : file == "comment" ? "another text"
+                           : file == "link"    ? "Restart the daemon"
+                                               : "the daemon refuses its files";
+  const auto refused = [&](setup::Step step) {
+    plant.s.person.lines = {"FIC-101", "2 8", "0 10", "1", "5", "0.4", "2 8", "1 9"};
+    if (file == "unreadable") {
+      CHECK_THROWS(step(plant.s.all));
+    } else {
+      CHECK_THROWS_WITH(step(plant.s.all), Catch::Contains(told));
+    }
+    CHECK_FALSE(plant.commissioned());
+  };
+  refused(setup::stroke_valve);
+  refused(setup::test_watchdog);
+  refused(setup::record_moves);
+  if (file != "comment") {
+    const ShellOutcome test =
+        bash(LOOPWARDEN_CLI
+             " valve-test FIC-101 --live --low 2 --high 8 --pv-low 0 --pv-high 10 "
+             "--socket " +
+             plant.s.all.socket + " 2>&1");
+    CHECK(test.exit_code == 75);
+    CHECK_THAT(test.text, Catch::Contains(told));
+  }
+  // The step `start` waits until it is in force.
+  plant.s.person.lines = {};
+  CHECK_THROWS_AS(setup::start_loop(plant.s.all), setup::Paused);
+  CHECK(plant.co() == Approx(before).margin(0.05));
+  if (file != "action") return;
+  REQUIRE(bash(LOOPWARDEN_CLI " reload --socket " + plant.s.all.socket).exit_code == 0);
+  plant.s.person.lines = {"FIC-101", "2 8", "0 10", "1"};
+  CHECK_THROWS_WITH(setup::stroke_valve(plant.s.all), Catch::Contains("action must be reverse"));
+}
+
+TEST_CASE("gains that a person has ordered are in force over the file", "[setup]") {
+  Plant plant;
+  plant.start();
+  protocol::ask(plant.daemon.client(),
+                protocol::TuneRequest{.loop = "FIC-101", .kp = 0.3, .ki = 0.3, .kd = 0.0});
+  REQUIRE(test::eventually(
+      [&] { return plant.daemon.loop("FIC-101").at("gains").at("not_in_file") == true; }));
+  plant.s.person.lines = {"FIC-101", "2 8", "0 10", "1"};
+  CHECK(setup::stroke_valve(plant.s.all) == Outcome::done);
+}
+
+TEST_CASE("a record that ends at a limit, by a key or a fault puts the output back", "[setup]") {
+  const std::string ends = GENERATE(as<std::string>(), "CO", "PV", "key", "operator");
+  // The wrong way round it runs away.
+  const bool wrong = ends == "CO" || ends == "PV";
+  Plant plant(wrong ? with(loop_text(), "reverse", "direct") : loop_text());
+  plant.start();
+  ScriptedPerson& person = plant.s.person;
+  person.lines = {"FIC-101", "4.5", "0.4", ends == "CO" ? "3 6" : "0 10",
+                  ends == "PV" ? "4 5.8" : "0 10"};
+  person.hears = [&](const std::string& text) {
+    if (text.find("Set point goes") == std::string::npos) return;
+    if (ends == "key") person.next_key = 'x';
+    if (ends == "operator") plant.daemon.client().set({.loop = "FIC-101", .mode = "man"});
+  };
+  const std::string why = ends == "key"        ? "a key was pressed"
+                          : ends == "operator" ? ""
+                                               : ends + " ";
+  if (ends == "operator") {
+    CHECK_THROWS(setup::record_moves(plant.s.all));
+  } else {
+    CHECK_THROWS_WITH(setup::record_moves(plant.s.all), Catch::Contains(why));
+    CHECK(person.told("output back to 4"));
+    CHECK(plant.back());
+  }
+  CHECK(plant.daemon.is("FIC-101", "requested_mode", "MAN"));
+  CHECK_FALSE(plant.commissioned());
+}
+
+TEST_CASE("a record does not begin outside of its limits", "[setup]") {
+  Plant plant;
+  plant.start();
+  ScriptedPerson& person = plant.s.person;
+  const bool pv = GENERATE(true, false);
+  // PV is near 5, the output at 4.
+  person.lines = {"FIC-101", "5", "0.4", pv ? "2 8" : "5 8", pv ? "6 9" : "1 9"};
+  CHECK_THROWS_AS(setup::record_moves(plant.s.all), setup::Paused);
+  CHECK(person.told("outside"));
+  CHECK(plant.daemon.is("FIC-101", "requested_mode", "MAN"));
+  CHECK_FALSE(plant.commissioned());
+  person.lines = {"FIC-101", "8.9", "0.4", "2 8", "1 9.9"};
+  CHECK_THROWS_WITH(setup::record_moves(plant.s.all), Catch::Contains("limits of the set point"));
+}
+
+TEST_CASE("a record is not made with another action than that of the stroke", "[setup]") {
+  Plant plant;
+  plant.start();
+  plant.s.state.set_step("stroke", "done");
+  plant.s.state.set_found("action", "direct");
+  plant.s.person.lines = {"FIC-101", "5", "0.4", "2 8", "1 9"};
+  CHECK_THROWS_WITH(setup::record_moves(plant.s.all), Catch::Contains("--again stroke"));
 }
 
 TEST_CASE("registers are read where no loop runs, and left alone where one does", "[setup]") {

@@ -18,6 +18,7 @@
 #include "config/specialists/specialist_folder.hpp"
 #include "model/commission/changes.hpp"
 #include "model/commission/sight.hpp"
+#include "protocol/ask.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/records/record_input.hpp"
@@ -26,6 +27,7 @@
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
+#include "workbench/live/daemon_client.hpp"
 #include "workbench/report/commission_page.hpp"
 #include "workbench/text/commission_json.hpp"
 #include "workbench/training/specialist_training.hpp"
@@ -43,6 +45,7 @@ struct CommissionOptions {
   std::string again;  // an earlier twin
   std::string out;
   std::string plant = "twin";
+  std::vector<double> pv_range, co_range;  // of the loop; empty: of the daemon's loop, or assumed
   double healthy_limit_percent = 1.0;
   bool accept_short = false;
   std::uint64_t seed = 1;
@@ -74,7 +77,7 @@ const char* advice(commission::Outcome outcome) {
 }
 
 void print_result(const commission::Commissioning& c, const CommissionSight& seen_here,
-                  const std::string& out) {
+                  const std::string& out, const std::string& assumed) {
   const std::optional<commission::Sight>& sight = seen_here.specialists;
   fmt::print("{}: {}\n", commission::to_text(c.outcome), c.why);
   for (const std::string& note : c.notes) fmt::print("  {}\n", note);
@@ -106,6 +109,7 @@ void print_result(const commission::Commissioning& c, const CommissionSight& see
     fmt::print("\nFor the loop's file:\nmonitor:\n");
     if (sight) fmt::print("  specialists: {}\n", (folder / "specialists").string());
     fmt::print("  twin: {}\n", (folder / "twin.yaml").string());
+    if (!assumed.empty()) fmt::print("{}\n", assumed);
   } else {
     fmt::print("{}\n", advice(c.outcome));
     if (fs::exists(folder / "twin.yaml")) {
@@ -136,9 +140,8 @@ void print_changes(const std::vector<commission::Change>& changes) {
   fmt::print("\n");
 }
 
-// In place of files what the recorder holds, kept beside the result; the longest makes the twin. Returns the ranges that
-// the daemon knows.
-analysis::KnownRanges take_from_recorder(CommissionOptions& options, OutputFiles& files) {
+// In place of files what the recorder holds, kept beside the result; the longest makes the twin.
+void take_from_recorder(CommissionOptions& options, OutputFiles& files) {
   const fs::path folder = fs::path(options.out) / "records";
   files.make_folder(folder);
   Recorded recorded = options.recorder.take(options.input.loop(), folder);
@@ -146,7 +149,77 @@ analysis::KnownRanges take_from_recorder(CommissionOptions& options, OutputFiles
                    [](const auto& a, const auto& b) { return a.rows > b.rows; });
   for (const Recorded::Record& one : recorded.records) options.records.push_back(one.path);
   options.input = RecordInput();  // its loop is the folder's, not a column's
-  return recorded.ranges();
+}
+
+std::pair<double, double> range_of(const char* option, const std::vector<double>& ends) {
+  if (!(ends[0] < ends[1])) fail(kExitUsage, "{}: the lower end comes first", option);
+  return {ends[0], ends[1]};
+}
+
+// What the daemon knows of the loop; nothing where none runs here, or it has no such loop.
+std::optional<protocol::LoopDescription> described(const CommissionOptions& options) {
+  if (options.input.loop().empty()) return std::nullopt;
+  try {
+    DaemonClient daemon(options.recorder.socket());
+    for (auto& loop : protocol::ask(daemon, protocol::DescribeRequest{}).loops) {
+      if (loop.tag == options.input.loop()) return loop;
+    }
+  } catch (const std::runtime_error&) {
+  }
+  return std::nullopt;
+}
+
+// The loop's ranges: as they were given, or as the daemon has them. The daemon refuses a twin with others.
+analysis::KnownRanges known_ranges(const CommissionOptions& options,
+                                   const std::optional<protocol::LoopDescription>& loop) {
+  analysis::KnownRanges ranges;
+  if (loop) {
+    ranges = {.pv = std::pair{loop->pv_range[0], loop->pv_range[1]},
+              .co = std::pair{loop->co_range[0], loop->co_range[1]}};
+  }
+  if (!options.pv_range.empty()) ranges.pv = range_of("--pv-range", options.pv_range);
+  if (!options.co_range.empty()) ranges.co = range_of("--co-range", options.co_range);
+  return ranges;
+}
+
+// A model that is given has ranges of its own.
+void check_ranges(const std::string& file, const plant::LoopModel& model,
+                  const analysis::KnownRanges& known) {
+  const auto check = [&](const char* key, const std::optional<std::pair<double, double>>& range,
+                         double low, double high) {
+    constexpr double kApart = 0.01;  // of the span, as the daemon judges a twin
+    if (!range) return;
+    const double span = range->second - range->first;
+    if (std::abs(low - range->first) <= kApart * span &&
+        std::abs(high - range->second) <= kApart * span) {
+      return;
+    }
+    fail(kExitConfiguration, "{}: {} is [{:g}, {:g}], and the loop has [{:g}, {:g}]: correct it",
+         file, key, low, high, range->first, range->second);
+  };
+  const control::PidSettings& pid = model.controller.pid;
+  check("transmitter.range", known.pv, model.transmitter.low, model.transmitter.high);
+  check("controller.output", known.co, pid.output_low, pid.output_high);
+}
+
+// Why the daemon would refuse a twin of this record for the loop; empty: it would not, or the loop is not known.
+std::string why_no_twin_of(const std::optional<protocol::LoopDescription>& loop, double period_s) {
+  constexpr double kApart = 0.01;
+  if (!loop || std::abs(period_s - loop->sample_time_s) <= kApart * loop->sample_time_s) return {};
+  return fmt::format(
+      "{} has a sample each {:g} s, this record one each {:g} s: the daemon refuses "
+      "its twin. `--period {:g}` gives the record the loop's samples.",
+      loop->tag, loop->sample_time_s, period_s, loop->sample_time_s);
+}
+
+// What the twin's ranges were assumed to be; empty: they are known.
+std::string assumed_text(const commission::Request& request, const plant::LoopModel& twin) {
+  if (request.model || (request.ranges.pv && request.ranges.co)) return {};
+  const control::PidSettings& pid = twin.controller.pid;
+  return fmt::format(
+      "The range of PV was taken as {:g} to {:g}, that of CO as {:g} to {:g}. If the loop has "
+      "others, the daemon refuses this twin: state them by --pv-range and --co-range, or --loop.",
+      twin.transmitter.low, twin.transmitter.high, pid.output_low, pid.output_high);
 }
 
 int run_commission(const CommissionOptions& given) {
@@ -164,10 +237,13 @@ int run_commission(const CommissionOptions& given) {
   std::vector<std::string> inputs = options.records;
   if (!start.empty()) inputs.push_back(start);
   const bool recorder = options.recorder.asked(!options.records.empty(), options.input.loop());
+  const std::optional<protocol::LoopDescription> loop = described(options);
+  request.ranges = known_ranges(options, loop);
+  if (request.model) check_ranges(start, *request.model, request.ranges);
   OutputFiles files(inputs);
   const fs::path out(options.out);
   files.make_folder(out);
-  if (recorder) request.ranges = take_from_recorder(options, files);
+  if (recorder) take_from_recorder(options, files);
   for (const char* name : {"commission.json", "report.html"}) files.stage(out / name);
   const unsigned jobs = threads(options.jobs);
   const ParallelFor parallel = on_threads(jobs);
@@ -176,6 +252,8 @@ int run_commission(const CommissionOptions& given) {
       request.records.push_back(healthy_record(path, options.input));
       say_if_long(path, request.records.back().columns.size());
     }
+    const std::string refused = why_no_twin_of(loop, request.records.front().columns.period_s);
+    if (!refused.empty()) fmt::print(stderr, "{}\n", refused);
     std::optional<Progress> progress(std::in_place, "twin", 100);
     const commission::Commissioning made = commission::commission(
         request, parallel, [&](double share) { progress->update_share(share); });
@@ -230,7 +308,7 @@ int run_commission(const CommissionOptions& given) {
       show_json(answer);
     } else {
       print_changes(changes);
-      print_result(made, sight, options.out);
+      print_result(made, sight, options.out, assumed_text(request, made.twin));
     }
   } catch (const effects::EffectError& e) {
     fail(kExitConfiguration, "{}: {}", start, e.what());
@@ -261,6 +339,12 @@ void add_commission(Program& program) {
       .excludes(model);
   command.required("--out", o.out,
                    "folder for twin.yaml, specialists, commission.json, report.html");
+  command
+      .option("--pv-range", o.pv_range,
+              "lower and upper end of PV's range, as in the loop's file; without it that of the "
+              "daemon's loop of --loop, or assumed from the record")
+      .takes(2);
+  command.option("--co-range", o.co_range, "the same for CO").takes(2);
   command.setting(
       "--healthy-limit", o.healthy_limit_percent,
       "friction or play of a healthy valve, % of the CO span; above it the verdict is not_healthy",
@@ -278,6 +362,8 @@ void add_commission(Program& program) {
       "A verdict is a result: exit code 0. Twin and specialists are written only when it is "
       "`commissioned`.\n"
       "Examples: loopwarden commission healthy.csv --model rough.yaml --out commissioned\n"
+      "          loopwarden commission healthy.csv --pv-range 0 25 --co-range 0 100 --out "
+      "commissioned\n"
       "          loopwarden commission --loop FIC-205 --last 4h --out commissioned");
 }
 

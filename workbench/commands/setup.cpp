@@ -112,17 +112,24 @@ int talk(const SetupOptions& options) {
                    .socket = options.socket,
                    .tag = tag,
                    .record_minutes = options.minutes};
+  if (state.is_new()) dialogue.say("`back` in place of an answer asks the question before.");
   const int exit_code = setup::run_steps(all);
   if (exit_code != kExitOk) {
     dialogue.say(fmt::format("\n`loopwarden setup {}` goes on with what is left.", tag));
-  } else if (all.elsewhere()) {
-    dialogue.say(fmt::format("\n{} is set up, and watched after a restart of the daemon.", tag));
-  } else {
-    dialogue.say(
-        fmt::format("\n{} is set up. It stands in manual: `loopwarden set {} --mode auto` "
-                    "closes the loop.",
-                    tag, tag));
+    return exit_code;
   }
+  if (const std::string waits = setup::what_waits(all); !waits.empty()) {
+    dialogue.say(
+        fmt::format("\nAll steps are done, but not in force: {}\nThen `loopwarden setup {}` "
+                    "looks once more.",
+                    waits, tag));
+    return kExitTryAgain;
+  }
+  dialogue.say(all.elsewhere()
+                   ? fmt::format("\n{} is set up, and watched.", tag)
+                   : fmt::format("\n{} is set up. It stands in manual: `loopwarden set {} --mode "
+                                 "auto` closes the loop.",
+                                 tag, tag));
   return exit_code;
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "protocol/ask.hpp"
+#include "workbench/live/in_force.hpp"
 #include "workbench/live/terminal.hpp"
 
 namespace loopwarden::workbench {
@@ -54,6 +55,7 @@ std::vector<BenchRow> SimulatedBench::hold(double co, double seconds) {
 
 LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimits& limits)
     : daemon_(socket), loop_(std::move(loop)), limits_(limits) {
+  if (const std::string why = not_in_force(daemon_, loop_); !why.empty()) throw TestAborted(why);
   const protocol::LoopStatus before = status();
   const protocol::Cycle cycle = before.cycle.value_or(protocol::Cycle{.fault = "?"});
   sample_time_s_ = before.sample_time_s;

@@ -44,6 +44,7 @@ class RecorderInput {
   bool asked(bool files, const std::string& loop) const;
   bool given() const noexcept { return !last_.empty() || !since_.empty(); }
   bool background() const noexcept { return background_; }
+  const std::string& socket() const noexcept { return socket_; }
   // What the recorder holds of the loop, as files in `target`: a restart of the daemon or a long gap begins another. Those
   // below kShortest_s are left out, unless all are. `place` as in record::ExportSettings. Throws CommandError where the
   // daemon does not know the loop or has recorded nothing of it, RecordError, std::runtime_error where no daemon answers.

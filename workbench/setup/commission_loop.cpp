@@ -2,13 +2,16 @@
 // What `loopwarden commission` makes of the record, and the register map of `loopwarden register-map`: as a person would
 // call them.
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/digest/digest.hpp"
 #include "base/exit_code.hpp"
 #include "protocol/ask.hpp"
 #include "workbench/files/output_files.hpp"
+#include "workbench/live/in_force.hpp"
 #include "workbench/live/test_bench.hpp"
 #include "workbench/setup/setup.hpp"
 
@@ -43,6 +46,17 @@ void reload(Setup& setup) {
       "that is over.");
 }
 
+// UTC; 0: it is not there.
+std::int64_t written_ms(const fs::path& file) {
+  struct stat info {};
+  if (::stat(file.c_str(), &info) != 0) return 0;
+  return static_cast<std::int64_t>(info.st_mtim.tv_sec) * 1000 + info.st_mtim.tv_nsec / 1'000'000;
+}
+
+void add_range(std::vector<std::string>& words, const char* option, double low, double high) {
+  words.insert(words.end(), {option, fmt::format("{}", low), fmt::format("{}", high)});
+}
+
 }  // namespace
 
 Outcome commission(Setup& setup) {
@@ -52,10 +66,18 @@ Outcome commission(Setup& setup) {
     dialogue.say("  It needs the record, which was left.");
     return Outcome::left;
   }
+  const config::LoopConfig loop = setup.loop();
   const fs::path out = state_directory(setup) / "commissioned" / setup.tag;
+  if (setup.state().found("commission") == out.string() &&
+      loop.monitor.twin == (out / "twin.yaml").string()) {
+    return Outcome::done;  // by a person, who added the lines
+  }
   fs::create_directories(out.parent_path());
   dialogue.say(fmt::format("  This takes minutes. Its result: {}", out.string()));
+  const control::PidSettings& pid = loop.controller.pid;
   std::vector<std::string> words{"commission", record, "--out", out.string(), "--plant", setup.tag};
+  add_range(words, "--pv-range", loop.pv.low, loop.pv.high);
+  add_range(words, "--co-range", pid.output_low, pid.output_high);
   if (setup.record_minutes < 20.0) words.emplace_back("--accept-short");
   const int code = setup.run(words, {});
   if (code != 0) throw TestAborted(fmt::format("commission ended with exit code {}", code));
@@ -73,14 +95,18 @@ Outcome commission(Setup& setup) {
     lines += fmt::format("  specialists: {}\n", (out / "specialists").string());
   }
   lines += fmt::format("  twin: {}\n", (out / "twin.yaml").string());
-  if (("\n" + text_of_file(setup.loop_file())).find("\nmonitor:") == std::string::npos) {
-    add_lines(setup, setup.loop_file(), lines);
-    reload(setup);
-  } else {
-    dialogue.say(fmt::format("  {} has a section monitor already; these belong into it:\n{}",
-                             setup.loop_file().string(), lines));
-  }
   setup.state().set_found("commission", out.string());
+  if (loop.monitor.twin == (out / "twin.yaml").string()) {
+    dialogue.say("  The loop's file names this twin already; the daemon takes it when it starts.");
+    return Outcome::done;
+  }
+  if (("\n" + text_of_file(setup.loop_file())).find("\nmonitor:") != std::string::npos) {
+    dialogue.say(fmt::format("  {} has a section monitor already; add these lines to it:\n{}",
+                             setup.loop_file().string(), lines));
+    return Outcome::left;
+  }
+  add_lines(setup, setup.loop_file(), lines);
+  reload(setup);
   return Outcome::done;
 }
 
@@ -101,6 +127,29 @@ Outcome connect_masters(Setup& setup) {
                            map.string()));
   setup.state().set_found("masters", map.string());
   return Outcome::done;
+}
+
+std::string what_waits(const Setup& setup) {
+  try {
+    DaemonClient daemon(setup.socket);
+    const std::string text = text_of_file(setup.loop_file());
+    if (std::string why = not_in_force(daemon, setup.tag, base::crc32(text)); !why.empty()) {
+      return why;
+    }
+    if (std::string why = box_not_in_force(daemon); !why.empty()) return why;
+    const fs::path twin = setup.loop().monitor.twin;
+    const std::int64_t started_ms = protocol::ask(daemon, protocol::DescribeRequest{}).started_ms;
+    if (!twin.empty() && written_ms(twin) > started_ms) {
+      return fmt::format(
+          "{}: {} is newer than the daemon's start. Restart the daemon (`systemctl "
+          "restart loopwardend`): every loop goes to its stop action for that "
+          "moment.",
+          setup.tag, twin.string());
+    }
+    return {};
+  } catch (const std::exception& e) {
+    return e.what();
+  }
 }
 
 }  // namespace loopwarden::workbench::setup

@@ -11,6 +11,27 @@
 #include "workbench/setup/questions.hpp"
 
 namespace loopwarden::workbench::setup {
+namespace {
+
+// The unit of a question's numbers; empty where it has none, or it is not known. `answer`: to another question, if known.
+template <class AnswerTo>
+std::string unit_of(const Question& asked, AnswerTo answer) {
+  if (asked.unit == nullptr) return {};
+  const std::string unit = asked.unit;
+  if (unit == "s") return unit;
+  const std::string known = answer(unit == "pv" ? "pv.unit" : "co.unit");
+  return known.empty() ? known : known + (unit == "co/s" ? "/s" : "");
+}
+
+// What the document has for a key; empty where it has nothing.
+std::string text_at(const config::YamlNode& root, std::string_view key) {
+  for (std::size_t i = 0; i < root.keys.size(); ++i) {
+    if (root.keys[i].text == key) return root.values[i].text;
+  }
+  return {};
+}
+
+}  // namespace
 
 Answers read_answers(const std::string& file) {
   config::Report report(file);
@@ -32,11 +53,16 @@ Answers read_answers(const std::string& file) {
                          config::suggestion(key.text, ids));
       } else if (value.kind != config::YamlNode::Kind::scalar) {
         report.error(value.place, key.text, "must be text on one line");
-      } else if (const std::string why = question(key.text).wrong(value.text); !why.empty()) {
-        report.error(value.place, key.text,
-                     fmt::format("must be {} (got '{}')", why, config::quotable(value.text)));
       } else {
-        answers[key.text] = {value.text, fmt::format("{}:{}", file, config::to_text(value.place))};
+        const Question& asked = question(key.text);
+        const std::string unit =
+            unit_of(asked, [&](std::string_view other) { return text_at(*root, other); });
+        const std::string answer = without_unit(value.text, unit);
+        if (const std::string why = asked.wrong(answer); !why.empty()) {
+          report.error(value.place, key.text,
+                       fmt::format("must be {} (got '{}')", why, config::quotable(value.text)));
+        }
+        answers[key.text] = {answer, fmt::format("{}:{}", file, config::to_text(value.place))};
       }
     }
   }
@@ -52,25 +78,64 @@ std::string Dialogue::line(const std::string& prompt) {
   return *answer;
 }
 
+std::string Dialogue::why_wrong(const Question& asked, const std::string& answer) const {
+  const std::string why = asked.wrong(answer);
+  return why.empty() ? why_refused(std::string(asked.id), answer) : why;
+}
+
 std::string Dialogue::ask(const std::string& id, const std::string& about) {
+  return ask(id, about, true);
+}
+
+std::string Dialogue::ask_in_words(const std::string& id) { return ask(id, {}, false); }
+
+std::string Dialogue::ask(const std::string& id, const std::string& about, bool offers) {
   if (const auto kept = state_.answers().find(id); kept != state_.answers().end()) {
     return kept->second;
   }
   const Question& asked = question(id);
+  const std::string unit = unit_of(asked, [&](const char* other) {
+    const auto known = state_.answers().find(other);
+    return known == state_.answers().end() ? std::string() : known->second;
+  });
   const std::string text = about + (about.empty() ? "" : ". ") + std::string(asked.text);
-  std::string answer;
   if (const auto written = answers_.find(id); written != answers_.end()) {
-    answer = written->second.text;
+    const std::string& answer = written->second.text;
     say(fmt::format("{}: {}  ({})", text, answer, written->second.place));
-  } else {
-    const std::string offer = asked.fallback == nullptr ? "" : fmt::format(" [{}]", asked.fallback);
-    answer = ask_now(text + offer, [&](const std::string& said) {
-      return asked.wrong(said.empty() && asked.fallback != nullptr ? asked.fallback : said);
-    });
-    if (answer.empty() && asked.fallback != nullptr) answer = asked.fallback;
+    if (const std::string why = why_refused(id, answer); !why.empty()) {
+      throw CommandError(kExitData, fmt::format("{}: {}: {}", written->second.place, id, why));
+    }
+    state_.answer(id, answer);
+    return answer;
   }
-  state_.answer(id, answer);
-  return answer;
+  std::optional<std::string> offer;
+  if (offers && asked.fallback != nullptr) offer = asked.fallback;
+  if (const std::string earlier = state_.earlier(id); offers && !earlier.empty()) offer = earlier;
+  const auto meant = [&](const std::string& said) {
+    return said.empty() && offer ? *offer : without_unit(said, unit);
+  };
+  for (;;) {
+    const std::string said =
+        ask_now(text + (offer ? fmt::format(" [{}]", *offer) : ""), [&](const std::string& answer) {
+          return answer == kBack ? std::string() : why_wrong(asked, meant(answer));
+        });
+    if (said != kBack) {
+      state_.said(id, meant(said));
+      return meant(said);
+    }
+    back();
+  }
+}
+
+void Dialogue::forget(const std::string& id) {
+  state_.forget_answer(id);
+  answers_.erase(id);
+}
+
+void Dialogue::back() {
+  std::string last = state_.take_back();
+  if (!last.empty()) throw Back{std::move(last)};
+  say("  There is no question before; `loopwarden setup TAG --again STEP` asks those of a step.");
 }
 
 double Dialogue::number(const std::string& id, const std::string& about) {
@@ -92,19 +157,19 @@ bool Dialogue::yes_now(const std::string& text) {
          }) == "yes";
 }
 
-double Dialogue::number_now(const std::string& text) {
-  const std::string answer = ask_now(text, [](const std::string& said) -> std::string {
-    return numbers_in(said, 1) ? "" : "a number";
+double Dialogue::number_now(const std::string& text, const std::string& unit) {
+  const std::string answer = ask_now(text, [&](const std::string& said) -> std::string {
+    return numbers_in(without_unit(said, unit), 1) ? "" : "a number";
   });
-  return numbers_in(answer, 1).value().front();
+  return numbers_in(without_unit(answer, unit), 1).value().front();
 }
 
-std::pair<double, double> Dialogue::range_now(const std::string& text) {
-  const std::string answer = ask_now(text, [](const std::string& said) -> std::string {
-    const auto ends = numbers_in(said, 2);
+std::pair<double, double> Dialogue::range_now(const std::string& text, const std::string& unit) {
+  const std::string answer = ask_now(text, [&](const std::string& said) -> std::string {
+    const auto ends = numbers_in(without_unit(said, unit), 2);
     return ends && (*ends)[0] < (*ends)[1] ? "" : "two numbers, the lower one first";
   });
-  const std::vector<double> ends = numbers_in(answer, 2).value();
+  const std::vector<double> ends = numbers_in(without_unit(answer, unit), 2).value();
   return {ends[0], ends[1]};
 }
 

@@ -58,9 +58,24 @@ void scan(Setup& setup, protocol::Probe probe, const std::string& where,
   }
 }
 
+// Why a value is none that the range lets expect; empty: it may be one. A tenth of the span beyond its ends is no wonder.
+std::string outside(double value, std::pair<double, double> range, const std::string& unit) {
+  const double more = 0.1 * (range.second - range.first);
+  if (value >= range.first - more && value <= range.second + more) return {};
+  return fmt::format("{:.5g} {} is outside of the range {:g} to {:g}", value, unit, range.first,
+                     range.second);
+}
+
+// A floating-point number that no device measures: the register, its type or the order of its bytes is another one.
+bool is_no_measurement(double raw) {
+  constexpr double kLeast = 1e-20;
+  constexpr double kMost = 1e20;
+  return !std::isfinite(raw) || std::abs(raw) > kMost || (raw != 0.0 && std::abs(raw) < kLeast);
+}
+
 // The scaling by what a person reads off the device's own display. Four numbers, or none.
-std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const std::string& unit,
-                             std::pair<double, double> range) {
+std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const std::string& id,
+                             const std::string& unit, std::pair<double, double> range) {
   Dialogue& dialogue = setup.dialogue;
   struct Said {
     double raw, value;
@@ -83,10 +98,13 @@ std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const s
                           "0 {}",
                           unit),
         [&](const std::string& answer) -> std::string {
-          const bool good = answer.empty() || answer == "r" || said_value(answer, range);
-          return good ? "" : "a number, such as 10.5 or 43 %";
+          if (answer.empty() || answer == "r" || answer == kBack) return {};
+          const auto value = said_value(answer, range, unit);
+          if (!value) return fmt::format("a number, such as 10.5, 10.5 {} or 43 %", unit);
+          return outside(*value, range, unit);
         });
-    if (text == "r") continue;
+    if (text == kBack) dialogue.back();
+    if (text == "r" || text == kBack) continue;
     if (text.empty() && said.empty()) return "none";
     if (text.empty()) {
       if (said.front().raw == 0.0 || said.front().value == 0.0) {
@@ -97,7 +115,7 @@ std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const s
     } else {
       const protocol::Probed now = setup.prober.read(probe);
       if (now.state != "read" || !std::isfinite(now.raw)) continue;
-      said.push_back({now.raw, said_value(text, range).value()});
+      said.push_back({now.raw, said_value(text, range, unit).value()});
     }
     if (said.size() < 2) continue;
     std::sort(said.begin(), said.end(), [](const Said& a, const Said& b) { return a.raw < b.raw; });
@@ -106,7 +124,12 @@ std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const s
       said.pop_back();
       continue;
     }
-    return fmt::format("{} {} {} {}", said[0].raw, said[1].raw, said[0].value, said[1].value);
+    std::string scale =
+        fmt::format("{} {} {} {}", said[0].raw, said[1].raw, said[0].value, said[1].value);
+    const std::string why = dialogue.why_refused(id, scale);
+    if (why.empty()) return scale;
+    dialogue.say("  " + why);
+    said.clear();
   }
 }
 
@@ -123,12 +146,21 @@ struct Point {
   bool in_pv_units;
 };
 
-void find_point(Setup& setup, const protocol::Probe& link, const Point& point) {
+// What was said of a point.
+struct SaidPoint {
+  std::string where, scale;
+  friend bool operator==(const SaidPoint&, const SaidPoint&) = default;
+};
+
+// Asks for a point and reads it. Returns why its value can't be right; empty: it can, nothing can be read, or he has said
+// the same `before` and means it. `said` gets his answers.
+std::string look_at(Setup& setup, const protocol::Probe& link, const Point& point,
+                    const SaidPoint& before, SaidPoint& said) {
   Dialogue& dialogue = setup.dialogue;
   const std::string name = point.name;
-  const std::string where = dialogue.ask(name + ".register", point.what);
-  const std::optional<RegisterPlace> place = register_in(where);
-  if (!place || name == "mode") return;
+  said.where = dialogue.ask(name + ".register", point.what);
+  const std::optional<RegisterPlace> place = register_in(said.where);
+  if (!place || name == "mode") return {};
   const std::string unit = dialogue.ask(point.in_pv_units ? "pv.unit" : "co.unit");
   const auto range = dialogue.range(point.in_pv_units ? "pv.range" : "co.range");
   protocol::Probe probe = link;
@@ -137,15 +169,48 @@ void find_point(Setup& setup, const protocol::Probe& link, const Point& point) {
   probe.address = place->address;
   probe.type = place->type;
   probe.order = place->order;
-  std::string scale = dialogue.ask(name + ".scale");
-  if (scale == "live") {
-    scale = scale_by_display(setup, probe, unit, range);
-    setup.state().answer(name + ".scale", scale);
+  const std::string scale_id = name + ".scale";
+  const bool is_float = place->type == "f32" || place->type == "f64";
+  if (is_float && !dialogue.knows(scale_id) && said.where != before.where) {
+    const protocol::Probed first = setup.prober.read(probe);
+    if (first.state == "read" && is_no_measurement(first.raw)) {
+      return in_words(first) + " is no measured value";
+    }
   }
+  std::string scale = dialogue.ask(scale_id);
+  if (scale == "live") {
+    scale = scale_by_display(setup, probe, scale_id, unit, range);
+    setup.state().answer(scale_id, scale);
+  }
+  said.scale = scale;
   const protocol::Probed now = setup.prober.read(probe);
-  dialogue.say(now.state == "read"
-                   ? fmt::format("  {} = {:.5g} {}", in_words(now), scaled(now.raw, scale), unit)
-                   : "  " + in_words(now));
+  if (now.state != "read") {
+    dialogue.say("  " + in_words(now));
+    return {};
+  }
+  const double value = scaled(now.raw, scale);
+  dialogue.say(fmt::format("  {} = {:.5g} {}", in_words(now), value, unit));
+  const bool insists = said == before || (said.where == before.where && before.scale.empty());
+  if (insists) return {};
+  if (is_float && is_no_measurement(now.raw)) return in_words(now) + " is no measured value";
+  return outside(value, range, unit);
+}
+
+void find_point(Setup& setup, const protocol::Probe& link, const Point& point) {
+  Dialogue& dialogue = setup.dialogue;
+  SaidPoint before;
+  for (;;) {
+    SaidPoint said;
+    const std::string why = look_at(setup, link, point, before, said);
+    if (why.empty()) return;
+    dialogue.say(fmt::format(
+        "  {}: register, type, order of the bytes or scaling are wrong. What is said once more "
+        "without a change is kept.",
+        why));
+    before = std::move(said);
+    dialogue.forget(std::string(point.name) + ".register");
+    dialogue.forget(std::string(point.name) + ".scale");
+  }
 }
 
 protocol::Probe ask_link(Setup& setup) {

@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "base/digest/digest.hpp"
 #include "protocol/ask.hpp"
+#include "workbench/live/in_force.hpp"
 #include "workbench/live/terminal.hpp"
 
 namespace loopwarden::workbench::setup {
@@ -19,11 +22,19 @@ protocol::LoopStatus status_of(DaemonClient& daemon, const std::string& tag) {
   throw TestAborted("the daemon does not run " + tag);
 }
 
+void check_in_force(const Setup& setup, DaemonClient& daemon) {
+  const std::string why =
+      not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())));
+  if (!why.empty()) throw TestAborted(why);
+}
+
 bool agreed(Setup& setup, const std::string& what_moves) {
   Dialogue& dialogue = setup.dialogue;
   if (!dialogue.person().has_keys()) {
     throw TestAborted("this step moves the valve: it needs a terminal, and a person at its keys");
   }
+  DaemonClient daemon(setup.socket);
+  check_in_force(setup, daemon);
   dialogue.say("  " + what_moves);
   const std::string typed =
       dialogue.ask_now(fmt::format("  Type {} to go on, or Enter to leave this step", setup.tag),
@@ -33,19 +44,68 @@ bool agreed(Setup& setup, const std::string& what_moves) {
   return !typed.empty();
 }
 
+namespace {
+
+constexpr const char* kOutside = "  The loop stands outside of them.";
+
+std::pair<double, double> ask_pv_limits(Setup& setup, const protocol::LoopStatus& loop, double pv) {
+  return setup.dialogue.range_now(
+      fmt::format("  It ends where PV leaves: lowest and highest, {} (now {:.4g})", loop.pv_unit,
+                  pv),
+      loop.pv_unit);
+}
+
+// Of the newest cycle. Throws TestAborted if there is none, or it has a value that no limit can be compared with.
+const protocol::Cycle& known_cycle(const protocol::LoopStatus& loop) {
+  if (!loop.cycle) throw TestAborted("the loop has not run yet");
+  if (!std::isfinite(loop.cycle->pv)) {
+    throw TestAborted(fmt::format("PV is not known ({})", loop.cycle->pv_reason));
+  }
+  return *loop.cycle;
+}
+
+}  // namespace
+
+const char* word_of(control::Action action) noexcept {
+  return action == control::Action::reverse ? "reverse" : "direct";
+}
+
 LiveLimits limits_now(Setup& setup, const protocol::LoopStatus& loop) {
-  Dialogue& dialogue = setup.dialogue;
-  const protocol::Cycle cycle = loop.cycle.value_or(protocol::Cycle{});
+  const protocol::Cycle& cycle = known_cycle(loop);
+  if (!std::isfinite(cycle.co)) {
+    throw TestAborted("nothing tells where the output stands: the step `stroke` asks for it");
+  }
   for (;;) {
-    const auto co = dialogue.range_now(
-        fmt::format("  Lowest and highest output, {} (now {:.4g})", loop.co_unit, cycle.co));
-    const auto pv = dialogue.range_now(fmt::format(
-        "  It ends where PV leaves: lowest and highest, {} (now {:.4g})", loop.pv_unit, cycle.pv));
+    const auto co = setup.dialogue.range_now(
+        fmt::format("  Lowest and highest output, {} (now {:.4g})", loop.co_unit, cycle.co),
+        loop.co_unit);
+    const auto pv = ask_pv_limits(setup, loop, cycle.pv);
     const bool inside = cycle.co >= co.first && cycle.co <= co.second && cycle.pv >= pv.first &&
                         cycle.pv <= pv.second;
     if (inside) return {co.first, co.second, pv.first, pv.second};
-    dialogue.say("  The loop stands outside of them.");
+    setup.dialogue.say(kOutside);
   }
+}
+
+LiveLimits pv_limits_now(Setup& setup, const protocol::LoopStatus& loop) {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  const double now = known_cycle(loop).pv;
+  for (;;) {
+    const auto pv = ask_pv_limits(setup, loop, now);
+    if (now >= pv.first && now <= pv.second) return {-kAny, kAny, pv.first, pv.second};
+    setup.dialogue.say(kOutside);
+  }
+}
+
+double check_inside(const protocol::LoopStatus& loop, const LiveLimits& limits) {
+  const protocol::Cycle& cycle = known_cycle(loop);
+  if (cycle.fault != "none") throw TestAborted("the loop has a fault: " + cycle.fault);
+  if (!(cycle.co >= limits.co_low && cycle.co <= limits.co_high && cycle.pv >= limits.pv_low &&
+        cycle.pv <= limits.pv_high)) {
+    throw TestAborted(fmt::format(
+        "the loop stands outside of the limits by now: CO {:.4g}, PV {:.4g}", cycle.co, cycle.pv));
+  }
+  return cycle.co;
 }
 
 Session::Session(const std::string& socket, std::string tag)

@@ -16,11 +16,22 @@ namespace loopwarden::workbench::setup {
 // As the daemon has it. Throws TestAborted where it has no such loop.
 protocol::LoopStatus status_of(DaemonClient& daemon, const std::string& tag);
 
-// Whether he typed the tag; else the step is left. Throws TestAborted where nobody sits at a terminal.
+// Throws TestAborted if the daemon does not run the loop as its file in the folder of the setup is now. Each step that moves
+// the valve asks before its questions, and again once the loop is its own: then no reload comes in between.
+void check_in_force(const Setup& setup, DaemonClient& daemon);
+
+// Whether he typed the tag; else the step is left. Throws TestAborted where nobody sits at a terminal, and as
+// check_in_force.
 bool agreed(Setup& setup, const std::string& what_moves);
 
 // Limits of a test, which he types; the loop stands within them.
 LiveLimits limits_now(Setup& setup, const protocol::LoopStatus& loop);
+// Those of PV only, of a loop that another controller runs.
+LiveLimits pv_limits_now(Setup& setup, const protocol::LoopStatus& loop);
+// Where the output stands. Throws TestAborted if the loop has a fault or is outside of the limits.
+double check_inside(const protocol::LoopStatus& loop, const LiveLimits& limits);
+
+const char* word_of(control::Action action) noexcept;
 
 // Any key ends it while this lives.
 class AbortKey {

@@ -2,6 +2,7 @@
 #include "workbench/setup/questions.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
@@ -122,22 +123,22 @@ constexpr const char* kPlaceHelp = "UNIT TABLE ADDRESS TYPE [ORDER], such as 1 i
 
 constexpr std::array kQuestions{
     Question{"tag", "loop", "Tag of the loop, such as FIC-101", nullptr, tag},
-    Question{"description", "loop", "What it is for, in a few words", "", any},
     Question{"control", "loop",
              "Who controls it: here (this box moves the valve) or elsewhere (a PLC or DCS does; "
              "nothing is ever written)",
              nullptr, control_word},
-    Question{"pv.unit", "loop", "Unit of the process variable PV, such as m3/h", nullptr, there},
-    Question{"pv.range", "loop", "Range of PV: lower and upper end", nullptr, range},
-    Question{"co.unit", "loop", "Unit of the controller output CO", "%", there},
-    Question{"co.range", "loop", "Range of CO", "0 100", range},
-    Question{"sample_time", "loop",
-             "Seconds between two cycles: a fifth of the loop's time constant or shorter", "0.2",
-             above_zero_number},
     Question{"source", "loop",
              "Where its values come from: modbus (the PLC's registers) or opcua (an OPC UA server, "
              "by loopwarden-opcua)",
              "modbus", source_word},
+    Question{"description", "loop", "What it is for, in a few words", "", any},
+    Question{"pv.unit", "loop", "Unit of the process variable PV, such as m3/h", nullptr, there},
+    Question{"pv.range", "loop", "Range of PV: lower and upper end", nullptr, range, "pv"},
+    Question{"co.unit", "loop", "Unit of the controller output CO", "%", there},
+    Question{"co.range", "loop", "Range of CO", "0 100", range, "co"},
+    Question{"sample_time", "loop",
+             "Seconds between two cycles: a fifth of the loop's time constant or shorter", "0.2",
+             above_zero_number, "s"},
     Question{"opcua.url", "devices", "Address of the server, opc.tcp://HOST:PORT", nullptr, there},
     Question{"link.transport", "devices", "How its devices are reached: tcp or rtu (serial line)",
              "tcp", transport_word},
@@ -175,7 +176,7 @@ constexpr std::array kQuestions{
         "on the device itself), none (nothing does, and you accept it)",
         nullptr, loss_word},
     Question{"comm_loss.timeout", "devices", "Seconds without a command, after which it acts",
-             nullptr, above_zero_number},
+             nullptr, above_zero_number, "s"},
     Question{"comm_loss.register", "devices", "Its register, UNIT holding ADDRESS TYPE", nullptr,
              holding_place},
     Question{"comm_loss.scale", "devices",
@@ -188,26 +189,26 @@ constexpr std::array kQuestions{
              "loops; `loopwarden autotune` finds better",
              nullptr, above_zero_number},
     Question{"ti", "file", "Integral time Ti, s. The loop's time constant, or longer", nullptr,
-             above_zero_number},
+             above_zero_number, "s"},
     Question{"sp.limits", "file", "Lowest and highest set point that may be ordered, PV units",
-             nullptr, range},
+             nullptr, range, "pv"},
     Question{"co.limits", "file", "Lowest and highest output that is ever written, CO units",
-             nullptr, range},
+             nullptr, range, "co"},
     Question{"co.rate", "file", "Fastest change of the output, CO units a second, or none", "none",
-             above_zero_or_none},
+             above_zero_or_none, "co/s"},
     Question{"stop.end", "file",
              "The service is stopped or the box restarts. hold: the valve stays where it is, and "
              "nobody controls it. A number: the output goes there first",
-             nullptr, hold_or_value},
+             nullptr, hold_or_value, "co"},
     Question{"stop.bad_pv", "file",
              "The transmitter fails. hold: the valve stays, whatever the flow does. A number: the "
              "output goes there",
-             nullptr, hold_or_value},
+             nullptr, hold_or_value, "co"},
     Question{
         "stop.output_lost", "file",
         "Commands no longer reach the valve, so its own watchdog may have moved it. hold: the "
         "loop goes on from where the valve is found. A number: it goes there as soon as it can",
-        nullptr, hold_or_value},
+        nullptr, hold_or_value, "co"},
     Question{"write", "file", "Write these files: yes or no", "yes", yes_or_no},
     Question{"masters", "masters",
              "Does a PLC or SCADA read from this box by Modbus? yes: on port 1502, this host alone "
@@ -238,6 +239,26 @@ std::optional<std::vector<double>> numbers_in(const std::string& text, std::size
     numbers.push_back(*number);
   }
   return numbers.size() == count ? std::optional(numbers) : std::nullopt;
+}
+
+std::string without_unit(const std::string& text, const std::string& unit) {
+  const std::string wanted = base::lower_case(unit);
+  if (wanted.empty()) return text;
+  std::string rest = text;
+  for (std::size_t at = 0; (at = base::lower_case(rest).find(wanted, at)) != std::string::npos;) {
+    const std::size_t before = rest.find_last_not_of(kBlanks, at == 0 ? 0 : at - 1);
+    const std::size_t after = at + unit.size();
+    const bool behind_number =
+        at > 0 && before != std::string::npos &&
+        (std::isdigit(static_cast<unsigned char>(rest[before])) != 0 || rest[before] == '.');
+    const bool ends = after >= rest.size() || kBlanks.find(rest[after]) != std::string_view::npos;
+    if (behind_number && ends) {
+      rest.erase(at, unit.size());
+    } else {
+      at = after;
+    }
+  }
+  return std::string(base::trimmed(rest));
 }
 
 std::optional<std::vector<unsigned>> units_in(const std::string& text) {
@@ -273,8 +294,10 @@ std::optional<RegisterPlace> register_in(const std::string& text) {
   return place;
 }
 
-std::optional<double> said_value(const std::string& text, std::pair<double, double> range) {
-  std::string_view words = base::trimmed(text);
+std::optional<double> said_value(const std::string& text, std::pair<double, double> range,
+                                 const std::string& unit) {
+  const std::string plain = unit == "%" ? text : without_unit(text, unit);
+  std::string_view words = base::trimmed(plain);
   const bool percent = words.ends_with('%');
   if (percent) words = base::trimmed(words.substr(0, words.size() - 1));
   const std::optional<double> value = number_in<double>(words);

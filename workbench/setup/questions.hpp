@@ -19,6 +19,8 @@ struct Question {
   const char* fallback;  // what Enter means; null: there is no such thing
   // What is wrong with an answer; empty: nothing.
   std::string (*wrong)(const std::string& answer);
+  const char* unit =
+      nullptr;  // in which its numbers may be given: s; pv, co, co/s: that of PV, of CO, of CO a second
 };
 
 // Throws std::logic_error for an id that is none.
@@ -27,6 +29,8 @@ std::vector<std::string> question_ids();
 
 // Numbers separated by blanks or commas; nullopt: something else stands among them, or they are not `count`.
 std::optional<std::vector<double>> numbers_in(const std::string& text, std::size_t count);
+// `text` without this unit behind its numbers: 5.0 m3/h is 5.0.
+std::string without_unit(const std::string& text, const std::string& unit);
 // 1-3,7 as 1, 2, 3, 7; nullopt: it is no such list, or a number is above 255.
 std::optional<std::vector<unsigned>> units_in(const std::string& text);
 
@@ -38,7 +42,8 @@ struct RegisterPlace {
 };
 std::optional<RegisterPlace> register_in(const std::string& text);
 
-// 43 %: of a range; 10.5: as it is. In the range's unit. nullopt: neither.
-std::optional<double> said_value(const std::string& text, std::pair<double, double> range);
+// 43 %: of a range; 10.5, or 10.5 with the unit: as it is. In the range's unit. nullopt: none of these.
+std::optional<double> said_value(const std::string& text, std::pair<double, double> range,
+                                 const std::string& unit = {});
 
 }  // namespace loopwarden::workbench::setup

@@ -21,18 +21,18 @@ namespace {
 
 // In sizes of the move, one after the other, each for the same time: a few in each direction, and some twice as large.
 constexpr std::array kPlan{0.0, 1.0, 0.0, -1.0, 0.0, 1.0, -1.0, 1.0, 0.0, -1.0, 0.0};
+constexpr double kMargin_s = 120.0;  // that the moves may take longer than planned
 
-struct Limits {
-  double low, high;  // PV units
-};
-
-// The daemon's record of the loop, ended however this ends.
+// The daemon's record of the loop, ended however this ends. Where this process dies, the daemon ends it: with the
+// commissioning, and after `at_most_s`.
 class CsvRecord {
  public:
-  CsvRecord(DaemonClient& daemon, const std::string& tag) : daemon_(daemon), tag_(tag) {
+  CsvRecord(DaemonClient& daemon, const std::string& tag, double at_most_s)
+      : daemon_(daemon), tag_(tag) {
     const std::time_t now = std::time(nullptr);
     protocol::RecordRequest request{.loop = tag};
     request.start = fmt::format("{}-setup-{:%Y%m%dT%H%M%SZ}", tag, fmt::gmtime(now));
+    request.at_most_s = at_most_s;
     file_ = protocol::ask(daemon_, request).file;
   }
   CsvRecord(const CsvRecord&) = delete;
@@ -53,10 +53,12 @@ class CsvRecord {
   std::string tag_, file_;
 };
 
-// The loop in automatic, and back in manual where its output stands then.
+// The loop in automatic, and back in manual: after all moves where its output stands then, otherwise where the output stood
+// before.
 class InAutomatic {
  public:
-  InAutomatic(Session& session, double set_point) : session_(session) {
+  InAutomatic(Setup& setup, Session& session, double output, double set_point)
+      : dialogue_(setup.dialogue), session_(session), output_(output) {
     try {
       session_.set({.set_point = set_point, .mode = "auto"});
     } catch (const std::exception&) {
@@ -69,30 +71,51 @@ class InAutomatic {
   InAutomatic& operator=(const InAutomatic&) = delete;
   ~InAutomatic() { put_back(); }
   void move(double set_point) { session_.set({.set_point = set_point}); }
+  void all_moved() noexcept { all_moved_ = true; }
 
  private:
   void put_back() noexcept {
     try {
+      if (all_moved_) {
+        session_.set({.mode = "man"});
+        return;
+      }
+      session_.set({.output = output_, .mode = "man"});
+      dialogue_.say(fmt::format("  Manual, output back to {:.4g}.", output_));
+    } catch (const std::exception& e) {
+      abandon(e.what());
+    }
+  }
+  // Such as where a fault's action has the output: the mode is taken all the same.
+  void abandon(const char* why) noexcept {
+    session_.abandon();
+    try {
+      dialogue_.say(fmt::format("  The output could not be put back to {:.4g}: {}", output_, why));
       session_.set({.mode = "man"});
-    } catch (const std::exception&) {
-      session_.abandon();  // then the daemon takes it there by itself
+    } catch (const std::exception&) {  // the daemon takes it there by itself
     }
   }
 
+  Dialogue& dialogue_;
   Session& session_;
+  double output_;  // CO units, before
+  bool all_moved_ = false;
 };
 
 // Watches the loop in its own time. Throws TestAborted where it must end.
 class Watched {
  public:
-  Watched(Setup& setup, DaemonClient& daemon, const Limits& limits, bool ours,
+  Watched(Setup& setup, DaemonClient& daemon, const LiveLimits& limits, bool ours,
           std::function<std::string()> must_end)
       : setup_(setup),
         daemon_(daemon),
         limits_(limits),
         ours_(ours),
-        must_end_(std::move(must_end)),
-        time_s_(status_of(daemon, setup.tag).cycle.value_or(protocol::Cycle{}).time_s) {}
+        must_end_(std::move(must_end)) {
+    const protocol::Cycle now = status_of(daemon, setup.tag).cycle.value_or(protocol::Cycle{});
+    time_s_ = now.time_s;
+    next_period_ = now.period + 1;
+  }
 
   // Until `until_s` of the loop's time, or `seen` says that it is enough.
   template <class Seen>
@@ -100,10 +123,8 @@ class Watched {
     while (time_s_ < until_s) {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
       if (const std::string why = must_end_(); !why.empty()) throw TestAborted(why);
+      check_limits();
       const protocol::Cycle now = status_of(daemon_, setup_.tag).cycle.value_or(protocol::Cycle{});
-      if (!(now.pv >= limits_.low && now.pv <= limits_.high)) {
-        throw TestAborted(fmt::format("PV {:.4g} left its limits", now.pv));
-      }
       if (ours_ && (now.fault != "none" || now.requested_mode != "AUTO")) {
         throw TestAborted(fmt::format("the loop is no longer in automatic (mode {}, fault {})",
                                       now.mode, now.fault));
@@ -115,13 +136,43 @@ class Watched {
   double time_s() const noexcept { return time_s_; }
 
  private:
+  // Of every cycle since the last look.
+  void check_limits() {
+    const protocol::Trend fresh =
+        protocol::ask(daemon_, protocol::TrendRequest{.loop = setup_.tag, .from = next_period_});
+    for (std::size_t i = 0; i < fresh.period.size(); ++i) {
+      next_period_ = fresh.period[i] + 1;
+      const double pv = fresh.pv[i];
+      const double co = fresh.co[i];
+      if (!(pv >= limits_.pv_low && pv <= limits_.pv_high)) {
+        throw TestAborted(fmt::format("PV {:.4g} left its limits", pv));
+      }
+      if (ours_ && !(co >= limits_.co_low && co <= limits_.co_high)) {
+        throw TestAborted(fmt::format("CO {:.4g} left its limits", co));
+      }
+    }
+  }
+
   Setup& setup_;
   DaemonClient& daemon_;
-  const Limits& limits_;
+  const LiveLimits& limits_;
   bool ours_;
   std::function<std::string()> must_end_;
-  double time_s_;
+  double time_s_ = 0.0;
+  std::uint64_t next_period_ = 0;
 };
+
+// What the stroke has shown of the action counts for the file of now only. Without a stroke nothing has shown it.
+void check_action(Setup& setup, const config::LoopConfig& loop) {
+  const std::string proven = setup.state().found("action");
+  if (setup.state().step("stroke") != "done" || proven.empty()) {
+    setup.dialogue.say("  No stroke has shown that controller.action is right.");
+  } else if (proven != word_of(loop.controller.pid.action)) {
+    throw TestAborted(fmt::format(
+        "the stroke was with controller.action {}, {} has {}: `loopwarden setup {} --again stroke`",
+        proven, loop.file, word_of(loop.controller.pid.action), setup.tag));
+  }
+}
 
 // The way there is no part of the record: PV has been near the set point for a while.
 void settle(Watched& loop, double set_point, double near) {
@@ -151,7 +202,7 @@ Outcome record_moves(Setup& setup) {
   if (ours &&
       !agreed(setup, fmt::format("The loop goes to automatic with its gains as they are, and "
                                  "its set point moves for {:g} minutes. Then it is in manual. "
-                                 "Any key ends it.",
+                                 "Any key ends it, and the output goes back to where it stands.",
                                  setup.record_minutes))) {
     return Outcome::left;
   }
@@ -162,27 +213,42 @@ Outcome record_moves(Setup& setup) {
     return Outcome::left;
   }
   DaemonClient daemon(setup.socket);
+  if (ours) {
+    check_action(setup, loop);
+  } else {
+    check_in_force(setup, daemon);
+  }
   const protocol::LoopStatus before = status_of(daemon, setup.tag);
   const protocol::Cycle cycle = before.cycle.value_or(protocol::Cycle{});
   const double span = loop.pv.high - loop.pv.low;
   const double middle = dialogue.number_now(
-      fmt::format("  Set point to move around, {} (PV is {:.4g})", loop.pv_unit, cycle.pv));
+      fmt::format("  Set point to move around, {} (PV is {:.4g})", loop.pv_unit, cycle.pv),
+      loop.pv_unit);
   const double size = dialogue.number_now(
       fmt::format("  Size of a move, {} (3 to 5 % of the span: {:.3g} to {:.3g})", loop.pv_unit,
-                  0.03 * span, 0.05 * span));
-  const auto [low, high] = dialogue.range_now(
-      fmt::format("  It ends where PV leaves: lowest and highest, {}", loop.pv_unit));
-  if (!(size > 0.0 && middle - size > low && middle + size < high)) {
+                  0.03 * span, 0.05 * span),
+      loop.pv_unit);
+  LiveLimits limits = ours ? limits_now(setup, before) : pv_limits_now(setup, before);
+  if (!(size > 0.0 && middle - size > limits.pv_low && middle + size < limits.pv_high)) {
     throw TestAborted("the moves, above 0, lie within the limits of PV");
   }
-  const Limits limits{low, high};
+  const auto& allowed = loop.controller.set_point;
+  if (ours && !(middle - size >= allowed.low && middle + size <= allowed.high)) {
+    throw TestAborted(fmt::format("the moves lie within the limits of the set point, {:g} to {:g}",
+                                  allowed.low, allowed.high));
+  }
   std::optional<Session> session;
-  if (ours) session.emplace(setup.socket, setup.tag);
+  double output = cycle.co;  // CO units, to come back to
+  if (ours) {
+    session.emplace(setup.socket, setup.tag);
+    check_in_force(setup, daemon);
+    output = check_inside(status_of(daemon, setup.tag), limits);
+  }
   AbortKey key(dialogue.person());
   std::string file;
   {
     std::optional<InAutomatic> automatic;
-    if (session) automatic.emplace(*session, middle);
+    if (session) automatic.emplace(setup, *session, output, middle);
     Watched watched(setup, daemon, limits, ours, [&] {
       if (session) session->alive();
       return key.pressed();
@@ -190,7 +256,7 @@ Outcome record_moves(Setup& setup) {
     dialogue.say(fmt::format("  {} to {:.5g} {}; the record begins when PV is there",
                              ours ? "Set point goes" : "Move the set point", middle, loop.pv_unit));
     settle(watched, middle, size);
-    const CsvRecord record(daemon, setup.tag);
+    const CsvRecord record(daemon, setup.tag, setup.record_minutes * 60.0 + kMargin_s);
     file = record.file();
     const double part_s = setup.record_minutes * 60.0 / static_cast<double>(kPlan.size());
     const double begin_s = watched.time_s();
@@ -203,6 +269,7 @@ Outcome record_moves(Setup& setup) {
       watched.wait(begin_s + part_s * static_cast<double>(i + 1),
                    [](const protocol::Cycle&) { return false; });
     }
+    if (automatic) automatic->all_moved();
   }
   dialogue.say("  " + file);
   setup.state().set_found("record", file);

@@ -8,6 +8,8 @@
 #include "config/config_reader.hpp"
 #include "workbench/files/command_error.hpp"
 #include "workbench/live/test_bench.hpp"
+#include "workbench/setup/planned_files.hpp"
+#include "workbench/setup/questions.hpp"
 
 namespace loopwarden::workbench::setup {
 
@@ -39,6 +41,9 @@ Outcome name_loop(Setup& setup) {
 
 int run_steps(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
+  dialogue.check_by([&setup](const std::string& id, const std::string& answer) {
+    return why_refused(setup, id, answer);
+  });
   int exit_code = kExitOk;
   // A loop that has a file already is commissioned as it is.
   if (setup.state().is_new() && std::filesystem::exists(setup.loop_file())) {
@@ -58,6 +63,11 @@ int run_steps(Setup& setup) {
       setup.state().set_step(name, outcome == Outcome::left ? "left" : "done");
       if (outcome == Outcome::not_needed) dialogue.say("  Nothing to do here.");
       if (outcome == Outcome::left) dialogue.say("  Left; it is asked again next time.");
+    } catch (const Back& back) {
+      const std::string_view wanted = question(back.question).step;
+      while (i > 0 && protocol::kSetupSteps[i].name != wanted) --i;
+      setup.state().set_step(protocol::kSetupSteps[i].name, "");
+      --i;
     } catch (const TestAborted& e) {
       dialogue.say(fmt::format("  Ended: {}\n  `loopwarden setup {}` begins this step again.",
                                e.what(), setup.tag));

@@ -62,6 +62,9 @@ Outcome record_moves(Setup& setup);
 Outcome commission(Setup& setup);
 Outcome connect_masters(Setup& setup);
 
+// What of its files is not in force yet, and what to do; empty: all is.
+std::string what_waits(const Setup& setup);
+
 // Of protocol::kSetupSteps, in their order.
 using Step = Outcome (*)(Setup& setup);
 inline constexpr std::array<Step, protocol::kSetupSteps.size()> kSteps{

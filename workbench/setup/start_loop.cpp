@@ -1,26 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon takes a new loop at its start alone. What it shows is compared with the plant before anything moves.
+// The daemon takes a new loop at its start alone, and another file by a reload. What it shows is compared with the plant before anything moves.
 #include <fmt/format.h>
 
 #include <chrono>
 #include <cmath>
 #include <thread>
 
+#include "base/digest/digest.hpp"
 #include "protocol/ask.hpp"
+#include "workbench/live/in_force.hpp"
 #include "workbench/setup/moving.hpp"
 #include "workbench/setup/setup.hpp"
 
 namespace loopwarden::workbench::setup {
 namespace {
 
-// Empty: it runs the loop.
+// Why it does not run the loop as the loop's file is; empty: it does.
 std::string not_running(const Setup& setup) {
   try {
     DaemonClient daemon(setup.socket);
-    status_of(daemon, setup.tag);
-    return {};
+    return not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())));
   } catch (const std::exception& e) {
-    return e.what();
+    return fmt::format("{}. Start the daemon (`systemctl start loopwardend`).", e.what());
   }
 }
 
@@ -33,11 +34,7 @@ std::string number(double value) {
 Outcome start_loop(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   for (std::string why; !(why = not_running(setup)).empty();) {
-    dialogue.say(fmt::format(
-        "  {}.\n  The daemon takes new loops when it starts: in another terminal, `systemctl "
-        "restart loopwardend` (as it was started otherwise, stop and start it so).\n"
-        "  Every loop that runs now goes to its stop action for that moment.",
-        why));
+    dialogue.say(fmt::format("  {}\n  Do this in another terminal.", why));
     dialogue.ask_now("  Enter when it is done");
     for (int i = 0; i < 100 && !not_running(setup).empty(); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));

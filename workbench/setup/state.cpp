@@ -25,6 +25,8 @@ State::State(std::filesystem::path file) : file_(std::move(file)) {
     all.at("answers").get_to(answers_);
     all.at("steps").get_to(steps_);
     all.at("found").get_to(found_);
+    if (all.contains("earlier")) all.at("earlier").get_to(earlier_);
+    if (all.contains("said")) all.at("said").get_to(said_);
     if (all.contains("begun_ms")) begun_ms_ = all.at("begun_ms").get<std::int64_t>();
   } catch (const nlohmann::json::exception&) {
     throw CommandError(kExitData, file_.string() +
@@ -33,15 +35,53 @@ State::State(std::filesystem::path file) : file_(std::move(file)) {
   }
   // A file of another version: what is not valid by now is asked again.
   const std::vector<std::string> ids = question_ids();
-  std::erase_if(answers_, [&](const auto& answer) {
-    return std::find(ids.begin(), ids.end(), answer.first) == ids.end() ||
-           !question(answer.first).wrong(answer.second).empty();
-  });
+  for (auto* answers : {&answers_, &earlier_}) {
+    std::erase_if(*answers, [&](const auto& answer) {
+      return std::find(ids.begin(), ids.end(), answer.first) == ids.end() ||
+             !question(answer.first).wrong(answer.second).empty();
+    });
+  }
 }
 
 void State::answer(const std::string& id, const std::string& answer) {
   answers_[id] = answer;
   save();
+}
+
+void State::said(const std::string& id, const std::string& text) {
+  said_.push_back(id);
+  answer(id, text);
+}
+
+std::string State::take_back() {
+  while (!said_.empty()) {
+    const std::string last = std::move(said_.back());
+    said_.pop_back();
+    if (!answers_.contains(last)) continue;
+    forget_answer(last);
+    return last;
+  }
+  return {};
+}
+
+std::string State::earlier(const std::string& id) const {
+  const auto found = earlier_.find(id);
+  return found == earlier_.end() ? "" : found->second;
+}
+
+void State::forget_answer(const std::string& id) {
+  const auto kept = answers_.find(id);
+  if (kept == answers_.end()) return;
+  earlier_[id] = kept->second;
+  answers_.erase(kept);
+  save();
+}
+
+std::map<std::string, std::string> State::earlier_answers() const {
+  if (earlier_.empty()) return {};
+  std::map<std::string, std::string> all = answers_;
+  for (const auto& [id, answer] : earlier_) all[id] = answer;
+  return all;
 }
 
 std::string State::step(const std::string& name) const {
@@ -58,6 +98,10 @@ void State::begin_step(const std::string& name) {
 void State::set_step(const std::string& name, const std::string& state) {
   steps_[name] = state;
   now_at_.clear();
+  if (name == "file" && state == "done") {
+    earlier_.clear();
+    said_.clear();
+  }
   save();
 }
 
@@ -74,8 +118,11 @@ void State::set_found(const std::string& name, const std::string& what) {
 void State::forget(const std::string& step) {
   steps_.erase(step);
   std::erase_if(answers_, [&](const auto& answer) {
-    return answer.first != "tag" && question(answer.first).step == step;
+    const bool is = answer.first != "tag" && question(answer.first).step == step;
+    if (is && answer.first != "write") earlier_[answer.first] = answer.second;
+    return is;
   });
+  if (step == "commission") found_.erase(step);
   if (step == "loop" || step == "devices" || step == "file") {
     steps_.erase("file");
     steps_.erase("start");
@@ -86,10 +133,18 @@ void State::forget(const std::string& step) {
   save();
 }
 
+void State::file_changed() {
+  for (const char* step : {"watchdog", "stroke", "record", "commission"}) steps_.erase(step);
+  found_.erase("action");
+  save();
+}
+
 void State::save() {
   std::error_code error;
   std::filesystem::create_directories(file_.parent_path(), error);
   nlohmann::json all = {{"answers", answers_}, {"steps", steps_}, {"found", found_}};
+  if (!earlier_.empty()) all["earlier"] = earlier_;
+  if (!said_.empty()) all["said"] = said_;
   if (begun_ms_) all["begun_ms"] = *begun_ms_;
   if (!now_at_.empty()) {
     all["now_at"] = now_at_;

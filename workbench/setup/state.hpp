@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/file.hpp"
 
@@ -20,6 +21,17 @@ class State {
 
   const std::map<std::string, std::string>& answers() const noexcept { return answers_; }
   void answer(const std::string& id, const std::string& answer);
+  // The same of an answer that he gave just now: the way back leads there.
+  void said(const std::string& id, const std::string& answer);
+  // Forgets the answer that was given last and returns its question; empty: there is none. After the file is written there
+  // is no way back.
+  std::string take_back();
+  // An answer that was forgotten, to be offered; empty: there is none.
+  std::string earlier(const std::string& id) const;
+  // The next time it is asked anew, and offered.
+  void forget_answer(const std::string& id);
+  // As they were before what is asked anew; empty: nothing is.
+  std::map<std::string, std::string> earlier_answers() const;
   // done, left, or empty: not yet.
   std::string step(const std::string& name) const;
   void begin_step(const std::string& name);
@@ -29,6 +41,8 @@ class State {
   void set_found(const std::string& name, const std::string& what);
   // A step that is to be done again asks its questions anew; what comes of them is written and looked at anew as well.
   void forget(const std::string& step);
+  // The loop's file is another one: what was shown with the one before is to be shown anew.
+  void file_changed();
 
   bool is_new() const noexcept { return steps_.empty(); }
   const std::filesystem::path& file() const noexcept { return file_; }
@@ -43,6 +57,8 @@ class State {
   std::int64_t now_at_since_ms_ = 0;      // UTC
   std::string now_at_;                    // step; empty: none
   std::map<std::string, std::string> answers_, steps_, found_;
+  std::map<std::string, std::string> earlier_;  // answers that were forgotten
+  std::vector<std::string> said_;               // questions in the order in which he answered
 };
 
 }  // namespace loopwarden::workbench::setup

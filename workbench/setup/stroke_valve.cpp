@@ -80,6 +80,7 @@ Outcome stroke_valve(Setup& setup) {
       dialogue.number_now("  Seconds at each step (five times what PV needs to follow the valve)");
   if (!(seconds > 0.0 && seconds <= 600.0)) throw TestAborted("a step lasts up to 600 s");
   Session session(setup.socket, setup.tag);
+  check_in_force(setup, daemon);
   if (stands) {
     session.set({.output = *stands});
     // The status shows it a little later.
@@ -126,9 +127,11 @@ Outcome stroke_valve(Setup& setup) {
   }
   const bool reverse = loop.controller.pid.action == control::Action::reverse;
   if ((rise > 0.0) != reverse) {
-    throw TestAborted(fmt::format("PV {} with CO: controller.action must be {} in {}",
-                                  rise > 0.0 ? "rises" : "falls", rise > 0.0 ? "reverse" : "direct",
-                                  loop.file));
+    throw TestAborted(fmt::format(
+        "PV {} with CO: controller.action must be {} in {}. `loopwarden setup {} --again file` "
+        "asks "
+        "once more",
+        rise > 0.0 ? "rises" : "falls", rise > 0.0 ? "reverse" : "direct", loop.file, setup.tag));
   }
   std::string found =
       fmt::format("PV {} by {:.4g} {} over CO {:.4g} to {:.4g} {}", rise > 0.0 ? "rises" : "falls",
@@ -154,6 +157,7 @@ Outcome stroke_valve(Setup& setup) {
   }
   dialogue.say("  " + found);
   setup.state().set_found("stroke", found);
+  setup.state().set_found("action", word_of(loop.controller.pid.action));
   return Outcome::done;
 }
 

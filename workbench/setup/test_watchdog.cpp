@@ -150,6 +150,7 @@ Outcome test_watchdog(Setup& setup) {
   std::optional<Silence> seen;
   {
     Session session(setup.socket, setup.tag);
+    check_in_force(setup, daemon);
     AbortKey key(dialogue.person());
     session.guard(limits, key);
     LiveBench bench(setup.socket, setup.tag, limits);

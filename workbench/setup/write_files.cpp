@@ -4,38 +4,21 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "base/text.hpp"
 #include "config/config_reader.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/live/test_bench.hpp"
-#include "workbench/setup/loop_text.hpp"
+#include "workbench/setup/planned_files.hpp"
+#include "workbench/setup/questions.hpp"
 #include "workbench/setup/setup.hpp"
+#include "workbench/text/line_merge.hpp"
 
 namespace loopwarden::workbench::setup {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The link that reaches the same, by any name.
-std::string known_link(const config::DaemonConfig& daemon, const std::string& link) {
-  const std::string only = "links:\n  setup: " + link + "\n";
-  const auto wanted = config::read_daemon_text("link", only);
-  if (!wanted) throw TestAborted(std::string(base::trimmed(config::to_text(wanted.diagnostics))));
-  for (const auto& [name, settings] : daemon.links) {
-    hal::modbus::LinkSettings same = wanted->links.at("setup");
-    same.name = settings.name;
-    if (same == settings) return name;
-  }
-  return {};
-}
-
-std::string free_name(const config::DaemonConfig& daemon, const std::string& tag) {
-  const std::string first = base::lower_case(tag);
-  std::string name = first;
-  for (int i = 2; daemon.links.contains(name); ++i) name = fmt::format("{}-{}", first, i);
-  return name;
-}
 
 void ask_all(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
@@ -44,6 +27,73 @@ void ask_all(Setup& setup) {
   dialogue.say("  What the output does when something fails, in " + dialogue.ask("co.unit") +
                " or hold:");
   for (const char* id : {"stop.end", "stop.bad_pv", "stop.output_lost"}) dialogue.ask(id);
+}
+
+// Answers that were kept, and that the files would refuse by now, are asked anew.
+void forget_refused(Setup& setup) {
+  for (std::string id; !(id = refused_answer(setup)).empty();) {
+    if (question(id).step != "file") return;
+    setup.state().forget_answer(id);
+  }
+}
+
+// What setup wrote last; empty: it did not write this file, or what it wrote is not known.
+std::string written_before(const Setup& setup) {
+  if (std::string written = setup.state().found("written"); !written.empty()) return written;
+  const AnswerMap answers = setup.state().earlier_answers();
+  if (!answers.contains("pv.register")) return {};
+  try {
+    return planned_files(setup, answers).loop;
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+std::string in_lines(const std::vector<std::string>& lines, const char* before) {
+  std::string text;
+  for (const std::string& line : lines) text += before + line + "\n";
+  return text;
+}
+
+// The file that is there, with what the answers change of it: all that setup did not write stays. Throws TestAborted where
+// lines of others would be replaced and nobody can say so.
+std::string changed_file(Setup& setup, const std::string& live, const std::string& wanted) {
+  Dialogue& dialogue = setup.dialogue;
+  std::string base = written_before(setup);
+  if (base.empty()) base = common_lines(live, wanted);
+  const LineMerge merged = merge_lines(base, live, wanted);
+  if (merged.conflicts.empty()) return merged.with_mine;
+  const std::string file = setup.loop_file().string();
+  std::string lines;
+  for (const LineConflict& one : merged.conflicts) {
+    lines += in_lines(one.mine, "- ") + in_lines(one.other, "+ ") + "  ...\n";
+  }
+  dialogue.say(
+      fmt::format("  {} has lines (-) that setup did not write; by the answers they would "
+                  "be (+):\n{}",
+                  file, lines));
+  if (!dialogue.person().has_keys()) {
+    throw TestAborted(
+        fmt::format("lines of {} that setup did not write are replaced at a terminal "
+                    "only. Nothing was written.",
+                    file));
+  }
+  return dialogue.yes_now("  Replace them") ? merged.with_other : merged.with_mine;
+}
+
+// Ends the step; the answer that is to blame is asked anew.
+[[noreturn]] void refuse(Setup& setup) {
+  const std::string id = refused_answer(setup);
+  if (!id.empty()) {
+    setup.state().forget_answer(id);
+    setup.state().set_step(std::string(question(id).step), "");
+  }
+  throw TestAborted(
+      id.empty()
+          ? fmt::format("the files would not be read; nothing was written. `loopwarden "
+                        "setup {} --again STEP` (loop, devices, file) asks anew",
+                        setup.tag)
+          : fmt::format("the files would not be read; nothing was written. {} is asked anew", id));
 }
 
 }  // namespace
@@ -58,53 +108,44 @@ bool would_be_read(Setup& setup, const config::Drafts& drafts) {
 Outcome write_files(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   if (setup.elsewhere() && dialogue.ask("source") == "opcua") return Outcome::not_needed;
+  forget_refused(setup);
   if (!setup.elsewhere()) ask_all(setup);
-  const auto& answers = setup.state().answers();
-  const Answered answered = [&](const char* id) -> std::string {
-    const auto found = answers.find(id);
-    return found == answers.end() ? "" : found->second;
-  };
-  const fs::path daemon_file = setup.folder / "loopwardend.yaml";
-  std::string daemon_text = text_of_file(daemon_file);
-  // It need not be there, but where it is it has to say something.
-  const auto daemon = fs::exists(daemon_file)
-                          ? config::read_daemon_text(daemon_file.string(), daemon_text)
-                          : config::Loaded<config::DaemonConfig>{config::DaemonConfig{}, {}};
-  if (!daemon) {
-    throw CommandError(kExitConfiguration,
-                       std::string(base::trimmed(config::to_text(daemon.diagnostics))));
+  const PlannedFiles planned = planned_files(setup, setup.state().answers());
+  const fs::path file = setup.loop_file();
+  const std::string live = text_of_file(file);
+  const std::string loop = live.empty() ? planned.loop : changed_file(setup, live, planned.loop);
+  const std::string changes = live.empty() ? "" : changed_lines(live, loop);
+  config::Drafts drafts = drafts_of(setup, planned);
+  drafts[file] = loop;
+  if (!live.empty() && changes.empty()) drafts.erase(file);
+  if (!planned.daemon.empty()) {
+    dialogue.say(fmt::format("{}, links:\n  {}: {}", (setup.folder / "loopwardend.yaml").string(),
+                             planned.link_name, planned.link));
+  } else {
+    dialogue.say(fmt::format(
+        "  Link {} of loopwardend.yaml reaches it{}{}.", planned.link_name,
+        planned.other_settings.empty() ? "" : ", with its own settings: ", planned.other_settings));
   }
-  const std::string link = link_text(answered);
-  std::string name = known_link(*daemon, link);
-  const bool new_link = name.empty();
-  if (new_link) {
-    name = free_name(*daemon, setup.tag);
-    std::optional<std::string> with = with_link(daemon_text, name, link);
-    if (!with) {
-      throw TestAborted(fmt::format("{}: its links stand on one line; add there: {}: {}",
-                                    daemon_file.string(), name, link));
+  if (live.empty()) {
+    dialogue.say(fmt::format("{}:\n{}", file.string(), loop));
+  } else {
+    dialogue.say(changes.empty() ? fmt::format("{} stays as it is.", file.string())
+                                 : fmt::format("{} changes:\n{}", file.string(), changes));
+  }
+  if (!would_be_read(setup, drafts)) refuse(setup);
+  if (!drafts.empty()) {
+    const std::string write = live.empty() ? dialogue.ask("write") : dialogue.ask_in_words("write");
+    if (write != "yes") {
+      setup.state().forget("file");
+      return Outcome::left;
     }
-    daemon_text = std::move(*with);
+    OutputFiles files;
+    files.make_folder(setup.folder / "loops.d");
+    for (const auto& [path, text] : drafts) files.add(path, text);
+    files.commit();
   }
-  const std::string loop = loop_text(answered, name);
-  dialogue.say(fmt::format("{}:\n{}", setup.loop_file().string(), loop));
-  if (new_link) dialogue.say(fmt::format("{}, links:\n  {}: {}", daemon_file.string(), name, link));
-  config::Drafts drafts{{setup.loop_file(), loop}};
-  if (new_link) drafts[daemon_file] = daemon_text;
-  if (!would_be_read(setup, drafts)) {
-    throw TestAborted(
-        fmt::format("the files would not be read; nothing was written. `loopwarden "
-                    "setup {} --again STEP` (loop, devices, file) asks anew",
-                    setup.tag));
-  }
-  if (dialogue.ask("write") != "yes") {
-    setup.state().forget("file");
-    return Outcome::left;
-  }
-  OutputFiles files;
-  files.make_folder(setup.folder / "loops.d");
-  for (const auto& [file, text] : drafts) files.add(file, text);
-  files.commit();
+  setup.state().set_found("written", planned.loop);
+  if (!changes.empty()) setup.state().file_changed();
   return Outcome::done;
 }
 

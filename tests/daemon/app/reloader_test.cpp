@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/digest/digest.hpp"
 #include "config/config_reader.hpp"
 #include "tests/config/config_support.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
@@ -177,6 +178,12 @@ TEST_CASE("no reload while a loop is being commissioned", "[app][reload]") {
   CHECK_THAT(refused.at("why").get<std::string>(),
              Catch::Contains("FIC-101 is being commissioned by uid 0"));
   CHECK(bench.kp() == 0.35);
+  // A dry run shows all the same whether the file is in force.
+  if (dry_run) {
+    const json& loop = refused.at("plan").at("loops").at(0);
+    CHECK(loop.at("applied").at(0).at("key") == "controller.kp");
+    CHECK(loop.at("file_hash") == base::crc32(with(kLoop, "kp: 0.35", "kp: 0.5")));
+  }
   bench.loops[0].commissioning->give_back();
   CHECK(bench.reload().at("outcome") == "in_force");
   CHECK(bench.kp() == 0.5);

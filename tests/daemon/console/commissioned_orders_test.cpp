@@ -127,6 +127,54 @@ TEST_CASE("without a sign of life for a minute the output goes to the stop actio
   CHECK(bench.orders().empty());
 }
 
+TEST_CASE("a record ends with the commissioning in which it began, and after its time") {
+  Bench bench;
+  bench.run(2);
+  const json start{{"request", "record"}, {"start", "trial"}};
+  const auto file = [&] { return bench.historian.recorder().status(0).csv_file; };
+  const auto ended = [&] { return test::eventually([&] { return file().empty(); }); };
+  SECTION("without a sign of life") {
+    bench.commission();
+    REQUIRE(bench.order(start).at("ok") == true);
+    bench.operators.collect(later(59));
+    CHECK_FALSE(file().empty());
+    bench.operators.collect(later(62));
+    CHECK(ended());
+    CHECK(bench.lines(3).back().at("reason") == "the commissioning has ended");
+  }
+  SECTION("given back, or taken back") {
+    const json taken = bench.commission();
+    REQUIRE(bench.order(start).at("ok") == true);
+    if (GENERATE(true, false)) {
+      bench.commission({{"end", true}, {"session", taken.at("session")}});
+    } else {
+      bench.order({{"request", "set"}, {"mode", "man"}});
+    }
+    // Another commissioning is not the one in which it began.
+    bench.commission();
+    bench.operators.collect();
+    CHECK(ended());
+  }
+  SECTION("after its time, also of a loop that nobody commissions") {
+    json limited = start;
+    limited["at_most_s"] = 30.0;
+    REQUIRE(bench.order(limited).at("ok") == true);
+    bench.operators.collect(later(29));
+    CHECK_FALSE(file().empty());
+    bench.operators.collect(later(31));
+    CHECK(ended());
+  }
+  SECTION("one that a person began before, or stopped, is left to him") {
+    REQUIRE(bench.order(start).at("ok") == true);
+    bench.commission();
+    bench.operators.collect(later(3600));
+    CHECK_FALSE(file().empty());
+    json limited = start;
+    limited["at_most_s"] = -1.0;
+    CHECK(bench.order(limited).at("ok") == false);
+  }
+}
+
 TEST_CASE("a stop action that is refused is tried again, and the loop is not given back before") {
   Bench bench;
   bench.run(2);

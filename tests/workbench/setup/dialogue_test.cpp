@@ -123,4 +123,68 @@ TEST_CASE("a step once more asks its own questions, and the file is written anew
   CHECK(s.state.step("stroke") == "done");
 }
 
+TEST_CASE("an answer may have its unit", "[setup]") {
+  ScriptedSetup s;
+  s.state.answer("pv.unit", "m3/h");
+  s.state.answer("co.unit", "%");
+  s.person.lines = {"0 25 m3/h", "20 % 80%", "0.2 s", "10 %/s", "50 %", "5 bar", "5.0 M3/H"};
+  CHECK(s.dialogue.range("pv.range") == std::pair(0.0, 25.0));
+  CHECK(s.dialogue.range("co.limits") == std::pair(20.0, 80.0));
+  CHECK(s.dialogue.number("sample_time") == 0.2);
+  CHECK(s.dialogue.ask("co.rate") == "10");
+  CHECK(s.dialogue.ask("stop.end") == "50");
+  CHECK(s.dialogue.number_now("Size", "m3/h") == 5.0);
+  CHECK(s.state.answers().at("pv.range") == "0 25");
+  CHECK(refusal_of("pv.unit: m3/h\npv.range: 0 25 m3/h\nti: 8 s\n").empty());
+}
+
+TEST_CASE("back asks the question before, with its answer as the offer", "[setup]") {
+  ScriptedSetup s;
+  s.person.lines = {"0.3", "8", "back"};
+  s.dialogue.ask("kc");
+  s.dialogue.ask("ti");
+  std::string before;
+  try {
+    s.dialogue.ask("sp.limits");
+  } catch (const Back& back) {
+    before = back.question;
+  }
+  CHECK(before == "ti");
+  CHECK_FALSE(s.state.answers().contains("ti"));
+  CHECK(s.state.answers().at("kc") == "0.3");
+  // Another run of the command knows the way as well.
+  s.person.lines = {"back", "", "9"};
+  State again(s.state.file());
+  Dialogue dialogue(s.person, {}, again);
+  CHECK_THROWS_AS(dialogue.ask("ti"), Back);
+  CHECK(dialogue.ask("kc") == "0.3");
+  CHECK(s.person.prompts.back().ends_with("[0.3]: "));
+  CHECK(dialogue.ask("ti") == "9");
+}
+
+TEST_CASE("before the first question there is none, and over a written file no way back",
+          "[setup]") {
+  ScriptedSetup s;
+  const bool written = GENERATE(true, false);
+  if (written) {
+    s.person.lines = {"0.3"};
+    s.dialogue.ask("kc");
+    s.state.set_step("file", "done");
+  }
+  s.person.lines = {"back", "8"};
+  CHECK(s.dialogue.ask("ti") == "8");
+  CHECK(s.person.told("no question before"));
+}
+
+TEST_CASE("a step once more offers the old answers", "[setup]") {
+  ScriptedSetup s;
+  s.state.answer("kc", "0.45");
+  s.state.answer("write", "yes");
+  s.state.set_step("file", "done");
+  s.state.forget("file");
+  s.person.lines = {"", ""};
+  CHECK(s.dialogue.ask("kc") == "0.45");
+  CHECK(s.state.earlier("write").empty());
+}
+
 }  // namespace loopwarden::workbench::setup::dialogue_test

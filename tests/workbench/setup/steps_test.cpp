@@ -9,6 +9,8 @@
 #include "tests/workbench/setup/scripted_setup.hpp"
 #include "workbench/live/test_bench.hpp"
 #include "workbench/setup/loop_text.hpp"
+#include "workbench/setup/planned_files.hpp"
+#include "workbench/setup/questions.hpp"
 
 namespace loopwarden::workbench::setup::steps_test {
 namespace {
@@ -274,6 +276,184 @@ TEST_CASE("a loop that has a file is commissioned as it is", "[setup]") {
   CHECK(state.step("file") == "done");
   CHECK(state.answers().at("control") == "here");
   CHECK(tests::read_file(all.loop_file()) == before);
+}
+
+namespace {
+
+// As after `setup` has written the file and `--again STEP` asks anew.
+void again(ScriptedSetup& s, const std::string& step) {
+  s.state.set_step(step, "done");
+  s.state.set_step("file", "done");
+  s.state.set_step("stroke", "done");
+  s.state.forget(step);
+}
+
+// A person's changes to the file that setup wrote.
+std::string edited(const ScriptedSetup& s) {
+  std::string text = tests::read_file(s.all.loop_file());
+  text.replace(text.find("kc: 0.3 "), 8, "kc: 0.45 ");
+  return "# ours\n" + text + "alarms: {pv_high: {limit: 20, priority: medium}}\n";
+}
+
+}  // namespace
+
+TEST_CASE("a file that is there keeps what setup did not write", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  REQUIRE(write_files(s.all) == Outcome::done);
+  const bool known = GENERATE(true, false);  // by its text, or by the answers of an older version
+  if (!known) s.state.set_found("written", "");
+  const std::string live = edited(s);
+  tests::write_file(s.all.loop_file(), live);
+  again(s, "file");
+  SECTION("the same answers change nothing") {
+    s.person.lines.assign(9, "");
+    CHECK(write_files(s.all) == Outcome::done);
+    CHECK(tests::read_file(s.all.loop_file()) == live);
+    CHECK(s.person.told("stays as it is"));
+    CHECK(s.state.step("stroke") == "done");
+  }
+  SECTION("another answer changes its lines only, after a yes") {
+    s.person.lines = {"rises", "", "", "", "", "", "", "", "", "", "yes"};
+    CHECK(write_files(s.all) == Outcome::done);
+    std::string wanted = live;
+    wanted.replace(wanted.find("action: direct"), 14, "action: reverse");
+    CHECK(tests::read_file(s.all.loop_file()) == wanted);
+    CHECK(s.person.told("-   action: direct"));
+    CHECK(s.person.told("+   action: reverse"));
+    // What was shown with the file before is shown anew.
+    CHECK(s.state.step("stroke").empty());
+  }
+  SECTION("no yes, no change") {
+    s.person.lines = {"rises", "", "", "", "", "", "", "", "", "no"};
+    CHECK(write_files(s.all) == Outcome::left);
+    CHECK(tests::read_file(s.all.loop_file()) == live);
+  }
+  SECTION("an answer against a line of a person") {
+    s.person.lines = {"", "0.2", "", "", "", "", "", "", ""};
+    const bool terminal = GENERATE(true, false);
+    s.person.keys = terminal;
+    if (terminal) {
+      s.person.lines.insert(s.person.lines.end(), {"no"});
+      CHECK(write_files(s.all) == Outcome::done);
+    } else {
+      CHECK_THROWS_WITH(write_files(s.all), Catch::Contains("Nothing was written"));
+    }
+    CHECK(s.person.told("-   kc: 0.45"));
+    CHECK(tests::read_file(s.all.loop_file()) == live);
+  }
+}
+
+TEST_CASE("a file that setup did not write is not replaced without a yes", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  const std::string live =
+      tests::loop_file("FIC-101", LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
+  tests::write_file(s.all.loop_file(), live);
+  s.person.keys = GENERATE(true, false);
+  CHECK_THROWS(write_files(s.all));
+  CHECK(tests::read_file(s.all.loop_file()) == live);
+}
+
+TEST_CASE("a link is found by its address, whatever its other settings", "[setup]") {
+  ScriptedSetup s;
+  const std::string daemon =
+      "links:\n  plc: {transport: tcp, host: localhost, port: 1502, response_timeout: 1}\n";
+  tests::write_file(s.folder / "loopwardend.yaml", daemon);
+  answer_all(s, kControlled);
+  s.state.answer("link.host", GENERATE("127.0.0.1", "localhost", "::ffff:127.0.0.1"));
+  s.state.answer("comm_loss.timeout", "10");
+  INFO(s.person.said);
+  REQUIRE(write_files(s.all) == Outcome::done);
+  CHECK(tests::read_file(s.folder / "loopwardend.yaml") == daemon);
+  const config::Configuration all = as_read(s);
+  CHECK(std::get<hal::modbus::LoopModbusSettings>(all.loops.at(0).io).positioner_link.name ==
+        "plc");
+}
+
+TEST_CASE("an answer that the file would refuse is refused when it is said", "[setup]") {
+  ScriptedSetup s;
+  s.dialogue.check_by([&](const std::string& id, const std::string& answer) {
+    return why_refused(s.all, id, answer);
+  });
+  SECTION("each of a good file is taken") {
+    for (const std::string& id : question_ids()) {
+      const auto answer = kControlled.find(id);
+      if (answer == kControlled.end()) continue;
+      INFO(id);
+      CHECK(why_refused(s.all, id, answer->second).empty());
+      s.state.answer(id, answer->second);
+    }
+  }
+  SECTION("each that does not fit those before it is refused") {
+    answer_all(s, kControlled);
+    const std::vector<std::pair<std::string, std::string>> wrong{
+        {"stop.bad_pv", "150"},          {"stop.end", "-5"},
+        {"co.limits", "5 150"},          {"sp.limits", "2 40"},
+        {"comm_loss.timeout", "0.5"},    {"link.port", "70000"},
+        {"link.host", "plc.example"},    {"pv.scale", "0 7.6e-43 0 5"},
+        {"comm_loss.scale", "0 1e7 0 1"}};
+    for (const auto& [id, answer] : wrong) {
+      INFO(id << ": " << answer);
+      CHECK_FALSE(s.dialogue.why_refused(id, answer).empty());
+    }
+    // Those behind are asked anew instead.
+    CHECK(s.dialogue.why_refused("pv.range", "0 10").empty());
+    s.state.answer("pv.range", "0 10");
+    s.state.answer("pv.scale", "0 10000 0 10");
+    s.person.lines = {"1 9"};
+    CHECK(write_files(s.all) == Outcome::done);
+    CHECK(s.state.answers().at("sp.limits") == "1 9");
+  }
+  SECTION("and asked for once more") {
+    answer_all(s, kControlled);
+    s.state.forget_answer("stop.bad_pv");
+    s.person.lines = {"150", "20 %"};
+    CHECK(s.dialogue.ask("stop.bad_pv") == "20");
+    CHECK(s.person.told("safe_actions.bad_pv"));
+  }
+}
+
+TEST_CASE("a register whose value is outside of the range is asked for once more", "[setup]") {
+  ScriptedSetup s;
+  answer_all(s, kControlled);
+  s.state.answer("stem.register", "none");
+  auto& wrong = s.devices.values[{"input", 12}];
+  auto& right = s.devices.values[{"input", 14}];
+  SECTION("by its scaled value") {
+    wrong = {65000.0};
+    right = {4000.0};
+    s.person.lines = {"1 input 14 u16", ""};
+    CHECK(find_devices(s.all) == Outcome::done);
+    CHECK(s.person.told("162.5 m3/h is outside of the range 0 to 25"));
+    CHECK(s.state.answers().at("pv.register") == "1 input 14 u16");
+    CHECK(s.state.answers().at("pv.scale") == "0 10000 0 25");
+  }
+  SECTION("the same once more is kept") {
+    wrong = {65000.0};
+    s.person.lines = {"", ""};
+    CHECK(find_devices(s.all) == Outcome::done);
+    CHECK(s.state.answers().at("pv.register") == "1 input 12 u16");
+  }
+  SECTION("a floating-point number that nobody measures, before it is scaled") {
+    s.state.answer("pv.register", "1 input 12 f32");
+    s.state.forget_answer("pv.scale");
+    wrong = {8.77e-41};
+    right = {5.0};
+    s.person.lines = {"1 input 14 f32", "live", "5.0 m3/h", "", ""};
+    s.devices.values[{"input", 14}] = {5.0};
+    CHECK_THROWS_AS(find_devices(s.all), Paused);
+    CHECK(s.person.told("is no measured value"));
+    CHECK(s.state.answers().at("pv.register") == "1 input 14 f32");
+  }
+  SECTION("what the display can't show in this range is refused") {
+    s.state.answer("pv.scale", "live");
+    wrong = {4000.0};
+    s.person.lines = {"522.3", "10 m3/h", ""};
+    CHECK(find_devices(s.all) == Outcome::done);
+    CHECK(s.person.told("522.3 m3/h is outside"));
+    CHECK(s.state.answers().at("pv.scale") == "0 4000 0 10");
+  }
 }
 
 }  // namespace loopwarden::workbench::setup::steps_test

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/live/in_force.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+#include "protocol/ask.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+using protocol::KeyChange;
+using protocol::LoopPlan;
+using protocol::ReloadOutcome;
+
+constexpr const char* kReload = "Run `loopwarden reload`.";
+constexpr const char* kRestart =
+    "Restart the daemon (`systemctl restart loopwardend`): every loop goes to its stop action for "
+    "that moment.";
+
+std::optional<ReloadOutcome> dry_run(protocol::Daemon& daemon) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::seconds kPatience{10};  // with the daemon's disk
+  const auto until = Clock::now() + kPatience;
+  const std::uint64_t number =
+      protocol::ask(daemon, protocol::ReloadRequest{.dry_run = true}).reload;
+  for (;;) {
+    protocol::ReloadState now =
+        protocol::ask(daemon, protocol::ReloadStateRequest{.reload = number});
+    if (now.outcome || Clock::now() > until) return std::move(now.outcome);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+// Gains of an order, over a file that is in force otherwise.
+bool is_ordered_gain(const KeyChange& change, const std::optional<protocol::LoopGains>& gains) {
+  if (!gains || !gains->not_in_file) return false;
+  const auto is = [&](const char* key, double file) {
+    return change.key == key && change.to && *change.to == fmt::format("{}", file);
+  };
+  return is("controller.kp", gains->file.kp) || is("controller.ki", gains->file.ki) ||
+         is("controller.kd", gains->file.kd);
+}
+
+std::string in_words(const std::vector<KeyChange>& changes) {
+  std::string text;
+  for (const KeyChange& change : changes) {
+    text += text.empty() ? "" : ", ";
+    text += change.from ? fmt::format("{} {} in force, {} in the file", change.key, *change.from,
+                                      change.to.value_or(""))
+                        : change.key;
+  }
+  return text;
+}
+
+// What differs of a loop whose file was read, and what to do.
+std::string difference(const LoopPlan& plan, const std::optional<protocol::LoopGains>& gains) {
+  std::vector<KeyChange> by_reload = plan.applied;
+  by_reload.insert(by_reload.end(), plan.waiting_for_output.begin(), plan.waiting_for_output.end());
+  std::erase_if(by_reload, [&](const KeyChange& one) { return is_ordered_gain(one, gains); });
+  const bool restart = !plan.waiting_for_restart.empty();
+  if (by_reload.empty() && !restart) return {};
+  std::vector<KeyChange> all = by_reload;
+  all.insert(all.end(), plan.waiting_for_restart.begin(), plan.waiting_for_restart.end());
+  return fmt::format("{}: {} is not in force: {}. {}", plan.loop, plan.file, in_words(all),
+                     restart ? kRestart : kReload);
+}
+
+}  // namespace
+
+std::string box_not_in_force(protocol::Daemon& daemon) {
+  const std::optional<ReloadOutcome> read = dry_run(daemon);
+  if (!read || !read->plan) return "the daemon can't read its files: look at its log.";
+  const protocol::DaemonPlan& plan = read->plan->daemon;
+  if (plan.applied.empty() && plan.waiting_for_restart.empty()) return {};
+  const bool restart = !plan.waiting_for_restart.empty();
+  return fmt::format("{} is not in force: {}. {}", plan.file,
+                     in_words(restart ? plan.waiting_for_restart : plan.applied),
+                     restart ? kRestart : kReload);
+}
+
+std::string not_in_force(protocol::Daemon& daemon, const std::string& tag,
+                         std::optional<std::uint32_t> file_hash) {
+  const std::optional<ReloadOutcome> read = dry_run(daemon);
+  if (!read) return tag + ": the daemon has not read its files within 10 s. Look at its disk.";
+  if (!read->plan) {
+    return fmt::format(
+        "{}: the daemon refuses its files: {}. Correct them, and run `loopwarden "
+        "reload`.",
+        tag, read->why.value_or("it gives no reason"));
+  }
+  const auto plan = std::find_if(read->plan->loops.begin(), read->plan->loops.end(),
+                                 [&](const LoopPlan& loop) { return loop.loop == tag; });
+  if (plan == read->plan->loops.end() || plan->decision == "came") {
+    return fmt::format("{}: the daemon does not run this loop. {}", tag, kRestart);
+  }
+  if (plan->decision == "gone") {
+    return fmt::format("{}: the daemon runs this loop without a file. Write its file back.", tag);
+  }
+  const protocol::Status status = protocol::ask(daemon, protocol::StatusRequest{});
+  const auto loop = std::find_if(status.loops.begin(), status.loops.end(),
+                                 [&](const protocol::LoopStatus& one) { return one.name == tag; });
+  std::string differs = difference(*plan, loop == status.loops.end() ? std::nullopt : loop->gains);
+  if (!differs.empty() || !file_hash) return differs;
+  if (!plan->file_hash) {
+    return fmt::format("{}: the daemon is of an older version. {}", tag, kRestart);
+  }
+  if (*plan->file_hash != *file_hash) {
+    return fmt::format(
+        "{}: the daemon reads {}, and that is another text. Give its folder with "
+        "--config.",
+        tag, plan->file);
+  }
+  return {};
+}
+
+}  // namespace loopwarden::workbench
