@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/probe/link_owners.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <cerrno>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <system_error>
 
+#include "base/device_name.hpp"
 #include "base/file.hpp"
 #include "base/local_address.hpp"
 #include "base/local_socket.hpp"
@@ -21,28 +20,13 @@ namespace {
 namespace fs = std::filesystem;
 using hal::modbus::LinkSettings;
 
-// What names the same line by several links of the file system.
-fs::path real(const std::string& device) {
-  std::error_code ignored;
-  const fs::path path = fs::weakly_canonical(device, ignored);
-  return path.empty() ? fs::path(device) : path;
-}
-
-// An address has many spellings; IPv4 in the form of IPv6. As text where it is none.
-std::string address(const std::string& host) {
-  in6_addr six{};
-  const std::string numeric = host == "localhost" ? "127.0.0.1" : host;
-  if (::inet_pton(AF_INET6, ("::ffff:" + numeric).c_str(), &six) != 1 &&
-      ::inet_pton(AF_INET6, numeric.c_str(), &six) != 1) {
-    return host;
-  }
-  return {reinterpret_cast<const char*>(&six), sizeof six};
-}
-
 bool same(const LinkSettings& asked, const protocol::LinkInUse& used) {
   if ((asked.transport == hal::modbus::Transport::rtu) != (used.transport == "rtu")) return false;
-  if (used.transport == "rtu") return real(asked.device) == real(used.device);
-  return address(asked.host) == address(used.host) && asked.port == used.port;
+  if (used.transport == "rtu") {
+    return base::device_name(asked.device) == base::device_name(used.device);
+  }
+  return base::address_name(asked.host) == base::address_name(used.host) &&
+         asked.port == used.port;
 }
 
 // Of the daemon whose sockets are in this folder; nullopt: none runs. Throws std::runtime_error where one is there and does

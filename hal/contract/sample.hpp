@@ -22,7 +22,8 @@ enum class Reason : std::uint8_t {
   frozen,          // no change although the output moves
   end_of_record,   // a replayed record has ended
   held,            // good: it has not changed, and what delivers it on change alone is alive
-  source           // what delivers it says so
+  source,          // what delivers it says so
+  out_of_service   // the loop is not run: its files have errors
 };
 
 // The value stands at a limit of what the device can measure and can't follow further: what is there may be
@@ -61,6 +62,7 @@ constexpr const char* to_text(Reason reason) noexcept {
     case Reason::end_of_record: return "end of record";
     case Reason::held: return "held";
     case Reason::source: return "said by the source";
+    case Reason::out_of_service: return "out of service";
   }
   return "?";
 }

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/text.hpp"
-#include "config/config_reader.hpp"
+#include "config/validation/validation.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/live/test_bench.hpp"
 #include "workbench/setup/loop_text.hpp"
@@ -49,7 +49,7 @@ void ask_all(Setup& setup) {
 }  // namespace
 
 bool would_be_read(Setup& setup, const config::Drafts& drafts) {
-  const auto read = config::read_configuration(setup.folder, drafts);
+  const auto read = config::validate_all(setup.folder, drafts);
   const std::string told = config::to_text(read.diagnostics);
   if (!told.empty()) setup.dialogue.say(std::string(base::trimmed(told)));
   return read.value.has_value();
@@ -103,7 +103,9 @@ Outcome write_files(Setup& setup) {
   }
   OutputFiles files;
   files.make_folder(setup.folder / "loops.d");
-  for (const auto& [file, text] : drafts) files.add(file, text);
+  // The link before the loop that names it.
+  if (new_link) files.add(daemon_file, daemon_text);
+  files.add(setup.loop_file(), loop);
   files.commit();
   return Outcome::done;
 }
