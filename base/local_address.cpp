@@ -13,9 +13,9 @@ namespace loopwarden::base {
 sockaddr_un local_address(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path) {
-    throw std::runtime_error("socket path is longer than " +
-                             std::to_string(sizeof address.sun_path - 1) + " characters: " + path);
+  if (path.size() > kLongestSocketPath) {
+    throw std::runtime_error("socket path is longer than " + std::to_string(kLongestSocketPath) +
+                             " characters: " + path);
   }
   std::copy(path.begin(), path.end(), address.sun_path);
   return address;

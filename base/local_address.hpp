@@ -3,10 +3,13 @@
 
 #include <sys/un.h>
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
 namespace loopwarden::base {
+
+inline constexpr std::size_t kLongestSocketPath = sizeof(sockaddr_un::sun_path) - 1;
 
 // Throws std::runtime_error for a path that is too long for one.
 sockaddr_un local_address(const std::string& path);

@@ -77,6 +77,10 @@ std::optional<Network> parse_network(const std::string& text) {
   return network;
 }
 
+bool is_address(const std::string& text) {
+  return text.find('/') == std::string::npos && parse_network(text).has_value();
+}
+
 bool PeerList::may_connect(const Address& address) const noexcept {
   return std::any_of(rules_.begin(), rules_.end(),
                      [&](const PeerRule& rule) { return rule.network.contains(address); });

@@ -26,6 +26,8 @@ struct Network {
 };
 // Returns nullopt if that is no address, or a prefix with bits set after its length.
 std::optional<Network> parse_network(const std::string& text);
+// Whether the text is a numeric address and nothing behind it.
+bool is_address(const std::string& text);
 
 struct PeerRule {
   Network network;

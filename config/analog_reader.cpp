@@ -107,6 +107,7 @@ hal::iio::LineSettings read_line(MapReader& in) {
 
 void read_output(MapReader& in, const IoContext& context, IoSection& section,
                  hal::iio::AnalogOutputSettings& output) {
+  const std::size_t errors = in.report().error_count();
   section.command = in.place();
   const Value<std::pair<double, double>> raw = read_channel(in, output.channel);
   std::tie(output.low, output.high) =
@@ -140,8 +141,12 @@ void read_output(MapReader& in, const IoContext& context, IoSection& section,
       {"mA", between(kLowestMa, kHighestMa),
        "put out by the I/O thread when commands cease to come", "the last output stays"},
       output.safe_ma);
+  section.output_known = in.report().error_count() == errors;
   // A watchdog relay on the alive line, or one in the output module: both are set up outside.
   read_comm_loss(in, "{timeout, set_by: device} or none_accepted", nullptr);
+  const std::size_t errors_in_keys = in.report().error_count();
+  in.close();  // a key that is misspelt may be the scale
+  if (in.report().error_count() != errors_in_keys) section.output_known = false;
   const double steps = raw.given && raw.valid
                            ? raw.value.second - raw.value.first
                            : static_cast<double>(output.highest_raw - output.lowest_raw);

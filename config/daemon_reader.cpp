@@ -2,13 +2,16 @@
 #include "config/log_level.hpp"
 #include "config/daemon_reader.hpp"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 
+#include "base/device_name.hpp"
 #include "base/group_access.hpp"
+#include "base/local_address.hpp"
+#include "base/peer_list.hpp"
 #include "config/modbus_server_reader.hpp"
 #include "config/serial_line_reader.hpp"
 #include "config/source_file.hpp"
@@ -24,19 +27,13 @@ constexpr auto kTransports =
 
 int milliseconds(double seconds) { return static_cast<int>(std::lround(seconds * 1000.0)); }
 
-bool is_numeric_address(const std::string& host) {
-  std::array<unsigned char, sizeof(in6_addr)> address{};
-  return host == "localhost" || inet_pton(AF_INET, host.c_str(), address.data()) == 1 ||
-         inet_pton(AF_INET6, host.c_str(), address.data()) == 1;
-}
-
 void read_tcp(MapReader in, LinkSettings& link) {
   const Value<std::string> host = in.need_text(
       "host",
       "numeric IPv4 or IPv6 address, or localhost: names are not looked up, since a silent "
       "name server would stall the link");
   link.host = host;
-  if (host.given && host.valid && !is_numeric_address(host)) {
+  if (host.given && host.valid && host.value != "localhost" && !base::is_address(host)) {
     in.error("host", fmt::format("must be a numeric address or localhost (got '{}')",
                                  quotable(host.value)));
   }
@@ -50,7 +47,8 @@ void read_tcp(MapReader in, LinkSettings& link) {
 
 void read_rtu(MapReader in, LinkSettings& link) { read_serial_line(in, link); }
 
-LinkSettings read_link(MapReader& in, const std::string& name) {
+// `addressed`: whether the device can be reached as the file says, whatever else is wrong.
+LinkSettings read_link(MapReader& in, const std::string& name, bool& addressed) {
   LinkSettings link;
   link.name = name;
   const Value<Transport> transport =
@@ -87,28 +85,31 @@ LinkSettings read_link(MapReader& in, const std::string& name) {
       link.probe_interval_s);
   if (!transport.valid) in.ignore_rest();
   const bool known = in.describing() || transport.valid;
+  const std::size_t errors = in.report().error_count();
   if (in.describing() || (known && transport == Transport::tcp)) read_tcp(in.variant("tcp"), link);
   if (in.describing() || (known && transport == Transport::rtu)) read_rtu(in.variant("rtu"), link);
+  in.close();  // a key that is misspelt may be the port
+  addressed = transport.given && transport.valid && in.report().error_count() == errors;
   return link;
 }
 
 // Two links on one serial line would talk across each other, and a link and a slave as well.
 void refuse_shared_device(MapReader& in, const DaemonFile& daemon, const LinkSettings& link) {
+  if (link.transport != Transport::rtu || link.device.empty()) return;
+  const std::string device = base::device_name(link.device);
   const auto& server = daemon.config.modbus_server;
-  if (server && server->serial && link.transport == Transport::rtu && !link.device.empty() &&
-      server->serial->line.device == link.device) {
+  if (server && server->serial && base::device_name(server->serial->line.device) == device) {
     in.error("device",
              fmt::format("{} is the device of modbus_server.serial as well; a line has one "
                          "master, or this is one of its slaves",
                          quotable(link.device)));
   }
   for (const auto& [name, other] : daemon.config.links) {
-    if (link.transport == Transport::rtu && other.transport == Transport::rtu &&
-        !link.device.empty() && other.device == link.device) {
+    if (other.transport == Transport::rtu && base::device_name(other.device) == device) {
       in.error("device", fmt::format("{} is the device of link '{}' (at {}) as well; use one link "
                                      "for both",
                                      quotable(link.device), quotable(name),
-                                     to_text(daemon.link_places.at(name))));
+                                     to_text(daemon.links.at(name).place)));
     }
   }
 }
@@ -153,6 +154,16 @@ SocketRights read_rights(MapReader& in) {
   return rights;
 }
 
+// The kernel takes paths of sockets up to a length.
+void check_socket_paths(MapReader& in, const Value<std::string>& directory,
+                        const std::string& resolved) {
+  const std::string longest = (std::filesystem::path(resolved) / "control.sock").string();
+  if (in.describing() || !directory.valid || longest.size() <= base::kLongestSocketPath) return;
+  in.error("runtime_directory",
+           fmt::format("must be shorter: the path of a socket in it has at most {} bytes (got {})",
+                       base::kLongestSocketPath, quotable(longest)));
+}
+
 }  // namespace
 
 DaemonFile read_daemon(MapReader& in, const std::string& file) {
@@ -169,9 +180,11 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
                 config.accelerate);
   config.accelerate = daemon.accelerate;
   // operator/ keeps an absolute path as it is.
-  config.runtime_directory =
-      resolve(file, in.text("runtime_directory", "for sockets and metrics; relative to this file",
-                            config.runtime_directory));
+  const Value<std::string> runtime = in.text(
+      "runtime_directory", "for sockets and metrics; relative to this file",
+      config.runtime_directory);
+  config.runtime_directory = resolve(file, runtime);
+  check_socket_paths(in, runtime, config.runtime_directory);
   config.state_directory = resolve(
       file,
       in.text("state_directory", "for recordings; relative to this file", config.state_directory));
@@ -207,9 +220,13 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   }
   for (auto& [name, section] :
        in.maybe_named_sections("links", "name", "Modbus links that loops refer to by name")) {
-    LinkSettings link = read_link(section, name);
+    const std::size_t errors = in.report().error_count();
+    LinkState state{.place = section.place()};
+    LinkSettings link = read_link(section, name, state.addressed);
     refuse_shared_device(section, daemon, link);
-    daemon.link_places.emplace(name, section.place());
+    state.sound = in.report().error_count() == errors;
+    daemon.link_errors += in.report().error_count() - errors;
+    daemon.links.emplace(name, state);
     config.links.emplace(name, std::move(link));
   }
   return daemon;

@@ -63,6 +63,15 @@ void Report::note(Place place, std::string_view key, std::string message) {
       {Diagnostic::Level::note, file_, place, std::string(key), std::move(message)});
 }
 
+const Diagnostic& Report::first_error() const noexcept {
+  return *std::min_element(
+      diagnostics_.begin(), diagnostics_.end(), [](const Diagnostic& a, const Diagnostic& b) {
+        const bool error_a = a.level == Diagnostic::Level::error;
+        const bool error_b = b.level == Diagnostic::Level::error;
+        return error_a != error_b ? error_a : a.place < b.place;
+      });
+}
+
 std::vector<Diagnostic> Report::take() {
   std::stable_sort(diagnostics_.begin(), diagnostics_.end(),
                    [](const Diagnostic& a, const Diagnostic& b) { return a.place < b.place; });

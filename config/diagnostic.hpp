@@ -54,6 +54,8 @@ class Report {
   const std::string& file() const noexcept { return file_; }
   std::size_t error_count() const noexcept { return errors_; }
   bool has_errors() const noexcept { return errors_ > 0; }
+  // By its place; there must be one.
+  const Diagnostic& first_error() const noexcept;
   // In the order of their places; leaves the report empty.
   std::vector<Diagnostic> take();
 

@@ -89,6 +89,7 @@ void read_simulated(MapReader in, const IoContext& context, IoSection& section) 
       if (diagnostic.level == Diagnostic::Level::error) in.error("model", to_text(diagnostic));
     }
     if (loaded_model) {
+      section.output_known = true;
       sim.model = std::move(*loaded_model);
       check_model(in, context, sim.model, file);
     }
@@ -107,6 +108,7 @@ void read_replay(MapReader in, const IoContext& context, IoSection& section) {
       {"CO units", at_least(0.0), "step of the converter that the record stands for, 0: none"},
       0.0);
   section.output_resolution = replay.output_resolution;
+  section.record = record.place;
   replay.sample_time_s = context.sample_time;
   std::tie(replay.output_low, replay.output_high) = context.output_range.value;
   if (record.given && record.valid) {
@@ -114,6 +116,8 @@ void read_replay(MapReader in, const IoContext& context, IoSection& section) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(replay.record, error)) {
       in.error("record", fmt::format("{} is no file that can be read", replay.record));
+    } else {
+      section.output_known = true;
     }
   }
   section.io = std::move(replay);

@@ -8,11 +8,20 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "config/loop_config.hpp"
 #include "config/map_reader.hpp"
 
 namespace loopwarden::config {
+
+// Where the file says through which link a device is reached.
+struct LinkUse {
+  std::string key;
+  Place place;
+  std::string link;
+  std::uint8_t unit = 0;
+};
 
 // What the io section must fit to.
 struct IoContext {
@@ -23,6 +32,7 @@ struct IoContext {
   Value<std::pair<double, double>> output_range;  // CO units
   const std::map<std::string, hal::modbus::LinkSettings>* links = nullptr;
   const std::map<std::string, FeederUser>* feeders = nullptr;
+  std::vector<LinkUse>* link_uses = nullptr;  // where those of the section are added
 };
 
 struct IoSection {
@@ -31,6 +41,8 @@ struct IoSection {
   bool has_read_back = false;      // of the valve position
   double output_resolution = 0.0;  // CO units
   Place command;                   // where the output's register or channel is stated
+  bool output_known = false;       // what leads to the output has no error
+  Place record;                    // of a replay: where its file is stated
 };
 
 IoSection read_io(MapReader& in, const IoContext& context);

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether two links reach the same device or line, however their addresses are written.
+// The device that a Modbus link leads to, in one spelling.
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "hal/modbus/modbus_settings.hpp"
 
 namespace loopwarden::config {
 
-// Returns an address in the one form that all its spellings have: the port with the address in bytes, `localhost` and IPv4
-// within IPv6 included; a serial device without symbolic links. A host name stays a name: nothing is looked up.
-std::string tcp_address(const std::string& host, std::uint64_t port);
-std::string serial_address(const std::string& device);
-std::string address_of(const hal::modbus::LinkSettings& link);
+// Returns the device as the file names it: the path of a serial line, or host and port.
+std::string text_of(const hal::modbus::LinkSettings& link);
+
+// Returns the same text for all spellings of one device: symbolic links are followed, localhost and
+// its addresses are one, because a device may listen by IPv4 and IPv6. Host names are not looked up.
+std::string device_of(hal::modbus::LinkSettings link);
 
 }  // namespace loopwarden::config

@@ -65,15 +65,30 @@ struct ValvePosition {
 };
 
 using SimIo = hal::sim::SimSettings;
-// The last two are only read.
+// In place of the wiring of a loop whose files have errors: it is not run, and keeps its place among
+// the loops, so that no register of another one moves.
+struct OutOfService {
+  std::string why;       // the first error
+  bool watched = false;  // another controller runs the loop
+
+  friend bool operator==(const OutOfService&, const OutOfService&) = default;
+};
+// ModbusSourceSettings and FeedSettings are only read.
 using Io = std::variant<SimIo, hal::modbus::LoopModbusSettings, hal::iio::AnalogSettings,
                         hal::replay::ReplaySettings, hal::modbus::ModbusSourceSettings,
-                        hal::feed::FeedSettings>;
+                        hal::feed::FeedSettings, OutOfService>;
+
+// Why the loop is not run; null: its files are good.
+inline const std::string* out_of_service(const Io& io) noexcept {
+  const auto* out = std::get_if<OutOfService>(&io);
+  return out != nullptr ? &out->why : nullptr;
+}
 
 // A loop that another controller runs (`control: elsewhere`): nothing of it is ever written.
 inline bool is_watched(const Io& io) noexcept {
+  const auto* out = std::get_if<OutOfService>(&io);
   return std::holds_alternative<hal::modbus::ModbusSourceSettings>(io) ||
-         std::holds_alternative<hal::feed::FeedSettings>(io);
+         std::holds_alternative<hal::feed::FeedSettings>(io) || (out != nullptr && out->watched);
 }
 // Whether the other controller's set point is read; of a loop controlled here it is known anyway.
 inline bool knows_set_point(const Io& io) noexcept {

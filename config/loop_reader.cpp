@@ -101,7 +101,9 @@ class LoopReader {
       io = read_io(*section, io_context());
     }
     loop_.command = io.command;
+    loop_.record = io.record;
     loop_.hardware = backing_of(io.io).hardware;
+    loop_.output_known = io.output_known && stop_known_ && output_limits_.valid;
     if (start) check_start(*start, io);
     if (jacket) check_jacket(*jacket, io);
     if (compensator_) check_compensator(*compensator_, io);
@@ -115,6 +117,7 @@ class LoopReader {
 
   LoopFile read_watched() {
     watched_ = true;
+    loop_.watched = true;
     read_head();
     in_.need_section("process_variable", "PV and when to doubt it",
                      [&](MapReader& pv) { read_process_variable(pv); });
@@ -139,14 +142,15 @@ class LoopReader {
   }
 
  private:
-  IoContext io_context() const {
+  IoContext io_context() {
     return {.file = config().file,
             .sample_time = sample_time_,
             .max_age = max_age_,
             .pv_range = pv_range_,
             .output_range = output_range_,
             .links = &daemon_.links,
-            .feeders = &daemon_.feeders};
+            .feeders = &daemon_.feeders,
+            .link_uses = &loop_.link_uses};
   }
 
   // What would act on a loop that is only watched.
@@ -376,7 +380,9 @@ class LoopReader {
     const auto need = [&](const char* key, const char* meaning) {
       return read_action(in, key, Presence::required, meaning);
     };
+    const std::size_t errors = in.report().error_count();
     safety.on_stop = need("stop", "the daemon ends (SIGTERM), or `loopwardend --safe` runs");
+    stop_known_ = in.report().error_count() == errors;
     read_bad_pv(in);
     safety.on_output_lost = need("output_lost", "commands do not reach the positioner");
     safety.on_enable_open =
@@ -437,6 +443,7 @@ class LoopReader {
         "folder that `loopwarden train` made; without it there are classical measures and routine "
         "evidence",
         "");
+    loop_.specialists = specialists.place;
     if (specialists.given && specialists.valid) {
       monitor.specialists = resolve(config().file, specialists.value);
     }
@@ -445,6 +452,7 @@ class LoopReader {
                 "file twin.yaml that `loopwarden commission` made: the alarm model_gap comes when "
                 "the loop no longer behaves so",
                 "");
+    loop_.twin = twin.place;
     if (twin.given && twin.valid) monitor.twin = resolve(config().file, twin.value);
     if (watched_) return refuse(in, {"corrective_action"});
     corrective_ = in.maybe_section("corrective_action",
@@ -556,7 +564,8 @@ class LoopReader {
   MapReader& in_;
   const DaemonConfig& daemon_;
   LoopFile loop_;
-  bool watched_ = false;  // another controller has the loop
+  bool watched_ = false;     // another controller has the loop
+  bool stop_known_ = false;  // the stop action has no error
   Value<double> sample_time_;
   Value<double> max_age_;
   RangeValue pv_range_;

@@ -4,7 +4,9 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "config/io_reader.hpp"
 #include "config/loop_config.hpp"
 #include "config/map_reader.hpp"
 
@@ -15,6 +17,11 @@ struct LoopFile {
   Place tag;
   Place command;          // where the output's register or channel is stated
   bool hardware = false;  // something real moves
+  bool watched = false;   // another controller has the loop
+  // Output and stop action have no error, whatever else is wrong: `loopwardend --safe` can drive it.
+  bool output_known = false;
+  std::vector<LinkUse> link_uses;
+  Place twin, specialists, record;  // where the files that it names are stated
 };
 
 // A tag names files and appears on command lines.

@@ -515,6 +515,10 @@ void MapReader::ignore_rest() {
   }
 }
 
+void MapReader::close() {
+  if (node_ != nullptr) report_unknown_keys(*node_, *report_);
+}
+
 bool MapReader::declare(std::string_view key, std::string value_text, Presence presence,
                         std::string fallback, const char* meaning) {
   return find(key, std::move(value_text), presence, std::move(fallback), meaning) != nullptr;

@@ -181,6 +181,10 @@ class MapReader {
   // for those that look like a key that was asked for.
   void ignore_rest();
 
+  // Reports the keys of this mapping, and of the mappings in it, that no reader has asked for so
+  // far: who needs to know now whether the section is free of errors. They are reported once.
+  void close();
+
   // --- for checks of values against each other ---
   bool describing() const noexcept { return reference_ != nullptr; }
   bool given(std::string_view key) const noexcept;

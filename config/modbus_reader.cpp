@@ -275,6 +275,9 @@ const LinkSettings* read_device(MapReader& in, const IoContext& context, std::ui
                                  suggestion(name.value, names)));
     return nullptr;
   }
+  if (context.link_uses != nullptr && number.given && number.valid) {
+    context.link_uses->push_back({in.path("link"), name.place, name, unit});
+  }
   const bool tcp_only = number == 0 || number > 247;
   const bool tcp_may = number == 0 || number == 255;
   if (number.valid && tcp_only && !(tcp_may && link->second.transport == Transport::tcp)) {
@@ -370,6 +373,7 @@ hal::modbus::CommLossSettings read_protection(MapReader& in, const PointSettings
 void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings& settings,
                      IoSection& section, Value<double>& watchdog_timeout) {
   PointSettings& command = settings.command;
+  const std::size_t errors_at_first = in.report().error_count();
   const LinkSettings* link = read_device(in, context, command.unit);
   if (link != nullptr) settings.positioner_link = *link;
   const std::size_t errors_before = in.report().error_count();
@@ -382,7 +386,9 @@ void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings
       check_command(in, context, command.reg);
       check_eu(*reg, written, "output range", context.output_range);
     }
+    reg->close();  // a key that is misspelt may be the scale
   }
+  section.output_known = link != nullptr && in.report().error_count() == errors_at_first;
   if (std::optional<MapReader> reg =
           in.maybe_section("read_back", "register that holds the valve position, in CO units")) {
     PointSettings point;
@@ -394,7 +400,9 @@ void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings
     settings.read_back = point;
     section.has_read_back = true;
   }
+  const std::size_t errors_before_stage = in.report().error_count();
   read_output_stage(in, context, settings);
+  if (in.report().error_count() != errors_before_stage) section.output_known = false;
   section.output_resolution = settings.output.resolution;
   if (is_whole_number(command.reg.type)) {
     section.output_resolution = std::max(section.output_resolution, std::abs(command.reg.scale));

@@ -64,7 +64,7 @@ ModbusServer read_modbus_server(MapReader& in) {
   const Value<std::string> address = in.text(
       "address", "numeric address to listen at; 0.0.0.0: every IPv4 network", server.address);
   server.address = address;
-  if (address.given && address.valid && !base::parse_network(address.value)) {
+  if (address.given && address.valid && !base::is_address(address.value)) {
     in.error("address",
              fmt::format("must be a numeric address (got '{}')", quotable(address.value)));
   }

@@ -266,7 +266,7 @@ std::optional<YamlNode> parse_yaml(std::string_view text, Report& report) {
   return std::nullopt;
 }
 
-void report_unknown_keys(const YamlNode& node, Report& report) {
+void report_unknown_keys(YamlNode& node, Report& report) {
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const std::string& key = node.keys[i].text;
     const std::vector<std::string>& known = node.known_keys;
@@ -275,7 +275,8 @@ void report_unknown_keys(const YamlNode& node, Report& report) {
                    fmt::format("unknown key '{}'{}", quotable(key), suggestion(key, known)));
     }
   }
-  for (const YamlNode& value : node.values) report_unknown_keys(value, report);
+  node.visited = false;
+  for (YamlNode& value : node.values) report_unknown_keys(value, report);
 }
 
 }  // namespace loopwarden::config

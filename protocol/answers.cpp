@@ -53,7 +53,7 @@ PROTOCOL_JSON(LoopGains, in_force, file, derivative_filter_s, not_in_file, by, s
 PROTOCOL_JSON(Commissioned, by, since_ms, ends_in_s)
 PROTOCOL_LISTED(LoopStatus, name, description, control, pv_unit, co_unit, pv_range, co_range,
                 sample_time_s, io, recording, monitor, alarms, incident, orders_refused,
-                position_age_ms, gains, commissioning)
+                position_age_ms, gains, commissioning, out_of_service)
 template <>
 struct Members<LoopStatus> : WithPart<LoopStatus, Cycle, &LoopStatus::cycle> {};
 PROTOCOL_DEFINE(LoopStatus)

@@ -233,6 +233,7 @@ struct LoopStatus {
   double position_age_ms = kNone;
   std::optional<LoopGains> gains{};  // nothing: another controller has them
   std::optional<Commissioned> commissioning{};
+  std::optional<std::string> out_of_service{};  // its files have errors: the first one
   std::optional<Cycle> cycle{};  // its members stand among the loop's; nothing: none has run yet
 };
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+#include <sstream>
+#include <string_view>
 #include <system_error>
 
 #include "base/digest/digest.hpp"
@@ -36,8 +40,7 @@ class Writer {
   // Sets failure() where the disk refuses.
   void write(const std::string& name, const std::string& text) {
     if (!failure_.empty()) return;
-    const auto error =
-        base::replace_file(folder_ / name, text, {.mode = 0666, .wait_for_disk = false});
+    const auto error = base::replace_file(folder_ / name, text, {.mode = 0666});
     if (error) failure_ = error->text();
   }
 
@@ -49,13 +52,20 @@ class Writer {
 };
 
 // Writes the weights; returns the entry's lines about them.
-std::string write_weights(const SpecialistFileSink& write, const std::string& name,
-                          const specialist::Network& network, const std::vector<double>& target) {
+std::string write_weights(const std::filesystem::path& folder, const SpecialistFileSink& write,
+                          const std::string& name, const specialist::Network& network,
+                          const std::vector<double>& target) {
+  constexpr std::size_t kDigits = 12;
   const std::string text = weights_text(network, target);
-  const std::string file = name + ".weights";
+  const std::string digest = base::sha256_hex(text);
+  std::string file = name + ".weights";
+  const std::optional<std::string> there = base::read_file(folder / file);
+  if (there && *there != text) {
+    file = fmt::format("{}-{}.weights", name, digest.substr(0, kDigits));
+  }
   write(file, text);
   return fmt::format("    layers: {}\n    file: {}\n    sha256: {}\n", layers_of(network), file,
-                     base::sha256_hex(text));
+                     digest);
 }
 
 std::string loop_text(const specialist::Team& team) {
@@ -75,7 +85,27 @@ std::string loop_text(const specialist::Team& team) {
 
 }  // namespace
 
-void write_specialists(const SpecialistFolder& s, const SpecialistFileSink& write) {
+std::vector<std::string> weight_files(const std::filesystem::path& folder) {
+  constexpr std::string_view kKey = "    file: ";
+  std::vector<std::string> files;
+  std::istringstream lines(base::read_file(folder / "manifest.yaml").value_or(""));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(kKey)) files.push_back(line.substr(kKey.size()));
+  }
+  return files;
+}
+
+void remove_weights(const std::filesystem::path& folder, const std::vector<std::string>& earlier) {
+  const std::vector<std::string> now = weight_files(folder);
+  for (const std::string& file : earlier) {
+    std::error_code ignored;
+    if (std::find(now.begin(), now.end(), file) != now.end()) continue;
+    std::filesystem::remove(folder / std::filesystem::path(file).filename(), ignored);
+  }
+}
+
+void write_specialists(const SpecialistFolder& s, const std::filesystem::path& folder,
+                       const SpecialistFileSink& write) {
   std::string text = fmt::format(
       "# Written by loopwarden train.\nformat: loopwarden-specialists\nversion: {}\nplant: {}\n"
       "training:\n  source: {}\n  seed: {}\n  windows: {}\n  signatures: {}\n",
@@ -95,7 +125,7 @@ void write_specialists(const SpecialistFolder& s, const SpecialistFileSink& writ
     for (const specialist::TeamMember& m : s.team->members) {
       text += fmt::format("  - name: {}\n    form: explaining\n    class: {}\n", m.name,
                           to_text(m.condition));
-      text += write_weights(write, m.name, m.network, {});
+      text += write_weights(folder, write, m.name, m.network, {});
       text += fmt::format("    most_misfit: {}  # log of the mean square over the noise\n",
                           static_cast<float>(m.most_misfit));
     }
@@ -104,15 +134,18 @@ void write_specialists(const SpecialistFolder& s, const SpecialistFileSink& writ
     text += fmt::format("  - name: {}\n    form: signature\n    class: {}\n    scaling: [{}, {}]\n",
                         m.name, to_text(m.condition), m.scaling.centre - m.scaling.half_span,
                         m.scaling.centre + m.scaling.half_span);
-    text += write_weights(write, m.name, m.network, m.target);
+    text += write_weights(folder, write, m.name, m.network, m.target);
   }
   write("manifest.yaml", text);
 }
 
 std::string write_specialists(const SpecialistFolder& s, const std::filesystem::path& folder) {
+  const std::vector<std::string> earlier = weight_files(folder);
   Writer writer(folder);
   write_specialists(
-      s, [&writer](const std::string& name, const std::string& text) { writer.write(name, text); });
+      s, folder,
+      [&writer](const std::string& name, const std::string& text) { writer.write(name, text); });
+  if (writer.failure().empty()) remove_weights(folder, earlier);
   return writer.failure();
 }
 

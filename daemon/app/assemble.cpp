@@ -93,7 +93,7 @@ ModbusServer::ModbusServer(const config::ModbusServer& server, console::Parts pa
     : loops(std::move(parts)), gateway(gateway_settings(server), loops, clock) {}
 
 Assembly::Assembly(config::Configuration from_files, const std::filesystem::path& folder,
-                   const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
+                   const config::Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
                    ServiceManager& service)
     : configuration(std::move(from_files)),
       origin{
@@ -150,7 +150,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
   }
 }
 
-void Assembly::make_monitor(const Specialists& specialists) {
+void Assembly::make_monitor(const config::Specialists& specialists) {
   for (const auto& [name, specialist_folder] : specialists.folders) {
     watching.judges[name] =
         std::make_unique<loopwarden::monitor::SpecialistJudge>(*specialist_folder.content.team);
@@ -161,7 +161,7 @@ void Assembly::make_monitor(const Specialists& specialists) {
     const auto judge = watching.judges.find(loop.config.monitor.specialists);
     const auto twin = specialists.twins.find(loop.config.monitor.twin);
     monitored.push_back({.cycles = &loop.channels->watched,
-                         .window = window_of(loop.config),
+                         .window = config::window_of(loop.config),
                          .judge = judge == watching.judges.end() ? nullptr : judge->second.get(),
                          .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
                          .history_s = commission::kBefore_s + commission::kMostSeen_s,

@@ -15,7 +15,7 @@
 #include "daemon/app/gateway_loops.hpp"
 #include "daemon/app/real_time_loops.hpp"
 #include "daemon/app/reloader.hpp"
-#include "daemon/app/specialist_files.hpp"
+#include "config/validation/specialist_files.hpp"
 #include "daemon/app/watchdog.hpp"
 #include "daemon/app/watched_loops.hpp"
 #include "daemon/box/box_board.hpp"
@@ -59,7 +59,7 @@ struct Assembly {
   // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error. `specialists` and `service`
   // outlive this.
   Assembly(config::Configuration from_files, const std::filesystem::path& folder,
-           const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
+           const config::Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
            ServiceManager& service);
   Assembly(const Assembly&) = delete;
   Assembly& operator=(const Assembly&) = delete;
@@ -86,7 +86,7 @@ struct Assembly {
   reports::DeskEnds report_ends(const std::filesystem::path& folder);
   console::Parts console_parts();
   ReloaderEnds reloader_ends(ServiceManager& service);
-  void make_monitor(const Specialists& specialists);
+  void make_monitor(const config::Specialists& specialists);
 };
 
 }  // namespace loopwarden::daemon

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <variant>
 
+#include "hal/contract/out_of_service.hpp"
 #include "hal/feed/feed_board.hpp"
 #include "hal/iio/analog_loop_io.hpp"
 #include "hal/modbus/modbus_bus.hpp"
@@ -38,6 +39,9 @@ std::unique_ptr<hal::LoopIo> BackendFactory::make(const config::LoopConfig& loop
     std::unique_ptr<hal::LoopIo> operator()(const hal::replay::ReplaySettings& io) const {
       return std::make_unique<hal::replay::ReplayLoopIo>(io);
     }
+    std::unique_ptr<hal::LoopIo> operator()(const config::OutOfService&) const {
+      return std::make_unique<hal::OutOfServiceIo>();
+    }
     // Sources have no output.
     std::unique_ptr<hal::LoopIo> operator()(const hal::modbus::ModbusSourceSettings&) const {
       throw std::logic_error(loop.name + " is controlled elsewhere");
@@ -51,6 +55,9 @@ std::unique_ptr<hal::LoopIo> BackendFactory::make(const config::LoopConfig& loop
 
 std::unique_ptr<hal::LoopSource> BackendFactory::make_source(const config::LoopConfig& loop,
                                                              hal::feed::FeedBoard& board) {
+  if (config::out_of_service(loop.io) != nullptr) {
+    return std::make_unique<hal::OutOfServiceSource>();
+  }
   if (const auto* feed = std::get_if<hal::feed::FeedSettings>(&loop.io)) {
     return std::make_unique<hal::feed::FeedSource>(*feed, board);
   }

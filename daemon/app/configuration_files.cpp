@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "config/config_reader.hpp"
+#include "config/validation/validation.hpp"
 
 namespace loopwarden::daemon {
 
@@ -16,7 +16,7 @@ bool ConfigurationFiles::begin() {
   auto reading = std::make_shared<Reading>();
   const bool begun = reader_.begin([reading, path = folder_] {
     try {
-      reading->files = config::read_configuration(path);
+      reading->files = config::validate_all(path);
     } catch (const std::exception& e) {
       reading->error = e.what();
     }

@@ -32,7 +32,7 @@ double next_of(double explained_s, double seen_s) {
   return next_s;
 }
 
-std::map<std::string, config::SpecialistFolder> contents_of(const Specialists& specialists) {
+std::map<std::string, config::SpecialistFolder> contents_of(const config::Specialists& specialists) {
   std::map<std::string, config::SpecialistFolder> contents;
   for (const auto& [name, folder] : specialists.folders) contents.emplace(name, folder.content);
   return contents;
@@ -54,7 +54,7 @@ journal::JournalEntry evidence_line(std::string result) {
 
 }  // namespace
 
-EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config, const Specialists& specialists,
+EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config, const config::Specialists& specialists,
                            Ends ends)
     : ends_(std::move(ends)),
       accelerate_(config.accelerate),

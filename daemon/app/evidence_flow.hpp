@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "config/loop_config.hpp"
-#include "daemon/app/specialist_files.hpp"
+#include "config/validation/specialist_files.hpp"
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/explain/explainer.hpp"
 #include "daemon/journal/journal.hpp"
@@ -40,7 +40,7 @@ class EvidenceFlow {
     std::function<bool(const StopWork& stop)> spare{};
   };
   // What is referred to outlives this.
-  EvidenceFlow(const config::DaemonConfig& config, const Specialists& specialists, Ends ends);
+  EvidenceFlow(const config::DaemonConfig& config, const config::Specialists& specialists, Ends ends);
   EvidenceFlow(const EvidenceFlow&) = delete;
   EvidenceFlow& operator=(const EvidenceFlow&) = delete;
 

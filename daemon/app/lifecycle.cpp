@@ -29,7 +29,7 @@ constexpr std::int64_t kSupervisePeriod = kSecond / 10;  // ns between two looks
 }  // namespace
 
 App::App(config::Configuration configuration, const std::filesystem::path& config_path,
-         const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost)
+         const config::Specialists& specialists, std::function<std::uint64_t()> log_lines_lost)
     : parts_(std::move(configuration), config_path, specialists, std::move(log_lines_lost),
              service_) {}
 
@@ -62,6 +62,7 @@ void App::start() {
   for (LoopRuntime& loop : parts_.loops.all()) loop.device().open();
   parts_.reloader.start();
   parts_.journal.start();
+  tell_out_of_service();
   parts_.evidence.start();
   parts_.historian.start();
   parts_.watching.monitor->start();
@@ -83,13 +84,35 @@ void App::start() {
   const std::size_t loops = parts_.loops.all().size();
   const auto watched = std::count_if(parts_.loops.all().begin(), parts_.loops.all().end(),
                                      [](const LoopRuntime& loop) { return loop.watched(); });
-  spdlog::info("running {} loop{}{}", loops, loops == 1 ? "" : "s",
-               watched > 0 ? fmt::format(", {} of them controlled elsewhere", watched) : "");
+  const auto out = std::count_if(
+      parts_.loops.all().begin(), parts_.loops.all().end(), [](const LoopRuntime& loop) {
+        return config::out_of_service(loop.config.io) != nullptr;
+      });
+  spdlog::info("running {} loop{}{}{}", loops, loops == 1 ? "" : "s",
+               watched > 0 ? fmt::format(", {} of them controlled elsewhere", watched) : "",
+               out > 0 ? fmt::format(", {} of them out of service", out) : "");
   if (loops > register_map::kMostLoops) {
     spdlog::warn("the register map has blocks for the first {} loops alone",
                  register_map::kMostLoops);
   }
   service_.ready();
+}
+
+void App::tell_out_of_service() {
+  for (const LoopRuntime& loop : parts_.loops.all()) {
+    const std::string* why = config::out_of_service(loop.config.io);
+    if (why == nullptr) continue;
+    spdlog::error("loop {}: out of service until a restart with good files: {}", loop.config.name,
+                  *why);
+    journal::JournalEntry line;
+    line.kind = journal::JournalEntry::Kind::system;
+    line.utc_ms = base::utc_ms();
+    line.loop = loop.config.name;
+    line.what = "start";
+    line.result = "out of service";
+    line.reason = *why;
+    parts_.journal.post(std::move(line));
+  }
 }
 
 // Ready means: every loop has run at least once. Whether it found its devices shows in its fault.
@@ -201,6 +224,8 @@ void App::log_events() {
       continue;
     }
     const config::LoopConfig& loop = parts_.loops.all()[event.loop].config;
+    // Why it does nothing is said at the start.
+    if (config::out_of_service(loop.io) != nullptr) continue;
     const EventText line = describe(event, loop);
     const auto level = line.severity == Severity::error     ? spdlog::level::err
                        : line.severity == Severity::warning ? spdlog::level::warn

@@ -8,7 +8,7 @@
 
 #include "config/loop_config.hpp"
 #include "daemon/app/assemble.hpp"
-#include "daemon/app/specialist_files.hpp"
+#include "config/validation/specialist_files.hpp"
 #include "daemon/app/watchdog.hpp"
 
 namespace loopwarden::daemon {
@@ -18,7 +18,7 @@ class App {
   // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error. `specialists` outlive this.
   // `log_lines_lost` counts what the log had no room for; may be empty.
   App(config::Configuration configuration, const std::filesystem::path& config_path,
-      const Specialists& specialists, std::function<std::uint64_t()> log_lines_lost = {});
+      const config::Specialists& specialists, std::function<std::uint64_t()> log_lines_lost = {});
   App(const App&) = delete;
   App& operator=(const App&) = delete;
   ~App();
@@ -32,6 +32,7 @@ class App {
 
  private:
   void start();
+  void tell_out_of_service();
   void wait_for_first_cycles();
   void watch_threads();
   void supervise();

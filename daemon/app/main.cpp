@@ -11,10 +11,9 @@
 #include <utility>
 
 #include "config/command_line/service.hpp"
-#include "config/config_reader.hpp"
+#include "config/validation/validation.hpp"
 #include "daemon/app/lifecycle.hpp"
 #include "daemon/app/log_queue.hpp"
-#include "daemon/app/specialist_files.hpp"
 #include "daemon/app/stop_actions.hpp"
 #include "daemon/probe/probe.hpp"
 #include "base/exit_code.hpp"
@@ -29,6 +28,7 @@ using loopwarden::kExitOk;
 
 constexpr const char* kFooter =
     "Exit codes: 0 done, 64 usage, 74 I/O, 78 bad configuration.\n"
+    "A loop whose own files have errors stays out of service with an alarm; the others run.\n"
     "Signals: SIGTERM and SIGINT send every output to its stop action and end; SIGHUP reads the\n"
     "configuration again and keeps running on the old one if the new has errors.\n"
     "Example: loopwardend --config /etc/loopwardend --check";
@@ -45,7 +45,7 @@ std::shared_ptr<loopwarden::daemon::LogQueue> open_log(const std::string& level)
 
 // Runs the loops until a signal. Whatever hangs then, a disk or who reads the log, the program ends.
 int run_loops(loopwarden::config::Configuration configuration, const std::string& directory,
-              const loopwarden::daemon::Specialists& specialists) {
+              const loopwarden::config::Specialists& specialists) {
   const auto log = open_log(configuration.daemon.log_level);
   auto app = std::make_unique<loopwarden::daemon::App>(std::move(configuration), directory,
                                                        specialists, [log] { return log->lost(); });
@@ -57,31 +57,31 @@ int run_loops(loopwarden::config::Configuration configuration, const std::string
   return exit_code;
 }
 
+int say_sound(const std::string& directory,
+              const loopwarden::config::Configuration& configuration) {
+  const std::size_t loops = configuration.loops.size();
+  fmt::print("{}: {} loop{}, no errors\n", directory, loops, loops == 1 ? "" : "s");
+  constexpr std::size_t kMost = loopwarden::register_map::kMostLoops;
+  if (loops > kMost) {
+    fmt::print("{} of them, from {} on, have no block in the register map\n", loops - kMost,
+               configuration.loops[kMost].name);
+  }
+  return kExitOk;
+}
+
 int run(const std::string& directory, bool check, bool safe) {
   namespace config = loopwarden::config;
   // Taken by the main thread alone, at a place of its choosing.
   loopwarden::base::block_signals({SIGTERM, SIGINT, SIGHUP});
-  auto configuration = config::read_configuration(directory);
-  fmt::print(stderr, "{}", config::to_text(configuration.diagnostics));
-  if (!configuration) return kExitConfiguration;
+  auto [reading, specialists] = config::validate(directory);
+  fmt::print(stderr, "{}", config::to_text(reading.diagnostics));
   if (safe) {
-    const auto log = open_log(configuration->daemon.log_level);
-    return loopwarden::daemon::drive_to_stop_actions(*configuration);
+    const auto log = open_log(reading.configuration.daemon.log_level);
+    return loopwarden::daemon::drive_to_stop_actions(reading.outputs);
   }
-  auto specialists = loopwarden::daemon::load_specialists(*configuration);
-  fmt::print(stderr, "{}", config::to_text(specialists.diagnostics));
-  if (!specialists) return kExitConfiguration;
-  if (check) {
-    const std::size_t loops = configuration->loops.size();
-    fmt::print("{}: {} loop{}, no errors\n", directory, loops, loops == 1 ? "" : "s");
-    constexpr std::size_t kMost = loopwarden::register_map::kMostLoops;
-    if (loops > kMost) {
-      fmt::print("{} of them, from {} on, have no block in the register map\n", loops - kMost,
-                 configuration->loops[kMost].name);
-    }
-    return kExitOk;
-  }
-  return run_loops(std::move(*configuration), directory, *specialists);
+  if (check) return reading.sound ? say_sound(directory, reading.configuration) : kExitConfiguration;
+  if (!reading.runnable) return kExitConfiguration;
+  return run_loops(std::move(reading.configuration), directory, specialists);
 }
 
 int run_command_line(int argc, char** argv) {

@@ -43,10 +43,13 @@ LoopPlan plan_of(const LoopConfig& running, const LoopConfig& wanted, const Outp
   return plan;
 }
 
-LoopPlan plan_of(const LoopConfig& loop, Decision decision) {
-  const char* why = decision == Decision::came ? "the loop is new; it needs a restart"
-                                               : "the loop is gone from the files; it runs on as "
-                                                 "it is until a restart";
+constexpr const char* kNew = "the loop is new; it needs a restart";
+constexpr const char* kMended =
+    "the loop is out of service since the start; its files are good now, it needs a restart";
+constexpr const char* kGone =
+    "the loop is gone from the files; it runs on as it is until a restart";
+
+LoopPlan plan_of(const LoopConfig& loop, Decision decision, const std::string& why) {
   return {.loop = loop.name,
           .decision = decision,
           .keys = {.file = loop.file,
@@ -96,15 +99,30 @@ Plan plan(const Configuration& running, const Configuration& wanted,
           std::span<const Output> outputs) {
   Plan plan{.daemon = plan_of(running.daemon, wanted.daemon), .loops = {}};
   for (const LoopConfig& loop : wanted.loops) {
-    if (const LoopConfig* was = find(running, loop.name)) {
+    const LoopConfig* was = find(running, loop.name);
+    if (was != nullptr && config::out_of_service(was->io) != nullptr) {
+      plan.loops.push_back(plan_of(loop, Decision::came, kMended));
+    } else if (was != nullptr) {
       const auto index = static_cast<std::size_t>(was - running.loops.data());
       plan.loops.push_back(plan_of(*was, loop, outputs[index]));
     } else {
-      plan.loops.push_back(plan_of(loop, Decision::came));
+      plan.loops.push_back(plan_of(loop, Decision::came, kNew));
     }
   }
   for (const LoopConfig& loop : running.loops) {
-    if (find(wanted, loop.name) == nullptr) plan.loops.push_back(plan_of(loop, Decision::gone));
+    if (find(wanted, loop.name) == nullptr) {
+      plan.loops.push_back(plan_of(loop, Decision::gone, kGone));
+    }
+  }
+  return plan;
+}
+
+Plan at_start(const Configuration& started) {
+  Plan plan;
+  for (const LoopConfig& loop : started.loops) {
+    const std::string* why = config::out_of_service(loop.io);
+    if (why == nullptr) continue;
+    plan.loops.push_back(plan_of(loop, Decision::came, "the loop is out of service: " + *why));
   }
   return plan;
 }

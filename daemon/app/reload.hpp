@@ -15,6 +15,8 @@
 // Output limits that exclude CO wait, and with them all that would be applied of that loop, until CO
 // is inside. The loop's cycle is the one that knows (rt::can_take_over); here it is foretold.
 //
+// A loop whose files had errors at the start stays out of service until a restart.
+//
 // Of loopwardend.yaml log_level, stop_timeout, page and edge are applied, everything else waits for a
 // restart. A loop that came waits, one that is gone runs on as it is.
 #pragma once
@@ -79,6 +81,9 @@ struct Output {
 // `outputs`: one for each loop that runs, in their order.
 Plan plan(const config::Configuration& running, const config::Configuration& wanted,
           std::span<const Output> outputs);
+
+// Right after the start: loops that are out of service wait for a restart.
+Plan at_start(const config::Configuration& started);
 
 // What a reload applies of loopwardend.yaml, put into what is in force.
 void apply(const config::DaemonConfig& wanted, config::DaemonConfig& running);

@@ -296,6 +296,9 @@ void disregard_derived(hal::modbus::ModbusSourceSettings& a, hal::modbus::Modbus
 void disregard_derived(hal::feed::FeedSettings&, hal::feed::FeedSettings&, const LoopConfig&,
                        const LoopConfig&, Changes&) {}
 
+void disregard_derived(config::OutOfService&, config::OutOfService&, const LoopConfig&,
+                       const LoopConfig&, Changes&) {}
+
 const char* backend_name(const config::Io& io) {
   if (std::holds_alternative<config::SimIo>(io)) return "simulated";
   if (std::holds_alternative<hal::modbus::LoopModbusSettings>(io)) return "modbus";

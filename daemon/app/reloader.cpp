@@ -99,7 +99,9 @@ Reloader::Reloader(const config::Configuration& started, std::filesystem::path f
       files_(std::move(folder)),
       offers_(loops, started.loops.size()),
       queue_(journal),
-      status_(hash_of(started.text)) {
+      status_(hash_of(started.text)),
+      plan_(reload::at_start(started)) {
+  status_.publish(plan_);
   running_.text.clear();
 }
 

@@ -50,20 +50,13 @@ void drive_to_stop(LoopRuntime& loop) {
 // One loop of `loopwardend --safe`.
 struct Drive {
   const config::LoopConfig* loop = nullptr;
-  std::unique_ptr<hal::LoopIo> io;
   std::string why;
+  std::unique_ptr<hal::LoopIo> io{};
   bool there = false;
 
-  void make(BackendFactory& backends) {
+  void run(BackendFactory& backends) {
     try {
       io = backends.make(*loop);
-    } catch (const std::exception& e) {
-      why = e.what();
-    }
-  }
-  void run() {
-    if (!io) return;
-    try {
       io->open();
       there = io->drive(loop->safety.on_stop.value, std::chrono::milliseconds(3000), why);
     } catch (const std::exception& e) {
@@ -87,21 +80,22 @@ void drive_to_stop(std::vector<LoopRuntime>& loops) {
                   [&](std::size_t i) { attempt("stop action", [&] { drive_to_stop(loops[i]); }); });
 }
 
-int drive_to_stop_actions(const config::Configuration& configuration) {
+int drive_to_stop_actions(const std::vector<config::StopOutput>& outputs) {
   BackendFactory backends;
   std::vector<Drive> drives;
-  for (const config::LoopConfig& loop : configuration.loops) {
-    if (config::is_watched(loop.io)) continue;
-    if (loop.safety.on_stop.kind == control::OutputAction::Kind::hold) {
-      fmt::print("{}: stop action is hold; output left as it is\n", loop.name);
-      continue;
-    }
-    Drive& drive = drives.emplace_back();
-    drive.loop = &loop;
-    drive.make(backends);
-  }
-  for_all_at_once(drives.size(), [&](std::size_t i) { drives[i].run(); });
   int exit_code = kExitOk;
+  for (const auto& [loop, why_not] : outputs) {
+    if (!why_not.empty()) {
+      fmt::print(stderr, "{}: output NOT driven, since its files do not tell where to: {}\n",
+                 loop.name, why_not);
+      exit_code = kExitIo;
+    } else if (loop.safety.on_stop.kind == control::OutputAction::Kind::hold) {
+      fmt::print("{}: stop action is hold; output left as it is\n", loop.name);
+    } else {
+      drives.push_back({.loop = &loop, .why = {}});
+    }
+  }
+  for_all_at_once(drives.size(), [&](std::size_t i) { drives[i].run(backends); });
   for (Drive& drive : drives) {
     if (drive.io) drive.io->close();
     drive.print();

@@ -18,6 +18,7 @@ watch::Wiring wiring_of(const config::Io& io) {
                          .mode = source.mode.has_value(),
                          .mode_values = source.mode_values};
   };
+  if (config::out_of_service(io) != nullptr) return {};
   if (const auto* feed = std::get_if<hal::feed::FeedSettings>(&io)) return of(*feed);
   return of(std::get<hal::modbus::ModbusSourceSettings>(io));
 }

@@ -257,6 +257,9 @@ std::vector<journal::JournalEntry> OperatorOrders::lines_of(const rt::Order& ord
 }
 
 void OperatorOrders::refuse_watched(std::size_t loop) const {
+  if (const std::string* why = config::out_of_service(parts_.loops[loop].config.io)) {
+    throw RequestError(fmt::format("{} is out of service: {}", parts_.board.name(loop), *why));
+  }
   if (!parts_.loops[loop].watched()) return;
   throw RequestError(parts_.board.name(loop) +
                      " is controlled elsewhere: nothing of it can be ordered from here");
@@ -347,6 +350,7 @@ protocol::Commissioning OperatorOrders::commissioning(const protocol::Commission
   if (loop.watched()) {
     throw RequestError(request.loop + " is controlled elsewhere: it is never out of service here");
   }
+  refuse_watched(index);
   const bool ends = request.end.value_or(false);
   if (ends && !request.session) throw RequestError("end needs the session");
   if (request.withhold_s && !ends) {

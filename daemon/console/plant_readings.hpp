@@ -17,8 +17,10 @@ class PlantReadings final : public gateway::PlantView {
   const std::string& name(std::size_t loop) const override {
     return parts_.loops[loop].config.name;
   }
+  // Nor can anything be ordered of a loop that is out of service.
   bool controlled_elsewhere(std::size_t loop) const override {
-    return parts_.loops[loop].watched();
+    return parts_.loops[loop].watched() ||
+           config::out_of_service(parts_.loops[loop].config.io) != nullptr;
   }
   bool read_only(std::size_t loop) const override {
     return controlled_elsewhere(loop) ||

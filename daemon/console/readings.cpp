@@ -44,6 +44,7 @@ bool has_read_back(const LoopRuntime& loop) {
   if (const auto* analog = std::get_if<hal::iio::AnalogSettings>(&loop.config.io)) {
     return analog->read_back.has_value();
   }
+  if (config::out_of_service(loop.config.io) != nullptr) return false;
   if (std::holds_alternative<hal::replay::ReplaySettings>(loop.config.io)) {
     return loop.channels->position_age_ms.load(std::memory_order_relaxed) >= 0.0F;
   }

@@ -408,6 +408,7 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
     loop.alarms[model::to_text(kind)] = alarm_of(config.name, kind, watch);
   }
   loop.incident = incident_of(config.name, watch);
+  if (const std::string* why = config::out_of_service(config.io)) loop.out_of_service = *why;
   if (const auto holder = runtime.commissioning->holder()) {
     loop.commissioning = {holder->by, holder->since_ms, holder->ends_in_s};
   }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/device_name.hpp"
 #include "base/file.hpp"
 #include "base/local_address.hpp"
 #include "base/local_socket.hpp"
@@ -21,10 +22,12 @@ namespace fs = std::filesystem;
 using hal::modbus::LinkSettings;
 
 bool same(const LinkSettings& asked, const protocol::LinkInUse& used) {
-  const bool serial = used.transport == "rtu";
-  if ((asked.transport == hal::modbus::Transport::rtu) != serial) return false;
-  return config::address_of(asked) ==
-         (serial ? config::serial_address(used.device) : config::tcp_address(used.host, used.port));
+  if ((asked.transport == hal::modbus::Transport::rtu) != (used.transport == "rtu")) return false;
+  if (used.transport == "rtu") {
+    return base::device_name(asked.device) == base::device_name(used.device);
+  }
+  return base::address_name(asked.host) == base::address_name(used.host) &&
+         asked.port == used.port;
 }
 
 // Of the daemon whose sockets are in this folder; nullopt: none runs. Throws std::runtime_error where one is there and does

@@ -24,7 +24,8 @@ enum class Reason : std::uint8_t {
   held,            // good: it has not changed, and what delivers it on change alone is alive
   source,          // what delivers it says so
   source_silent,   // no message of its source within the timeout
-  source_dead      // the death of its source was reported
+  source_dead,     // the death of its source was reported
+  out_of_service   // the loop is not run: its files have errors
 };
 
 // The value stands at a limit of what the device can measure and can't follow further: what is there may be
@@ -65,6 +66,7 @@ constexpr const char* to_text(Reason reason) noexcept {
     case Reason::source: return "said by the source";
     case Reason::source_silent: return "timeout of the source";
     case Reason::source_dead: return "death of the source";
+    case Reason::out_of_service: return "out of service";
   }
   return "?";
 }

@@ -12,14 +12,19 @@ namespace {
 constexpr double kLargestPeriodError = 0.01;  // of the loop's sample time
 }
 
-void ReplayLoopIo::open() {
-  record_ = record::read_record(settings_.record);
-  if (!(std::abs(record_.period_s - settings_.sample_time_s) <=
-        kLargestPeriodError * settings_.sample_time_s)) {
+record::Record read_replayed(const ReplaySettings& settings) {
+  record::Record record = record::read_record(settings.record);
+  if (!(std::abs(record.period_s - settings.sample_time_s) <=
+        kLargestPeriodError * settings.sample_time_s)) {
     throw std::runtime_error(
-        fmt::format("{}: its period is {:.6g} s, the loop's sample time {:.6g} s", settings_.record,
-                    record_.period_s, settings_.sample_time_s));
+        fmt::format("{}: its period is {:.6g} s, the loop's sample time {:.6g} s", settings.record,
+                    record.period_s, settings.sample_time_s));
   }
+  return record;
+}
+
+void ReplayLoopIo::open() {
+  record_ = read_replayed(settings_);
   read_back_ = nullptr;
   if (record_.has_co) read_back_ = &record_.co;
   if (record_.has_stem) read_back_ = &record_.stem;

@@ -13,6 +13,9 @@
 
 namespace loopwarden::hal::replay {
 
+// Reads the record of a loop. Throws record::RecordError, or std::runtime_error if its period is not the loop's.
+record::Record read_replayed(const ReplaySettings& settings);
+
 // A record in the place of the transmitter: one row per control period. The read-back is its column
 // `stem`, else `co`, else not fitted. Commands go nowhere, but are limited and quantised as a real
 // output would. A missing sample is bad; so is all that comes after the end, unless it repeats.
@@ -20,8 +23,7 @@ class ReplayLoopIo final : public LoopIo {
  public:
   explicit ReplayLoopIo(const ReplaySettings& settings) : settings_(settings) {}
 
-  // Reads the record. Throws record::RecordError, or std::runtime_error if its period is not the
-  // loop's.
+  // Throws as read_replayed().
   void open() override;
   void close() noexcept override {}
   bool drive(double output, std::chrono::milliseconds timeout, std::string& why) override;

@@ -453,5 +453,37 @@ TEST_CASE("fault, kill -9 beside a dead device: --safe reaches the others withou
   CHECK(daemon.wait_for_end() == 74);
 }
 
+TEST_CASE("fault, files with errors: --safe drives every output that they still tell of",
+          "[process]") {
+  TcpRig rig(kDeviceArguments);
+  const std::string port = rig.proxy.ready("port");
+  const std::string links =
+      "links:\n" + tcp_link_yaml("one", port) + tcp_link_yaml("two", port, 0.5);
+  const std::string other =
+      with(plant_loop("one", 1.0, "FIC-100"), "command: {address: 0,", "command: {address: 12,");
+  struct Case {
+    std::string daemon, first, loop;
+  };
+  for (const Case& files : {
+           // A second link to the unit, with other settings.
+           Case{links, other, plant_loop("two", 1.0)},
+           // A key of no importance to the output; a loop file that is none, before and behind it.
+           Case{links, "loop: [\n", with(plant_loop("one", 1.0), "kp: 0.3494", "kp: x")},
+           Case{links, other, plant_loop("one", 1.0) + "monitor: {twin: none.yaml}\n"},
+           // Elsewhere in loopwardend.yaml.
+           Case{"log_level: nothing\n" + links, other, plant_loop("one", 1.0)}}) {
+    DaemonProcess daemon(files.daemon, {{"loops.d/FIC-100.yaml", files.first},
+                                        {"loops.d/FIC-101.yaml", files.loop},
+                                        {"loops.d/FIC-102.yaml", "nothing"}});
+    rig.device.command("co 7");
+    CHECK(daemon.run({"--config", daemon.config().string(), "--safe"}) == 74);
+    const std::string said = read_file(daemon.folder() / "output");
+    INFO(said);
+    CHECK(said.find("FIC-101: output at 2 V") != std::string::npos);
+    CHECK(said.find("FIC-102: output NOT driven") != std::string::npos);
+    CHECK(rig.device.state_number("written") == Approx(kStop));
+  }
+}
+
 }  // namespace
 }  // namespace loopwarden::tests::modbus_faults_test

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "config/config_reader.hpp"
 #include "config/loop_model_reader.hpp"
 #include "config/specialists/specialist_folder.hpp"
+#include "config/validation/validation.hpp"
 #include "map/register_map.hpp"
 #include "model/control/tuning.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -70,7 +70,7 @@ Checked check(const std::string& path) {
     });
   }
   if (std::filesystem::is_directory(path)) {
-    return checked(config::read_configuration(path), [](const config::Configuration& c) {
+    return checked(config::validate_all(path), [](const config::Configuration& c) {
       std::string text = fmt::format("{} loop{}", c.loops.size(), c.loops.size() == 1 ? "" : "s");
       for (std::size_t i = 0; i < c.loops.size(); ++i) {
         text += "\n  " + loop_text(c.loops[i]);
@@ -79,7 +79,7 @@ Checked check(const std::string& path) {
       return text;
     });
   }
-  if (is_loop_file(path)) return checked(config::read_loop_file(path), loop_text);
+  if (is_loop_file(path)) return checked(config::validate_loop_file(path), loop_text);
   return checked(config::read_model_file(path), [](const plant::LoopModel& m) {
     const control::PidSettings& pid = m.controller.pid;
     return fmt::format("model: {}; {}", process_text(m.process),

@@ -244,7 +244,8 @@ int run_commission(const CommissionOptions& given) {
   const fs::path out(options.out);
   files.make_folder(out);
   if (recorder) take_from_recorder(options, files);
-  for (const char* name : {"commission.json", "report.html"}) files.stage(out / name);
+  std::vector<std::string> old_weights;  // of a commissioning before this one
+  for (const char* name : {"commission.json", "report.html"}) files.expect(out / name);
   const unsigned jobs = threads(options.jobs);
   const ParallelFor parallel = on_threads(jobs);
   try {
@@ -275,7 +276,8 @@ int run_commission(const CommissionOptions& given) {
       const TrainingResult trained = train_specialists(job, {});
       progress->update(3);
       files.make_folder(out / "specialists");
-      config::write_specialists(trained.folder,
+      old_weights = config::weight_files(out / "specialists");
+      config::write_specialists(trained.folder, out / "specialists",
                                 [&](const std::string& name, const std::string& text) {
                                   files.add(out / "specialists" / name, text);
                                 });
@@ -298,10 +300,11 @@ int run_commission(const CommissionOptions& given) {
     }
     nlohmann::json answer = commission_json(made, sight);
     if (before) answer["changes"] = changes_json(changes);
-    files.add(out / "commission.json", answer.dump(2) + "\n");
     files.add(out / "report.html",
               commission_page(made, sight, request.records.front().columns, seconds));
+    files.add(out / "commission.json", answer.dump(2) + "\n");
     files.commit();
+    config::remove_weights(out / "specialists", old_weights);
     if (options.recorder.background()) {
       fmt::print("{}: {}\n", base::in_words(commission::to_text(made.outcome)), made.why);
     } else if (options.json) {

@@ -118,7 +118,6 @@ int run_explain(const ExplainOptions& options) {
                           .count();
     out["first"] = first_effect_json(explanation);
     out["version"] = LOOPWARDEN_VERSION;
-    files.add(folder / "explanation.json", out.dump(2) + "\n");
     GapReportContext context{
         .record = record_file.string(),
         .model = twin_file.string(),
@@ -131,6 +130,7 @@ int run_explain(const ExplainOptions& options) {
             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
         .version = LOOPWARDEN_VERSION};
     files.add(folder / "report.html", gap_report_html(explanation.result, context));
+    files.add(folder / "explanation.json", out.dump(2) + "\n");
     files.commit();
     if (options.json) {
       show_json(out);

@@ -407,7 +407,7 @@ int run_gap(const GapOptions& options) {
   OutputFiles files({options.record, options.model});
   files.make_folder(out);  // before the work, not after it
   for (const char* name : {"model.corrected.yaml", "gap.json", "report.html"}) {
-    files.stage(out / name);
+    files.expect(out / name);
   }
   const auto [result, notes, sees_from_percent] = look_for_gap(options, model);
   GapReportContext context{
@@ -432,8 +432,8 @@ int run_gap(const GapOptions& options) {
   context.corrected_text = config::write_model(
       result.corrected, "loop model corrected by loopwarden gap\n" + result.sentence);
   files.add(out / "model.corrected.yaml", context.corrected_text);
-  files.add(out / "gap.json", answer.dump(2) + "\n");
   files.add(out / "report.html", gap_report_html(result, context));
+  files.add(out / "gap.json", answer.dump(2) + "\n");
   files.commit();
   if (options.recorder.background()) {
     fmt::print("{}\n", result.sentence);

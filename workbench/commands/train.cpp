@@ -265,10 +265,13 @@ int run_train(const TrainOptions& options) {
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     files.add(fs::path(options.out) / "training.html", training_page(result));
-    config::write_specialists(result.folder, [&](const std::string& name, const std::string& text) {
-      files.add(fs::path(options.out) / name, text);
-    });
+    const std::vector<std::string> old_weights = config::weight_files(options.out);
+    config::write_specialists(result.folder, options.out,
+                              [&](const std::string& name, const std::string& text) {
+                                files.add(fs::path(options.out) / name, text);
+                              });
     files.commit();
+    config::remove_weights(options.out, old_weights);
     TrainingCheckpoint::remove(*job.checkpoint);
     print_summary(options, result, seconds);
   } catch (const std::invalid_argument& e) {

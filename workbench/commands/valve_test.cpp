@@ -192,8 +192,8 @@ int run_valve_test(const ValveTestOptions& options) {
     const std::filesystem::path folder = options.out;
     OutputFiles files({options.commissioning, options.bench.live ? "" : options.bench.target});
     files.make_folder(folder);
-    files.add(folder / "valve-test.json", result.dump(2) + "\n");
     files.add(folder / "report.html", page(results, commissioning, options.bench.target));
+    files.add(folder / "valve-test.json", result.dump(2) + "\n");
     files.commit();
   }
   options.json ? show_json(result) : print_text(results, commissioning);

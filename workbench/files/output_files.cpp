@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -12,6 +13,8 @@
 #include <memory>
 #include <system_error>
 #include <utility>
+
+#include "base/file.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -233,54 +236,77 @@ fs::path OutputFiles::stage(const fs::path& path) {
 void OutputFiles::add(const fs::path& path, std::string_view text) {
   const int error = write_file(stage(path), O_CREAT | O_TRUNC, text);
   if (error != 0) fail(path, "can't be written", error);
+  const auto staged = std::find_if(staged_.begin(), staged_.end(),
+                                   [&](const Staged& one) { return one.asked == path; });
+  std::rotate(staged, staged + 1, staged_.end());
+}
+
+int OutputFiles::sync_data(fs::path& failed) const {
+  for (const Staged& staged : staged_) {
+    failed = staged.asked;
+    if (staged.stream) continue;
+    base::File file(staged.temporary, O_RDONLY);
+    if (!file.is_open() && errno == ENOENT) continue;
+    if (!file.is_open() || !file.sync()) return errno;
+  }
+  return 0;
+}
+
+int OutputFiles::give_names(std::vector<Named>& done, fs::path& failed) const {
+  fs::path last_folder;
+  const auto sync = [&] { return last_folder.empty() || base::sync_folder(last_folder); };
+  for (const Staged& staged : staged_) {
+    // Staged before the work, and not needed after it.
+    if (::access(staged.temporary.c_str(), F_OK) != 0) continue;
+    failed = staged.asked;
+    if (staged.stream) {
+      const int error = copy_to_stream(staged.temporary, staged.target);
+      if (error != 0) return error;
+      done.push_back({.staged = &staged, .replaced = false, .earlier = {}});
+      continue;
+    }
+    // Names in one folder reach the disk in their order; the last is given when it has all others.
+    const fs::path folder = staged.target.has_parent_path() ? staged.target.parent_path() : ".";
+    if ((folder != last_folder || &staged == &staged_.back()) && !sync()) return errno;
+    last_folder = folder;
+    Named now{.staged = &staged, .replaced = false, .earlier = {}};
+    struct stat target {};
+    if (::stat(staged.target.c_str(), &target) == 0) {
+      ::chmod(staged.temporary.c_str(), target.st_mode & 07777U);
+      now.replaced = true;
+      now.earlier = beside(staged.target, ".earlier");
+      if (::link(staged.target.c_str(), now.earlier.c_str()) != 0) now.earlier.clear();
+    }
+    if (::rename(staged.temporary.c_str(), staged.target.c_str()) != 0) {
+      const int error = errno;
+      if (!now.earlier.empty()) ::unlink(now.earlier.c_str());
+      return error;
+    }
+    done.push_back(std::move(now));
+  }
+  return sync() ? 0 : errno;
 }
 
 void OutputFiles::commit() {
   const SignalsHeld held;
-  struct Done {
-    const Staged* staged;
-    bool replaced = false;
-    fs::path earlier;  // the file that was there; empty where the file system keeps no second name
-  };
-  std::vector<Done> done;
-  int error = 0;
-  for (const Staged& staged : staged_) {
-    // Staged before the work, and not needed after it.
-    if (::access(staged.temporary.c_str(), F_OK) != 0) continue;
-    Done now{.staged = &staged, .replaced = false, .earlier = {}};
-    if (staged.stream) {
-      error = copy_to_stream(staged.temporary, staged.target);
-    } else {
-      struct stat target {};
-      if (::stat(staged.target.c_str(), &target) == 0) {
-        ::chmod(staged.temporary.c_str(), target.st_mode & 07777U);
-        now.replaced = true;
-        now.earlier = beside(staged.target, ".earlier");
-        if (::link(staged.target.c_str(), now.earlier.c_str()) != 0) now.earlier.clear();
-      }
-      if (::rename(staged.temporary.c_str(), staged.target.c_str()) != 0) {
-        error = errno;
-        if (!now.earlier.empty()) ::unlink(now.earlier.c_str());
-      }
-    }
-    done.push_back(std::move(now));
-    if (error != 0) break;
-  }
-  const fs::path failed = error != 0 ? done.back().staged->asked : fs::path();
+  std::vector<Named> done;
+  fs::path failed;
+  int error = sync_data(failed);
+  if (error == 0) error = give_names(done, failed);
   if (error != 0) {
-    done.pop_back();
-    for (const Done& one : done) {
-      if (!one.earlier.empty()) {
-        ::rename(one.earlier.c_str(), one.staged->target.c_str());
-      } else if (!one.replaced && !one.staged->stream) {
-        ::unlink(one.staged->target.c_str());
+    // The last first, so that what is there stays in order.
+    for (auto one = done.rbegin(); one != done.rend(); ++one) {
+      if (!one->earlier.empty()) {
+        ::rename(one->earlier.c_str(), one->staged->target.c_str());
+      } else if (!one->replaced && !one->staged->stream) {
+        ::unlink(one->staged->target.c_str());
       }
     }
+    fail(failed, "can't be written", error);
   }
-  for (const Done& one : done) {
+  for (const Named& one : done) {
     if (!one.earlier.empty()) ::unlink(one.earlier.c_str());
   }
-  if (error != 0) fail(failed, "can't be written", error);
   for (const Staged& staged : staged_) {
     remove_file(staged.temporary);  // of a stream
     forget(staged.temporary.string() + ".tmp");

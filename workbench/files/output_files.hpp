@@ -4,6 +4,10 @@
 // Each is written under a temporary name in the folder where it belongs; commit() gives all of them their names. Until
 // then what stood there stays, and whatever ends the command before (an error, a full disk, Ctrl-C) leaves no
 // trace. An output that is one of the command's inputs, by whatever name, is refused.
+//
+// A kill or a power failure can come between two names. commit() gives them in the order in which the files were added, after
+// the disk has all of their data, so that the caller decides what is there then: a file that another one refers to is added
+// before it, and the file that says that all is there is added last.
 #pragma once
 
 #include <deque>
@@ -35,9 +39,12 @@ class OutputFiles {
   // A folder of the user's own for what stands between and is never committed: it goes with this.
   std::filesystem::path make_scratch_folder();
   // The name under which to write what becomes `path`; the same for the same path. What a RecordCsvWriter
-  // leaves beside it is removed as well.
+  // leaves beside it is removed as well. Counts as added now, unless it is added later.
   std::filesystem::path stage(const std::filesystem::path& path);
+  // Refuses now what would be refused after the work.
+  void expect(const std::filesystem::path& path) { stage(path); }
   void add(const std::filesystem::path& path, std::string_view text);
+  // Waits for the disk.
   void commit();
 
   // `message` with the temporary names replaced by those that the user knows.
@@ -51,7 +58,16 @@ class OutputFiles {
     bool stream = false;  // a pipe or device: written to, not replaced
   };
 
+  struct Named {
+    const Staged* staged;
+    bool replaced = false;
+    std::filesystem::path earlier;  // the file that was there; empty: the file system keeps no second name
+  };
+
   void refuse_input(const std::filesystem::path& path) const;
+  int sync_data(std::filesystem::path& failed) const;
+  // Returns errno, with the file in `failed`.
+  int give_names(std::vector<Named>& done, std::filesystem::path& failed) const;
 
   std::vector<std::filesystem::path> inputs_;
   std::deque<Staged> staged_;

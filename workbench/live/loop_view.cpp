@@ -260,6 +260,7 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
     std::string shown = coloured(state_of(cycle, loop.co_unit),
                                  cycle.fault == "none" ? Colour::plain : Colour::red);
     const std::string alarms = alarm_summary(loop);
+    if (loop.out_of_service) shown = coloured("out of service: files have errors", Colour::red);
     if (loop.commissioning) {
       shown += ", " + coloured("being commissioned by " + loop.commissioning->by, Colour::yellow);
     }
@@ -275,6 +276,7 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
 
 std::vector<std::string> loop_details(const protocol::LoopStatus& loop) {
   std::vector<std::string> lines{valve_line(loop), condition_line(loop)};
+  if (loop.out_of_service) lines.push_back("out of service: " + *loop.out_of_service);
   if (loop.commissioning) lines.push_back(commissioning_line(*loop.commissioning));
   if (loop.monitor.twin) lines.push_back(twin_line(loop));
   lines.push_back(record_and_bus_line(loop));

@@ -85,7 +85,7 @@ const hal::modbus::LinkSettings* known_link(const config::DaemonConfig& daemon,
                                             const hal::modbus::LinkSettings& wanted) {
   for (const auto& [name, settings] : daemon.links) {
     if (settings.transport == wanted.transport &&
-        config::address_of(settings) == config::address_of(wanted)) {
+        config::device_of(settings) == config::device_of(wanted)) {
       return &settings;
     }
   }

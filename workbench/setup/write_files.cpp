@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/text.hpp"
-#include "config/config_reader.hpp"
+#include "config/validation/validation.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/live/test_bench.hpp"
 #include "workbench/setup/planned_files.hpp"
@@ -99,7 +99,7 @@ std::string changed_file(Setup& setup, const std::string& live, const std::strin
 }  // namespace
 
 bool would_be_read(Setup& setup, const config::Drafts& drafts) {
-  const auto read = config::read_configuration(setup.folder, drafts);
+  const auto read = config::validate_all(setup.folder, drafts);
   const std::string told = config::to_text(read.diagnostics);
   if (!told.empty()) setup.dialogue.say(std::string(base::trimmed(told)));
   return read.value.has_value();
@@ -141,7 +141,9 @@ Outcome write_files(Setup& setup) {
     }
     OutputFiles files;
     files.make_folder(setup.folder / "loops.d");
-    for (const auto& [path, text] : drafts) files.add(path, text);
+    // The link before the loop that names it.
+    if (!planned.daemon.empty()) files.add(setup.folder / "loopwardend.yaml", planned.daemon);
+    if (drafts.contains(file)) files.add(file, loop);
     files.commit();
   }
   setup.state().set_found("written", planned.loop);

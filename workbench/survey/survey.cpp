@@ -246,8 +246,8 @@ json write_survey(const std::vector<fs::path>& folders, const fs::path& out,
   files.make_folder(out);
   write_survey_pages(survey, out, files);
   for (json& loop : survey["loops"]) loop.erase("picture");
-  files.add(out / "survey.json", survey.dump(1) + "\n");
   files.add(out / "survey.csv", survey_csv(survey));
+  files.add(out / "survey.json", survey.dump(1) + "\n");
   files.commit();
   return survey;
 }

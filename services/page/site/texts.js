@@ -48,6 +48,7 @@ const en = {
   faults: {none: 'no fault', starting: 'starting', bad_pv: 'PV bad', output_lost: 'output lost', late_cycle: 'late cycle',
     not_finite: 'result not finite', enable_open: 'enable open', stop: 'stopped',
     output_unknown: 'output unknown', other: 'a fault that this page does not know'},
+  outOfService: 'Out of service: correct its files and restart loopwardend. {why}',
   commissioning: {on: 'Being commissioned', by: 'Being commissioned by {who} since {time}: out of service for everybody else, but for manual',
     ends: 'ends in {seconds} s without a sign of life', stops: 'no sign of life: goes to its stop action'},
   // Whether a loop acts on its valve: at a glance, and in full.

@@ -2,6 +2,7 @@
 #include "base/digest/digest.hpp"
 #include "config/specialists/specialist_folder.hpp"
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -253,6 +254,38 @@ TEST_CASE("weights must be as many as the layers take, and finite", "[specialist
              Contains("finite number"));
   CHECK_THAT(changed([](std::string& t) { t.insert(0, "#"); }), Contains("no file of weights"));
   CHECK_THAT(changed([](std::string& t) { t.append(100000, ' '); }), Contains("too large"));
+}
+
+TEST_CASE("specialists that are replaced stay whole until the new manifest is there",
+          "[config][specialists]") {
+  const TemporaryFolder folder;
+  REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());
+  SpecialistFolder other = some_folder();
+  for (auto& member : other.team->members) {
+    member.network = specialist::random_network({specialist::kNetworkInputs, 3, 2, 1}, 77);
+  }
+  // After each file: as after a kill.
+  std::size_t files = 0;
+  config::write_specialists(
+      other, folder.path(), [&](const std::string& name, const std::string& text) {
+        INFO(name);
+        write_file(folder / name, text);
+        CHECK(config::read_specialists(folder.path()));
+        ++files;
+      });
+  CHECK(files == specialist::kConditions + 2);
+  // Written in one go, what is not needed any more goes; the same again changes no name.
+  REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());
+  const auto named = [&] {
+    auto names = config::weight_files(folder.path());
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  const auto before = named();
+  REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());
+  CHECK(named() == before);
+  const auto read = config::read_specialists(folder.path());
+  REQUIRE(read);
 }
 
 }  // namespace loopwarden::tests::specialist_folder_test

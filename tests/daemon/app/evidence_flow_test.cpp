@@ -100,7 +100,7 @@ J
   std::optional<monitor::History> history{std::in_place, 3300.0, 1.0};
   model::LoopMonitor monitor{{.sample_time_s = 1.0}, {}, nullptr, &twin};
   config::DaemonConfig config;
-  Specialists specialists;
+  config::Specialists specialists;
   journal::Journal journal{{.folder = folder / "journal"}};
   monitor::WatchBoard board{{{"FIC-101", 1.0}}, {}, journal, [this] { return now_ms; }};
 };

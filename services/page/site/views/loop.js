@@ -68,6 +68,8 @@ class Faceplate {
   // Who, since when: of the loop's own answer, which comes less often.
   commissioning(holder) { this.holder = holder; }
 
+  outOfService(why) { this.out = why; }
+
   update(o, i) {
     const mode = modeOf(o, i, this.loop), asked = MODES[o.requested_mode?.[i]];
     this.#act(actsOf(o, i, this.loop, Boolean(live.stale)));
@@ -87,6 +89,7 @@ class Faceplate {
     if (bad && fault !== 'bad_pv') words.push([`${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`, 'bad']);
     if (o.stands[i] && !live.stale) words.push([texts.stale.loop, 'bad']);
     for (const [name, bit] of Object.entries(FLAGS)) if (o.flags[i] & bit && texts.flags[name]) words.push([texts.flags[name], null]);
+    if (this.out) words.push([fill(texts.outOfService, {why: this.out}), 'bad']);
     if (o.commissioned?.[i]) words.push([commissioningText(this.holder), 'low']);
     if (o.not_in_file?.[i]) words.push([texts.tuning.notInFile, null]);
     const key = JSON.stringify(words);
@@ -297,6 +300,7 @@ function followDetails(loop, places, faceplate, scope, tuning) {
       const folder = now.explanation?.folder.split('/').at(-1) ?? null, report = folder && await reportOf(folder, scope.signal);
       faceplate.source(now.monitor.source);
       faceplate.commissioning(now.commissioning);
+      faceplate.outOfService(now.out_of_service);
       const stateNow = Object.fromEntries(Object.values(now.alarms).map((alarm) => [alarm.alarm, alarmNow(alarm)]));
       put('alarms', [designs, stateNow], () => (designs ? alarmTable(designs, loop, (alarm) => stateNow[alarm] ?? texts.notKnown) : el('p', {class: 'nothing'}, texts.notKnownNow)));
       tuning?.show(now.gains);

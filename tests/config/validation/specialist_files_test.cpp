@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Twins that loops' files name: those of another loop are refused before anything runs.
-#include "daemon/app/specialist_files.hpp"
+#include "config/validation/specialist_files.hpp"
 
 #include <catch2/catch.hpp>
 #include <string>
+#include <vector>
 
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -19,9 +20,9 @@ std::string twin_text(const std::string& sample_time, const std::string& pv_rang
          pv_range + "}\n";
 }
 
-config::Configuration loop_with(const std::string& twin) {
-  config::Configuration configuration;
-  config::LoopConfig& loop = configuration.loops.emplace_back();
+config::LoopFile loop_with(const std::string& twin) {
+  config::LoopFile file;
+  config::LoopConfig& loop = file.config;
   loop.name = "FIC-101";
   loop.file = "loops/fic-101.yaml";
   loop.sample_time_s = 0.1;
@@ -30,7 +31,18 @@ config::Configuration loop_with(const std::string& twin) {
   loop.controller.pid.output_low = 0.0;
   loop.controller.pid.output_high = 100.0;
   loop.monitor.twin = twin;
-  return configuration;
+  file.twin = {.line = 7, .column = 9};
+  return file;
+}
+
+// What is said of the loop, and in `twins` what loaded.
+std::string said_of(const config::LoopFile& loop, config::Specialists* loaded = nullptr) {
+  config::SpecialistFiles files;
+  config::Report report(loop.config.file);
+  std::vector<config::Diagnostic> of_named_files;
+  files.check(loop, report, of_named_files);
+  if (loaded != nullptr) *loaded = files.take();
+  return config::to_text(report.take());
 }
 
 }  // namespace
@@ -38,23 +50,19 @@ config::Configuration loop_with(const std::string& twin) {
 TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[daemon][twin]") {
   const TemporaryFolder folder;
   const std::string file = (folder / "twin.yaml").string();
-  const auto loaded = [&](const std::string& text) {
-    write_file(file, text);
-    return daemon::load_specialists(loop_with(file));
-  };
-  const auto good = loaded(twin_text("0.1", "[0, 10]", "[0, 100]"));
-  REQUIRE(good);
-  CHECK(good->twins.at(file).process.gain == 1.0);
+  config::Specialists loaded;
+  write_file(file, twin_text("0.1", "[0, 10]", "[0, 100]"));
+  REQUIRE(said_of(loop_with(file), &loaded).empty());
+  CHECK(loaded.twins.at(file).process.gain == 1.0);
   for (const auto& [text, said] :
        {std::pair{twin_text("0.2", "[0, 10]", "[0, 100]"), "sample_time"},
         std::pair{twin_text("0.1", "[0, 12]", "[0, 100]"), "transmitter.range"},
         std::pair{twin_text("0.1", "[0, 10]", "[0, 10]"), "controller.output"},
         std::pair{std::string("process: {}"), "no twin"}}) {
-    const auto refused = loaded(text);
-    CHECK_FALSE(refused);
-    const std::string words = config::to_text(refused.diagnostics);
+    write_file(file, text);
+    const std::string words = said_of(loop_with(file));
     INFO(words);
-    CHECK(words.find("monitor.twin") != std::string::npos);
+    CHECK(words.find("fic-101.yaml:7:9: error: monitor.twin: ") != std::string::npos);
     CHECK(words.find(said) != std::string::npos);
   }
   // Planned moves know no process that integrates.
@@ -62,14 +70,12 @@ TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[dae
       file,
       "sample_time: 0.1\ncontroller: {kp: 0.4, ki: 0.15, output: [0, 100]}\n"
       "process: {kind: integrating, gain: 0.1, dead_time: 0.6}\ntransmitter: {range: [0, 10]}\n");
-  config::Configuration calmed = loop_with(file);
-  CHECK(daemon::load_specialists(calmed));
-  calmed.loops.front().monitor.corrective = {
-      .enabled = true, .form = loopwarden::monitor::CorrectiveForm::planned_moves};
-  const auto refused = daemon::load_specialists(calmed);
-  CHECK_FALSE(refused);
-  CHECK(config::to_text(refused.diagnostics).find("integrating process") != std::string::npos);
-  CHECK_FALSE(daemon::load_specialists(loop_with("/nowhere/twin.yaml")));
+  config::LoopFile calmed = loop_with(file);
+  CHECK(said_of(calmed).empty());
+  calmed.config.monitor.corrective = {.enabled = true,
+                                      .form = monitor::CorrectiveForm::planned_moves};
+  CHECK(said_of(calmed).find("integrating process") != std::string::npos);
+  CHECK(said_of(loop_with("/nowhere/twin.yaml")).find("no twin") != std::string::npos);
 }
 
 }  // namespace loopwarden::tests::specialist_files_test
