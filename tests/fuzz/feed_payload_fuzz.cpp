@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "protocol/feed_line.hpp"
@@ -28,7 +29,7 @@ void check(const std::vector<FedValue>& values) {
     for (const FedValue& fed : protocol::read_feed_line(line, id).values) {
       const FedValue& meant = values.at(read++);
       require(fed.name == meant.name && fed.value == meant.value && fed.time_s == meant.time_s &&
-                  fed.quality == meant.quality,
+                  fed.quality == meant.quality && fed.reason == meant.reason,
               "the same");
     }
   }
@@ -82,11 +83,46 @@ void live(std::string_view bytes) {
   check(values);
 }
 
+sparkplug::Metric metric(const char* name, sparkplug::DataType type, sparkplug::Value value) {
+  sparkplug::Metric made;
+  made.name = name;
+  made.type = type;
+  made.value = std::move(value);
+  return made;
+}
+
+// A node that is there, and any bytes as its death: all its values are bad, unless the death is readably of another
+// connection.
+void death(std::string_view bytes) {
+  using sparkplug::DataType;
+  feed::ForeignEdges edges({{"node", "g", "e", "", "pv"}});
+  std::vector<FedValue> values;
+  std::string complaint;
+  const std::string birth = sparkplug::encode(
+      {.time_ms = 1,
+       .seq = std::uint64_t{0},
+       .metrics = {metric("bdSeq", DataType::uint64, std::uint64_t{3}),
+                   metric("pv", DataType::float64, 1.5)}},
+      sparkplug::Types::sent);
+  edges.take({"g", MessageType::nbirth, "e", ""}, birth, 0, values, complaint);
+  require(values.size() == 1 && values[0].value == 1.5, "born");
+  values.clear();
+  edges.take({"g", MessageType::ndeath, "e", ""}, bytes, 0, values, complaint);
+  if (values.empty()) {
+    const sparkplug::Payload payload = sparkplug::decode(bytes);
+    const sparkplug::Metric* bd_seq = payload.find("bdSeq");
+    require(bd_seq != nullptr && sparkplug::number_of(bd_seq->value) != 3.0, "of another one");
+  } else {
+    require(values.size() == 1 && values[0].quality == FedValue::Quality::bad, "dead");
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   plain(bytes);
   live(bytes);
+  death(bytes);
   return 0;
 }

@@ -19,6 +19,7 @@
 #include "hal/modbus/bus_waiter.hpp"
 #include "hal/modbus/modbus_transport.hpp"
 #include "hal/modbus/pdu.hpp"
+#include "hal/modbus/rtu_frame.hpp"
 
 namespace {
 
@@ -65,12 +66,35 @@ std::uint16_t crc(Bytes bytes) {
   return static_cast<std::uint16_t>(value);
 }
 
-// The same for a serial line.
-bool rtu_answers(Bytes stream, const Request& request) {
+// The same for a serial line, at the start of the stream.
+bool rtu_answers_here(Bytes stream, const Request& request) {
   const std::size_t length = answer_length(stream, request);
   if (length == 0 || stream.size() < length + 2) return false;
   const std::uint16_t sum = crc(stream.first(length));
   return stream[length] == (sum & 0xFF) && stream[length + 1] == sum >> 8;
+}
+
+// Behind up to four stray bytes.
+bool rtu_answers_behind_stray(Bytes stream, const Request& request) {
+  for (std::size_t stray = 0; stray <= 4 && stray <= stream.size(); ++stray) {
+    if (rtu_answers_here(stream.subspan(stray), request)) return true;
+  }
+  return false;
+}
+
+// Where the request itself stands first, it is an echo, unless it is the reply to a write of one register.
+bool rtu_answers(Bytes stream, const Request& request) {
+  std::vector<std::uint8_t> echo(request.view().begin(), request.view().end());
+  const std::uint16_t sum = crc(echo);
+  echo.push_back(static_cast<std::uint8_t>(sum & 0xFF));
+  echo.push_back(static_cast<std::uint8_t>(sum >> 8));
+  for (std::size_t at = 0; at <= 4 && at + echo.size() <= stream.size(); ++at) {
+    if (std::equal(echo.begin(), echo.end(), stream.begin() + static_cast<long>(at)) &&
+        rtu_answers_behind_stray(stream.subspan(at + echo.size()), request)) {
+      return true;
+    }
+  }
+  return rtu_answers_behind_stray(stream, request);
 }
 
 Request make_request(std::uint8_t kind, std::uint8_t unit) {
@@ -161,8 +185,8 @@ void fuzz_rtu(const Request& request, Bytes stream) {
 }  // namespace
 
 // First byte: kind of request. Second: bit 0 puts the right frame around the bytes, bit 1 keeps the
-// connection open behind them, bit 2 asks twice, bit 3 takes a serial line instead of TCP. The rest
-// is what the device sends.
+// connection open behind them, bit 2 asks twice, bit 3 takes a serial line instead of TCP, bits 4 and
+// 5 put an echo and up to three stray bytes (bits 6 and 7) before them on it. The rest is what the device sends.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   const std::uint8_t unit = 1;
@@ -183,6 +207,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::uint16_t sum = crc(stream);
     stream.push_back(static_cast<std::uint8_t>(sum & 0xFF));
     stream.push_back(static_cast<std::uint8_t>(sum >> 8));
+  }
+  if (serial && (data[1] & 16) != 0) {
+    std::vector<std::uint8_t> before(data[1] >> 6, 0);
+    if ((data[1] & 32) != 0) {
+      const RtuFrame echo = rtu_frame(request);
+      before.insert(before.begin(), echo.view().begin(), echo.view().end());
+    }
+    stream.insert(stream.begin(), before.begin(), before.end());
   }
   if (serial) {
     fuzz_rtu(request, stream);

@@ -210,6 +210,114 @@ TEST_CASE("an exception is the device's word: bad, but the link is kept", "[modb
   CHECK(eventually([&] { return reader.good(0); }));
 }
 
+TEST_CASE("a busy answer leaves the value as it was, and the request is repeated",
+          "[modbus][link]") {
+  TcpRig rig;
+  Events events;
+  mb::LinkSettings settings = rig.link();
+  settings.response_timeout_ms = 2000;
+  mb::ModbusLink link(settings, events.sink());
+  Reader reader(link, {input(0, RegisterType::f32)});
+  REQUIRE(eventually([&] { return reader.good(); }));
+  for (const char* code : {"5", "6", "10", "11", "244"}) {
+    CAPTURE(code);
+    const std::uint64_t refused = value(reader.counters().device_exceptions);
+    rig.proxy.command("exception " + std::string(code) + " 1");
+    REQUIRE(eventually([&] { return value(reader.counters().device_exceptions) > refused; }));
+    CHECK(reader.good());
+    reader.forget();
+    REQUIRE(eventually([&] { return reader.fresh(); }));
+  }
+  CHECK_THAT(events.text(Kind::device_error), Catch::Contains("unit 1: exception 244 (") &&
+                                                  Catch::Contains("reading input registers 0 to 1"));
+
+  // Busy for long: the value ages, for its reader to see.
+  rig.proxy.command("exception 6");
+  const std::uint64_t refused = value(reader.counters().device_exceptions);
+  REQUIRE(eventually([&] { return value(reader.counters().device_exceptions) > refused + 20; }));
+  CHECK(reader.good());
+  CHECK(mb::BusWaiter::now_ns() - reader.sample().time_ns > 100'000'000);
+  CHECK(link.reconnects() == 0);
+}
+
+TEST_CASE("one lost or spoiled reply leaves the value as it was", "[modbus][link]") {
+  TcpRig tcp;
+  SerialRig serial;
+  mb::LinkSettings settings = tcp.link();
+  settings.response_timeout_ms = 2000;
+  mb::ModbusLink tcp_link(settings, {});
+  mb::ModbusLink serial_link(serial.link(), {});
+  Reader on_tcp(tcp_link, {input(0, RegisterType::f32)});
+  Reader on_serial(serial_link, {input(0, RegisterType::f32)});
+  const auto check = [](Reader& reader, ForeignProcess& proxy, const char* fault) {
+    CAPTURE(fault);
+    REQUIRE(eventually([&] { return reader.good(); }));
+    const auto failures = [&] {
+      return value(reader.counters().timeouts) + value(reader.counters().invalid_replies);
+    };
+    const std::uint64_t before = failures();
+    proxy.command(fault);
+    bool bad = false;
+    REQUIRE(eventually([&] {
+      bad = bad || reader.bad();
+      return failures() > before;
+    }));
+    reader.forget();
+    REQUIRE(eventually([&] {
+      bad = bad || reader.bad();
+      return reader.fresh();
+    }));
+    CHECK_FALSE(bad);
+  };
+  for (const char* fault : {"garbage 1", "truncate 1", "wrong_unit 1"}) {
+    check(on_tcp, tcp.proxy, fault);
+    check(on_serial, serial.proxy, fault);
+  }
+}
+
+TEST_CASE("a device that closes the connection after each reply works, and that is reported once",
+          "[modbus][link]") {
+  TcpRig rig;
+  rig.proxy.command("close_each");
+  Events events;
+  mb::LinkSettings settings = rig.link();
+  settings.response_timeout_ms = 2000;
+  mb::ModbusLink link(settings, events.sink());
+  Reader reader(link, {input(0, RegisterType::f32), input(30, RegisterType::u16)});
+  REQUIRE(eventually([&] { return events.count(Kind::closes_connections) == 1; }));
+  const std::uint64_t reconnects = link.reconnects();
+  const int lines = events.count(Kind::connected) + events.count(Kind::disconnected);
+  const auto seen = reader.sample(1).sequence;
+  bool bad = false;
+  REQUIRE(eventually([&] {
+    bad = bad || reader.bad(0) || reader.bad(1);
+    return reader.sample(1).sequence > seen + 20;
+  }));
+  CHECK_FALSE(bad);
+  CHECK(link.reconnects() == reconnects);
+  CHECK(events.count(Kind::connected) + events.count(Kind::disconnected) == lines);
+  CHECK(events.count(Kind::closes_connections) == 1);
+}
+
+TEST_CASE("RTU: an echo and stray bytes are ignored and reported", "[modbus][link]") {
+  for (const char* fault : {"echo", "stray 1", "stray 2", "stray_before 1", "stray_before 3"}) {
+    CAPTURE(fault);
+    SerialRig rig;
+    rig.proxy.command(fault);
+    Events events;
+    mb::ModbusLink link(rig.link(), events.sink());
+    Reader reader(link, kTags);
+    for (std::size_t i = 0; i < kTags.size(); ++i)
+      REQUIRE(eventually([&] { return reader.good(i); }));
+    CHECK(watch_tags(reader, 300ms) > 5);
+    const bool echo = std::string(fault) == "echo";
+    CHECK((events.count(Kind::echo) > 0) == echo);
+    CHECK((events.count(Kind::stray_bytes) > 0) == !echo);
+    CHECK(value(reader.counters().invalid_replies) == 0);
+    CHECK(value(reader.counters().stale_replies_discarded) == 0);
+  }
+}
+
 TEST_CASE("values that can't be trusted are bad", "[modbus][link]") {
   TcpRig rig;
   mb::ModbusLink link(rig.link(), {});
@@ -456,6 +564,97 @@ TEST_CASE("after a silence in which the device may act, the loop is told before 
   decide(5.0);
   REQUIRE(eventually([&] { return state().ok; }));
   CHECK(rig.device.state_number("co") == 5.0);
+  link.detach(task);
+}
+
+TEST_CASE("a command that is refused for a moment is repeated; for long, the output is lost",
+          "[modbus][link]") {
+  TcpRig rig;
+  Events events;
+  mb::LinkSettings settings = rig.link();
+  settings.response_timeout_ms = 2000;
+  mb::ModbusLink link(settings, events.sink());
+  mb::PointSettings point = input(2, RegisterType::u16);
+  point.reg.table = mb::Table::holding_register;
+  mb::LinkTask task;
+  task.name = "loop";
+  task.period_ns = 20'000'000;
+  task.command = std::make_unique<mb::CommandPoint>(point, 600'000'000'000, 1'000'000'000,
+                                                    mb::CommLossSettings{});
+  std::uint64_t id = 0;
+  const auto decide = [&] {
+    task.command->newest.publish(
+        {.value = 7.0, .time_ns = mb::BusWaiter::now_ns(), .id = ++id, .write = true});
+  };
+  decide();
+  link.attach(task);
+  const auto state = [&] { return task.command->state.newest(); };
+  REQUIRE(eventually([&] { return state().ok; }));
+  for (const char* fault : {"exception 5 1", "exception 6 1", "exception 10 1", "exception 11 1",
+                            "garbage 1", "refuse 16 0"}) {
+    CAPTURE(fault);
+    const std::uint64_t errors = value(task.counters.write_errors);
+    bool lost = false;
+    rig.proxy.command(fault);
+    REQUIRE(eventually([&] {
+      lost = lost || !state().ok;
+      return value(task.counters.write_errors) > errors;
+    }));
+    if (std::string(fault) == "refuse 16 0") break;
+    const std::uint64_t writes = value(task.counters.writes);
+    REQUIRE(eventually([&] {
+      decide();
+      lost = lost || !state().ok;
+      return value(task.counters.writes) > writes;
+    }));
+    CHECK_FALSE(lost);
+  }
+  // Refused for good: at once, with the key that may help.
+  REQUIRE(eventually([&] { return !state().ok; }));
+  CHECK(state().reason == Reason::device_error);
+  CHECK_THAT(events.text(Kind::device_error),
+             Catch::Contains("exception 1 (illegal function)") &&
+                 Catch::Contains("writing holding register 2 (function 16)") &&
+                 Catch::Contains("write_function: single"));
+  rig.proxy.command("ok");
+  REQUIRE(eventually([&] {
+    decide();
+    return state().ok;
+  }));
+  rig.proxy.command("exception 6");
+  REQUIRE(eventually([&] {
+    decide();
+    return !state().ok;
+  }));
+  CHECK(mb::BusWaiter::now_ns() - state().confirmed_ns > 1'000'000'000);
+  link.detach(task);
+}
+
+TEST_CASE("a write that a device ignores while it answers reads is reported with the key",
+          "[modbus][link]") {
+  TcpRig rig;
+  Events events;
+  mb::LinkSettings settings = rig.link();
+  settings.response_timeout_ms = 100;
+  mb::ModbusLink link(settings, events.sink());
+  mb::PointSettings point = input(2, RegisterType::u16);
+  point.reg.table = mb::Table::holding_register;
+  mb::LinkTask task;
+  task.name = "loop";
+  task.period_ns = 20'000'000;
+  task.command = std::make_unique<mb::CommandPoint>(point, 600'000'000'000, 300'000'000,
+                                                    mb::CommLossSettings{});
+  task.reads.push_back(std::make_unique<mb::ReadPoint>(input(0, RegisterType::f32)));
+  task.command->newest.publish(
+      {.value = 7.0, .time_ns = mb::BusWaiter::now_ns(), .id = 1, .write = true});
+  rig.proxy.command("ignore 16");
+  link.attach(task);
+  REQUIRE(eventually([&] { return events.count(Kind::device_error) > 0; }));
+  CHECK_THAT(events.text(Kind::device_error), Catch::Contains("answers other requests") &&
+                                                  Catch::Contains("write_function: single"));
+  CHECK_FALSE(task.command->state.newest().ok);
+  CHECK(eventually(
+      [&] { return task.reads[0]->newest.newest().quality == hal::Quality::good; }));
   link.detach(task);
 }
 

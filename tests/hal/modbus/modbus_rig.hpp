@@ -100,6 +100,15 @@ class Events {
     for (const mb::LinkEvent& event : events_) found += event.kind == kind ? 1 : 0;
     return found;
   }
+  // Text of the newest one; empty if there is none.
+  std::string text(mb::LinkEvent::Kind kind) const {
+    const std::lock_guard lock(mutex_);
+    std::string text;
+    for (const mb::LinkEvent& event : events_) {
+      if (event.kind == kind) text = event.text;
+    }
+    return text;
+  }
 
  private:
   mutable std::mutex mutex_;

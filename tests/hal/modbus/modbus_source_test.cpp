@@ -215,6 +215,52 @@ TEST_CASE("one address that a device does not have is asked for apart from the o
   source.close();
 }
 
+TEST_CASE("one value that a device refuses or does not answer makes no other one bad",
+          "[modbus][source]") {
+  // Exceptions of any code, and silence.
+  for (const char* code : {"1", "3", "4", "6", "11", "244", "0"}) {
+    CAPTURE(code);
+    TcpRig rig({"--absent", "4", "5", "--absent-code", code}, "plc_device.py");  // SP
+    mb::ModbusBus bus;
+    mb::ModbusSource source(all_input_registers(rig.link()), "FIC-1", bus);
+    source.open();
+    hal::SourceInputs inputs;
+    const auto good = [&] {
+      source.read(inputs);
+      return inputs.process_variable.sample.quality == hal::Quality::good &&
+             inputs.output.sample.quality == hal::Quality::good &&
+             inputs.stem.sample.quality == hal::Quality::good &&
+             inputs.mode.sample.quality == hal::Quality::good;
+    };
+    REQUIRE(eventually(good));
+    const auto seen = inputs.mode.sample.sequence;
+    CHECK(eventually([&] { return good() && inputs.mode.sample.sequence > seen + 10; }));
+    CHECK(inputs.set_point.sample.quality == hal::Quality::bad);
+    source.close();
+  }
+}
+
+TEST_CASE("a gap that a device does not answer, or not with exception 2, parts a request too",
+          "[modbus][source]") {
+  for (const char* code : {"4", "0"}) {
+    CAPTURE(code);
+    TcpRig rig({"--absent", "9", "--absent-code", code}, "plc_device.py");
+    mb::ModbusBus bus;
+    mb::ModbusSourceSettings settings = all_input_registers(rig.link());
+    settings.mode->point.reg.address = 12;
+    mb::ModbusSource source(settings, "FIC-1", bus);
+    source.open();
+    hal::SourceInputs inputs;
+    REQUIRE(eventually([&] { return all_good(source, inputs); }));
+    CHECK(inputs.mode.sample.value == 0.0);
+    const auto seen = inputs.mode.sample.sequence;
+    CHECK(eventually(
+        [&] { return all_good(source, inputs) && inputs.mode.sample.sequence > seen + 10; }));
+    CHECK(requests_a_period(rig, source) == Approx(2.0).margin(0.4));
+    source.close();
+  }
+}
+
 TEST_CASE(
     "units of a gateway share its connections, and one that is silent delays no other for long",
     "[modbus][source]") {

@@ -100,4 +100,44 @@ TEST_CASE("a write is confirmed only by an echo of what was written", "[modbus][
   CHECK(check(multiple, {7, 16, 0, 100, 0, 2, 4}) == ReplyCheck::mismatch);
 }
 
+TEST_CASE("busy devices and gateways, and codes of no standard, may answer soon",
+          "[modbus][pdu]") {
+  for (const int code : {5, 6, 0x0A, 0x0B, 9, 12, 100, 244, 255}) {
+    CHECK(is_transient(static_cast<std::uint8_t>(code)));
+  }
+  for (const int code : {1, 2, 3, 4, 7, 8}) {
+    CHECK_FALSE(is_transient(static_cast<std::uint8_t>(code)));
+  }
+}
+
+TEST_CASE("a refusal names the exception, the request and the key that may help",
+          "[modbus][pdu]") {
+  CHECK(exception_text(1) == "exception 1 (illegal function)");
+  CHECK_THAT(exception_text(244), Catch::StartsWith("exception 244 ("));
+  CHECK(request_text(read_request(7, ReadFunction::coils, 3, 1)) == "reading coil 3 (function 1)");
+  CHECK(request_text(read_request(7, ReadFunction::input_registers, 10, 4)) ==
+        "reading input registers 10 to 13 (function 4)");
+  const std::array<std::uint16_t, 2> values{1, 2};
+  const Request one = write_request(7, WriteFunction::multiple, 5, std::span(values).first(1));
+  CHECK(request_text(one) == "writing holding register 5 (function 16)");
+  CHECK_THAT(write_function_hint(one), Catch::Contains("write_function: single."));
+  CHECK_THAT(write_function_hint(write_request(7, WriteFunction::single, 5, values)),
+             Catch::Contains("write_function: multiple."));
+  CHECK_THAT(write_function_hint(write_request(7, WriteFunction::multiple, 5, values)),
+             Catch::Contains("one register") && Catch::Contains("write_function: single."));
+  CHECK(write_function_hint(read_request(7, ReadFunction::coils, 3, 1)).empty());
+}
+
+TEST_CASE("a reply that does not answer the request is named by what differs", "[modbus][pdu]") {
+  const Request request = read_request(7, ReadFunction::holding_registers, 100, 1);
+  CHECK_THAT(mismatch_text(request, Bytes{255, 3, 2, 0, 1}), Catch::Contains("from unit 255"));
+  CHECK(mismatch_text(request, Bytes{7, 4, 2, 0, 1}) == "a reply to function 4");
+  CHECK(mismatch_text(request, Bytes{7, 0x84, 2}) == "a reply to function 4");
+  CHECK_THAT(mismatch_text(request, Bytes{7, 3, 4, 0, 1, 0, 2}), Catch::Contains("number of values"));
+  CHECK_THAT(mismatch_text(request, Bytes{7}), Catch::Contains("too short"));
+  const std::array<std::uint16_t, 1> value{1};
+  const Request write = write_request(7, WriteFunction::single, 5, value);
+  CHECK_THAT(mismatch_text(write, Bytes{7, 6, 0, 5, 0, 2}), Catch::Contains("another address or value"));
+}
+
 }  // namespace pdu_test

@@ -328,7 +328,8 @@ TEST_CASE("births and deaths of devices that can't be understood end the device'
       edge.node_birth();
       edge.device_birth();
       edge.values.clear();
-      const std::string without_seq = sparkplug::encode({.time_ms = 9}, sparkplug::Types::sent);
+      const std::string without_seq = sparkplug::encode({.time_ms = 9, .seq = {}, .metrics = {}},
+                                                           sparkplug::Types::sent);
       edge.edges.take({"g", refused.type, "e", refused.device},
                       decodes ? without_seq : "\xff\xff", 0, edge.values, edge.complaint);
       CHECK(edge.by_name().size() == refused.values);

@@ -17,6 +17,12 @@ Commands on standard input, each answered with OK or ERROR. N is how many replie
   wrong_unit [N]        the reply of another unit (checksum right)
   wrong_number [N]      TCP: another transaction number
   exception CODE [N]    an exception instead of the reply
+  refuse FUNCTION [N]   exception 1 instead of replies of this function
+  ignore FUNCTION [N]   swallow replies of this function
+  stray BYTES [N]       so many zero bytes behind each reply
+  stray_before BYTES [N]  the same before it
+  echo                  serial: each request comes back before its reply
+  close_each            TCP: the connection is closed after each reply
   silent                swallow all replies; connections stay open
   mute UNIT             swallow this unit's replies, `mute 0` ends that
   close                 close all connections once
@@ -76,6 +82,8 @@ class Faults:
         if self.kind in ("silent", "down") or (self.muted and frame.body[0] == self.muted):
             return []
         kind, value = self.kind, self.value
+        if kind in ("refuse", "ignore") and frame.body[1] != value:
+            return [(0, raw)]
         if self.left:
             self.left -= 1
             if self.left == 0:
@@ -86,6 +94,14 @@ class Faults:
             return [(0, raw + raw)]
         if kind == "duplicate_late":
             return [(0, raw), (value / 1000, raw)]
+        if kind == "ignore":
+            return []
+        if kind == "stray":
+            return [(0, raw + bytes(value))]
+        if kind == "stray_before":
+            return [(0, bytes(value) + raw)]
+        if kind == "close_each":
+            return [(0, raw), (0, None)]
         if kind == "truncate":
             return [(0, raw[: len(raw) // 2])]
         if kind == "garbage":
@@ -94,6 +110,8 @@ class Faults:
             frame.body = bytes([frame.body[0] ^ 0x55]) + frame.body[1:]
         elif kind == "wrong_number":
             frame.number = struct.pack(">H", (struct.unpack(">H", frame.number)[0] + 1) & 0xFFFF)
+        elif kind == "refuse":
+            frame.body = bytes([frame.body[0], frame.body[1] | 0x80, 1])
         elif kind == "exception":
             frame.body = bytes([frame.body[0], frame.body[1] | 0x80, value])
         return [(0, frame.bytes())]
@@ -102,8 +120,9 @@ class Faults:
 class Delivery:
     """Hands pieces on in their order, each at its time."""
 
-    def __init__(self, write):
+    def __init__(self, write, close=None):
         self.write = write
+        self.close = close
         self.queue = asyncio.Queue()
         self.task = asyncio.ensure_future(self.run())
 
@@ -116,7 +135,10 @@ class Delivery:
         while True:
             due, data = await self.queue.get()
             await asyncio.sleep(due - asyncio.get_running_loop().time())
-            self.write(data)
+            if data is None:
+                self.close()
+            else:
+                self.write(data)
 
 
 class TcpProxy:
@@ -150,7 +172,7 @@ class TcpProxy:
             writer.transport.abort()
             return
         self.writers |= {writer, device_writer}
-        delivery = Delivery(writer.write)
+        delivery = Delivery(writer.write, writer.close)
         try:
             await asyncio.gather(self.requests(reader, device_writer),
                                  self.replies(device_reader, delivery))
@@ -200,7 +222,10 @@ class SerialProxy:
         loop.add_reader(self.device_end, self.on_reply)
 
     def on_request(self):
-        os.write(self.device_end, os.read(self.master_end, 4096))
+        request = os.read(self.master_end, 4096)
+        if self.faults.kind == "echo":
+            os.write(self.master_end, request)
+        os.write(self.device_end, request)
 
     def on_reply(self):
         self.reply += os.read(self.device_end, 4096)
@@ -226,8 +251,8 @@ async def answer_commands(proxy, faults):
     loop = asyncio.get_running_loop()
     reader = asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
-    with_value = ("late", "duplicate_late", "exception")
-    plain = ("ok", "duplicate", "truncate", "garbage", "wrong_unit", "wrong_number", "silent")
+    with_value = ("late", "duplicate_late", "exception", "refuse", "ignore", "stray", "stray_before")
+    plain = ("echo", "close_each", "ok", "duplicate", "truncate", "garbage", "wrong_unit", "wrong_number", "silent")
     while line := await reader.readline():
         command, *numbers = line.decode().split() or [""]
         numbers = [int(number) for number in numbers]

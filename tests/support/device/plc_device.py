@@ -15,7 +15,8 @@ Prints "READY port=N" or "READY serial=PATH". Commands on standard input, each a
 Registers, 0-based, the same for every unit, f32 ABCD:
   input 0 PV, 2 CO, 4 SP, 6 stem; 8 mode u16; holding the same; coil 0 and discrete input 0: closed (mode 1 or 3)
   (with --loops N the same N times in a row, each 9 registers on)
-  120 of each exist, less what --absent names: who asks for one of these is refused.
+  120 of each exist, less what --absent names: a request for one of these is refused with exception --absent-code,
+  or not answered if the code is 0.
 """
 
 import argparse
@@ -103,6 +104,13 @@ def keep_function_codes(plc):
     def kept(self, request, *addr):
         plc.functions.add(request.function_code)
         plc.requests += 1
+        asked = range(getattr(request, "address", 0), getattr(request, "address", 0) + getattr(request, "count", 0))
+        if plc.args.absent_code != 2 and any(k in asked for k in plc.args.absent):
+            if plc.args.absent_code:
+                response = request.doException(plc.args.absent_code)
+                response.transaction_id, response.unit_id = request.transaction_id, request.unit_id
+                self.send(response, *addr)
+            return None
         return execute(self, request, *addr)
 
     async_io.ModbusBaseRequestHandler.execute = kept
@@ -124,6 +132,7 @@ async def main():
     parser.add_argument("--noise", type=float, default=0.02, help="m3/h, one sigma")
     parser.add_argument("--loops", type=int, default=1, help="that show the same values, at most 13")
     parser.add_argument("--absent", type=int, nargs="*", default=[], help="addresses that do not exist")
+    parser.add_argument("--absent-code", type=int, default=2, help="exception for these; 0: no reply")
     parser.add_argument("--speed", type=float, default=1.0, help="plant seconds per second")
     args = parser.parse_args()
 
