@@ -95,7 +95,7 @@ struct WrittenRegisters {
 WrittenRegisters written_registers(const LoopModbusSettings& modbus) {
   const hal::modbus::RegisterSpec& reg = modbus.command.reg;
   const std::string unit = fmt::format(" unit {}", modbus.command.unit);
-  return {device_of(modbus.positioner_link) + unit, text_of(modbus.positioner_link) + unit,
+  return {device_of(modbus.positioner_link) + unit, spelled_device(modbus.positioner_link) + unit,
           reg.address, reg.address + register_count(reg.type) - 1};
 }
 
@@ -131,11 +131,11 @@ struct ReadFile {
 void refuse_pair(ReadFile& earlier, ReadFile& later, Place earlier_place, Place later_place,
                  const char* key, const std::string& what) {
   later.report.error(later_place, key,
-                     fmt::format("{} another loop as well ({}:{})", what,
-                                 earlier.loop.config.file, to_text(earlier_place)));
-  earlier.why = fmt::format("{}:{}: {}: {} another loop as well ({}:{})", earlier.loop.config.file,
-                            to_text(earlier_place), key, what, later.loop.config.file,
-                            to_text(later_place));
+                     fmt::format("{} another loop as well ({}:{})", what, earlier.loop.config.file,
+                                 to_text(earlier_place)));
+  earlier.why =
+      fmt::format("{}:{}: {}: {} another loop as well ({}:{})", earlier.loop.config.file,
+                  to_text(earlier_place), key, what, later.loop.config.file, to_text(later_place));
 }
 
 void check_pairs(std::vector<ReadFile>& files) {
@@ -203,7 +203,7 @@ void check_links(const DaemonFile& daemon, std::vector<ReadFile>& files) {
               use.place, use.key,
               fmt::format("'{}' ({}) leads to {} unit {} with other settings than link '{}' ({}), "
                           "which another loop uses ({}:{}). Use one link for both",
-                          quotable(use.link), place_of(use.link), text_of(link), use.unit,
+                          quotable(use.link), place_of(use.link), spelled_device(link), use.unit,
                           quotable(known->use->link), place_of(known->use->link),
                           known->file->loop.config.file, to_text(known->use->place)));
         }
@@ -214,7 +214,8 @@ void check_links(const DaemonFile& daemon, std::vector<ReadFile>& files) {
 
 void check_acceleration(const DaemonFile& daemon, const std::vector<ReadFile>& files,
                         Report& report) {
-  constexpr double kShortest_s = 1e-5;  // on the wall clock; less is no period that a thread can keep
+  constexpr double kShortest_s =
+      1e-5;  // on the wall clock; less is no period that a thread can keep
   const double times = daemon.config.accelerate;
   if (!daemon.accelerate.valid || times == 1.0) return;
   for (const ReadFile& file : files) {
@@ -222,8 +223,8 @@ void check_acceleration(const DaemonFile& daemon, const std::vector<ReadFile>& f
         fmt::format("({}:{})", file.loop.config.file, to_text(file.loop.command));
     if (file.loop.hardware) {
       report.error(daemon.accelerate.place, "accelerate",
-                   fmt::format("must be 1: {} works on hardware {} (got {})",
-                               file.loop.config.name, where, brief(times)));
+                   fmt::format("must be 1: {} works on hardware {} (got {})", file.loop.config.name,
+                               where, brief(times)));
       return;
     }
     if (file.loop.config.sample_time_s / times < kShortest_s) {
@@ -287,7 +288,10 @@ std::string tag_of(const ReadFile& file, std::set<std::string>& taken) {
     tag = fs::path(file.loop.config.file).stem().string().substr(0, 24);
     std::replace_if(
         tag.begin(), tag.end(),
-        [](char c) { return !is_usable_tag(std::string{'x', c}); }, '_');
+        [](char c) {
+          return !is_usable_tag(std::string{'x', c});
+        },
+        '_');
     if (!is_usable_tag(tag)) tag.insert(0, "x");
   }
   const std::string first = tag;
@@ -325,7 +329,8 @@ LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   loop.pv_unit = read.pv_unit;
   loop.co_unit = read.co_unit;
   loop.sample_time_s = std::max(read.sample_time_s, 0.1);
-  if (read.pv.low < read.pv.high) std::tie(loop.pv.low, loop.pv.high) = std::tie(read.pv.low, read.pv.high);
+  if (read.pv.low < read.pv.high)
+    std::tie(loop.pv.low, loop.pv.high) = std::tie(read.pv.low, read.pv.high);
   std::tie(loop.controller.set_point.low, loop.controller.set_point.high) =
       std::tie(loop.pv.low, loop.pv.high);
   loop.start.set_point = loop.pv.low;
@@ -343,7 +348,8 @@ LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   loop.alarms.texts[monitor::index_of(AlarmKind::bad_pv)] = {
       .cause = "The loop is out of service, because its files have errors: " + why,
       .consequence = "Loopwarden neither controls nor watches this loop.",
-      .action = "Correct the files until `loopwarden check` finds no error, then restart loopwardend.",
+      .action =
+          "Correct the files until `loopwarden check` finds no error, then restart loopwardend.",
       .time_to_act = {}};
   loop.io = OutOfService{.why = std::move(why), .watched = is_watched(file)};
   return loop;
@@ -373,8 +379,8 @@ StopOutput stop_output_of(const ReadFile& file, const LoopConfig& in_configurati
   StopOutput output{.loop = output_alone(file.loop.config), .why_not = {}};
   output.loop.name = in_configuration.name;
   const auto* modbus = std::get_if<LoopModbusSettings>(&output.loop.io);
-  const auto link = modbus == nullptr ? daemon.links.end()
-                                      : daemon.links.find(modbus->positioner_link.name);
+  const auto link =
+      modbus == nullptr ? daemon.links.end() : daemon.links.find(modbus->positioner_link.name);
   const bool addressed = link == daemon.links.end() || link->second.addressed;
   if (!file.loop.output_known || !addressed) output.why_not = *why;
   return output;
@@ -422,8 +428,8 @@ FolderReading read_folder(const fs::path& directory, const Drafts& drafts, const
     if (is_watched(loop.io)) continue;
     result.outputs.push_back(stop_output_of(file, loop, daemon));
   }
-  result.runnable = any_runs && !folder_report.has_errors() &&
-                    daemon_report.error_count() == daemon.link_errors;
+  result.runnable =
+      any_runs && !folder_report.has_errors() && daemon_report.error_count() == daemon.link_errors;
   std::stable_sort(files.begin(), files.end(), [](const ReadFile& a, const ReadFile& b) {
     return fs::path(a.loop.config.file) < fs::path(b.loop.config.file);
   });

@@ -9,7 +9,7 @@ namespace loopwarden::config {
 
 using hal::modbus::LinkSettings;
 
-std::string text_of(const LinkSettings& link) {
+std::string spelled_device(const LinkSettings& link) {
   return link.transport == hal::modbus::Transport::rtu
              ? link.device
              : fmt::format("{} port {}", link.host, link.port);
@@ -19,7 +19,7 @@ std::string device_of(LinkSettings link) {
   link.device = base::device_name(link.device);
   link.host = base::address_name(link.host);
   if (link.host == "::1") link.host = base::address_name("localhost");
-  return text_of(link);
+  return spelled_device(link);
 }
 
 }  // namespace loopwarden::config

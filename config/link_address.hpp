@@ -9,7 +9,7 @@
 namespace loopwarden::config {
 
 // Returns the device as the file names it: the path of a serial line, or host and port.
-std::string text_of(const hal::modbus::LinkSettings& link);
+std::string spelled_device(const hal::modbus::LinkSettings& link);
 
 // Returns the same text for all spellings of one device: symbolic links are followed, localhost and
 // its addresses are one, because a device may listen by IPv4 and IPv6. Host names are not looked up.
