@@ -12,6 +12,8 @@
 #include <utility>
 
 #include "base/device_name.hpp"
+#include "base/file.hpp"
+#include "base/text.hpp"
 #include "config/document.hpp"
 #include "config/bus_budget.hpp"
 #include "config/daemon_reader.hpp"
@@ -96,7 +98,8 @@ std::string text_of(const LinkSettings& link) {
              : fmt::format("{} port {}", link.host, link.port);
 }
 
-// The device that a link leads to, in one spelling. What listens on this host may listen by IPv4 and IPv6.
+// The device that a link leads to, in one spelling. What listens on this host may listen by IPv4
+// and IPv6.
 std::string device_of(LinkSettings link) {
   link.device = base::device_name(link.device);
   link.host = base::address_name(link.host);
@@ -109,6 +112,23 @@ WrittenRegisters written_registers(const LoopModbusSettings& modbus) {
   const std::string unit = fmt::format(" unit {}", modbus.command.unit);
   return {device_of(modbus.positioner_link) + unit, text_of(modbus.positioner_link) + unit,
           reg.address, reg.address + register_count(reg.type) - 1};
+}
+
+// The folder of an IIO device, which has a name and perhaps a label; where none is there now, what
+// the file says.
+std::string iio_device(const std::string& root, const std::string& name) {
+  std::vector<std::string> found;
+  std::error_code error;
+  for (fs::directory_iterator entry(root, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    for (const char* attribute : {"name", "label"}) {
+      const auto text = base::read_file(entry->path() / attribute);
+      if (!text || base::trimmed(*text) != name) continue;
+      found.push_back(base::device_name(entry->path().string()));
+      break;
+    }
+  }
+  return found.size() == 1 ? found.front() : base::device_name(root) + "/" + name;
 }
 
 // What both loops write, in words; empty if they write different things.
@@ -126,10 +146,9 @@ std::string shared_output(const LoopConfig& a, const LoopConfig& b) {
   if (analog_a == nullptr || analog_b == nullptr) return {};
   const hal::iio::ChannelSettings& ca = analog_a->output.channel;
   const hal::iio::ChannelSettings& cb = analog_b->output.channel;
-  const bool same =
-      base::device_name(analog_a->iio_root) == base::device_name(analog_b->iio_root) &&
-      ca.device == cb.device && ca.channel == cb.channel;
-  return same ? fmt::format("{} {}", ca.device, ca.channel) : std::string();
+  const bool same = ca.channel == cb.channel && iio_device(analog_a->iio_root, ca.device) ==
+                                                    iio_device(analog_b->iio_root, cb.device);
+  return same ? fmt::format("{} {}", cb.device, cb.channel) : std::string();
 }
 
 struct ReadFile {
@@ -139,15 +158,16 @@ struct ReadFile {
   std::string why;  // it is not run, other than for an error of its own
 };
 
-// Of two loops that say the same of what only one can have neither is run: which of them is right, nobody knows.
+// Of two loops that say the same of what only one can have neither is run: which of them is right,
+// nobody knows.
 void refuse_pair(ReadFile& earlier, ReadFile& later, Place earlier_place, Place later_place,
                  const char* key, const std::string& what) {
   later.report.error(later_place, key,
-                     fmt::format("{} another loop as well ({}:{})", what,
-                                 earlier.loop.config.file, to_text(earlier_place)));
-  earlier.why = fmt::format("{}:{}: {}: {} another loop as well ({}:{})", earlier.loop.config.file,
-                            to_text(earlier_place), key, what, later.loop.config.file,
-                            to_text(later_place));
+                     fmt::format("{} another loop as well ({}:{})", what, earlier.loop.config.file,
+                                 to_text(earlier_place)));
+  earlier.why =
+      fmt::format("{}:{}: {}: {} another loop as well ({}:{})", earlier.loop.config.file,
+                  to_text(earlier_place), key, what, later.loop.config.file, to_text(later_place));
 }
 
 void check_pairs(std::vector<ReadFile>& files) {
@@ -174,8 +194,8 @@ bool same_settings(LinkSettings a, const LinkSettings& b) {
   return a == b;
 }
 
-// Units have a connection of their own unless a link limits these, so that only who talks to the same unit must
-// agree. Two links on one serial line are refused where they are stated.
+// Units have a connection of their own unless a link limits these, so that only who talks to the
+// same unit must agree. Two links on one serial line are refused where they are stated.
 bool collide(const LinkSettings& a, std::uint8_t unit_a, const LinkSettings& b,
              std::uint8_t unit_b) {
   using hal::modbus::Transport;
@@ -226,7 +246,8 @@ void check_links(const DaemonFile& daemon, std::vector<ReadFile>& files) {
 
 void check_acceleration(const DaemonFile& daemon, const std::vector<ReadFile>& files,
                         Report& report) {
-  constexpr double kShortest_s = 1e-5;  // on the wall clock; less is no period that a thread can keep
+  constexpr double kShortest_s =
+      1e-5;  // on the wall clock; less is no period that a thread can keep
   const double times = daemon.config.accelerate;
   if (!daemon.accelerate.valid || times == 1.0) return;
   for (const ReadFile& file : files) {
@@ -234,8 +255,8 @@ void check_acceleration(const DaemonFile& daemon, const std::vector<ReadFile>& f
         fmt::format("({}:{})", file.loop.config.file, to_text(file.loop.command));
     if (file.loop.hardware) {
       report.error(daemon.accelerate.place, "accelerate",
-                   fmt::format("must be 1: {} works on hardware {} (got {})",
-                               file.loop.config.name, where, brief(times)));
+                   fmt::format("must be 1: {} works on hardware {} (got {})", file.loop.config.name,
+                               where, brief(times)));
       return;
     }
     if (file.loop.config.sample_time_s / times < kShortest_s) {
@@ -278,7 +299,8 @@ ReadFile read_loop_source(const fs::path& path, const Drafts& drafts, const Daem
   return file;
 }
 
-// What stands behind `key` at the beginning of a line of a text that is no YAML; empty: nothing does.
+// What stands behind `key` at the beginning of a line of a text that is no YAML; empty: nothing
+// does.
 std::string word_behind(const std::string& text, std::string_view key) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -298,7 +320,10 @@ std::string tag_of(const ReadFile& file, std::set<std::string>& taken) {
     tag = fs::path(file.loop.config.file).stem().string().substr(0, 24);
     std::replace_if(
         tag.begin(), tag.end(),
-        [](char c) { return !is_usable_tag(std::string{'x', c}); }, '_');
+        [](char c) {
+          return !is_usable_tag(std::string{'x', c});
+        },
+        '_');
     if (!is_usable_tag(tag)) tag.insert(0, "x");
   }
   const std::string first = tag;
@@ -325,7 +350,8 @@ std::string why_not_run(const ReadFile& file, const DaemonFile& daemon) {
   return {};
 }
 
-// What stands for a loop that is not run: of its file what people know it by, and of the rest what moves nothing.
+// What stands for a loop that is not run: of its file what people know it by, and of the rest what
+// moves nothing.
 LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   const LoopConfig& read = file.loop.config;
   LoopConfig loop;
@@ -336,7 +362,8 @@ LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   loop.pv_unit = read.pv_unit;
   loop.co_unit = read.co_unit;
   loop.sample_time_s = std::max(read.sample_time_s, 0.1);
-  if (read.pv.low < read.pv.high) std::tie(loop.pv.low, loop.pv.high) = std::tie(read.pv.low, read.pv.high);
+  if (read.pv.low < read.pv.high)
+    std::tie(loop.pv.low, loop.pv.high) = std::tie(read.pv.low, read.pv.high);
   std::tie(loop.controller.set_point.low, loop.controller.set_point.high) =
       std::tie(loop.pv.low, loop.pv.high);
   loop.start.set_point = loop.pv.low;
@@ -354,7 +381,8 @@ LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   loop.alarms.texts[monitor::index_of(AlarmKind::bad_pv)] = {
       .cause = "The loop is out of service, because its files have errors: " + why,
       .consequence = "Loopwarden neither controls nor watches this loop.",
-      .action = "Correct the files until `loopwarden check` finds no error, then restart loopwardend.",
+      .action =
+          "Correct the files until `loopwarden check` finds no error, then restart loopwardend.",
       .time_to_act = {}};
   loop.io = OutOfService{.why = std::move(why), .watched = is_watched(file)};
   return loop;
@@ -384,8 +412,8 @@ StopOutput stop_output_of(const ReadFile& file, const LoopConfig& in_configurati
   StopOutput output{.loop = output_alone(file.loop.config), .why_not = {}};
   output.loop.name = in_configuration.name;
   const auto* modbus = std::get_if<LoopModbusSettings>(&output.loop.io);
-  const auto link = modbus == nullptr ? daemon.links.end()
-                                      : daemon.links.find(modbus->positioner_link.name);
+  const auto link =
+      modbus == nullptr ? daemon.links.end() : daemon.links.find(modbus->positioner_link.name);
   const bool addressed = link == daemon.links.end() || link->second.addressed;
   if (!file.loop.output_known || !addressed) output.why_not = *why;
   return output;
@@ -433,8 +461,8 @@ FolderReading read_folder(const fs::path& directory, const Drafts& drafts, const
     if (is_watched(loop.io)) continue;
     result.outputs.push_back(stop_output_of(file, loop, daemon));
   }
-  result.runnable = any_runs && !folder_report.has_errors() &&
-                    daemon_report.error_count() == daemon.link_errors;
+  result.runnable =
+      any_runs && !folder_report.has_errors() && daemon_report.error_count() == daemon.link_errors;
   std::stable_sort(files.begin(), files.end(), [](const ReadFile& a, const ReadFile& b) {
     return fs::path(a.loop.config.file) < fs::path(b.loop.config.file);
   });
