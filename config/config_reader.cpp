@@ -13,6 +13,8 @@
 
 #include "base/device_name.hpp"
 #include "base/digest/digest.hpp"
+#include "base/file.hpp"
+#include "base/text.hpp"
 #include "config/document.hpp"
 #include "config/link_address.hpp"
 #include "config/bus_budget.hpp"
@@ -99,6 +101,23 @@ WrittenRegisters written_registers(const LoopModbusSettings& modbus) {
           reg.address, reg.address + register_count(reg.type) - 1};
 }
 
+// The folder of an IIO device, which has a name and perhaps a label; where none is there now, what
+// the file says.
+std::string iio_device(const std::string& root, const std::string& name) {
+  std::vector<std::string> found;
+  std::error_code error;
+  for (fs::directory_iterator entry(root, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    for (const char* attribute : {"name", "label"}) {
+      const auto text = base::read_file(entry->path() / attribute);
+      if (!text || base::trimmed(*text) != name) continue;
+      found.push_back(base::device_name(entry->path().string()));
+      break;
+    }
+  }
+  return found.size() == 1 ? found.front() : base::device_name(root) + "/" + name;
+}
+
 // What both loops write, in words; empty if they write different things.
 std::string shared_output(const LoopConfig& a, const LoopConfig& b) {
   const auto* modbus_a = std::get_if<LoopModbusSettings>(&a.io);
@@ -114,10 +133,9 @@ std::string shared_output(const LoopConfig& a, const LoopConfig& b) {
   if (analog_a == nullptr || analog_b == nullptr) return {};
   const hal::iio::ChannelSettings& ca = analog_a->output.channel;
   const hal::iio::ChannelSettings& cb = analog_b->output.channel;
-  const bool same =
-      base::device_name(analog_a->iio_root) == base::device_name(analog_b->iio_root) &&
-      ca.device == cb.device && ca.channel == cb.channel;
-  return same ? fmt::format("{} {}", ca.device, ca.channel) : std::string();
+  const bool same = ca.channel == cb.channel && iio_device(analog_a->iio_root, ca.device) ==
+                                                    iio_device(analog_b->iio_root, cb.device);
+  return same ? fmt::format("{} {}", cb.device, cb.channel) : std::string();
 }
 
 struct ReadFile {
@@ -127,7 +145,8 @@ struct ReadFile {
   std::string why;  // it is not run, other than for an error of its own
 };
 
-// Of two loops that say the same of what only one can have neither is run: which of them is right, nobody knows.
+// Of two loops that say the same of what only one can have neither is run: which of them is right,
+// nobody knows.
 void refuse_pair(ReadFile& earlier, ReadFile& later, Place earlier_place, Place later_place,
                  const char* key, const std::string& what) {
   later.report.error(later_place, key,
@@ -162,8 +181,8 @@ bool same_settings(LinkSettings a, const LinkSettings& b) {
   return a == b;
 }
 
-// Units have a connection of their own unless a link limits these, so that only who talks to the same unit must
-// agree. Two links on one serial line are refused where they are stated.
+// Units have a connection of their own unless a link limits these, so that only who talks to the
+// same unit must agree. Two links on one serial line are refused where they are stated.
 bool collide(const LinkSettings& a, std::uint8_t unit_a, const LinkSettings& b,
              std::uint8_t unit_b) {
   using hal::modbus::Transport;
@@ -268,7 +287,8 @@ ReadFile read_loop_source(const fs::path& path, const Drafts& drafts, const Daem
   return file;
 }
 
-// What stands behind `key` at the beginning of a line of a text that is no YAML; empty: nothing does.
+// What stands behind `key` at the beginning of a line of a text that is no YAML; empty: nothing
+// does.
 std::string word_behind(const std::string& text, std::string_view key) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -318,7 +338,8 @@ std::string why_not_run(const ReadFile& file, const DaemonFile& daemon) {
   return {};
 }
 
-// What stands for a loop that is not run: of its file what people know it by, and of the rest what moves nothing.
+// What stands for a loop that is not run: of its file what people know it by, and of the rest what
+// moves nothing.
 LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   const LoopConfig& read = file.loop.config;
   LoopConfig loop;

@@ -23,8 +23,8 @@ namespace loopwarden::config {
 // Texts that are to become files of the folder, by path: read in their place.
 using Drafts = std::map<std::filesystem::path, std::string>;
 
-// Reports what is wrong with the files that a loop's file names; errors in those themselves go into `of_named_files`. Called for
-// each loop whose file has no error.
+// Reports what is wrong with the files that a loop's file names; errors in those themselves go into
+// `of_named_files`. Called for each loop whose file has no error.
 using LoopCheck = std::function<void(const LoopFile& loop, Report& report,
                                      std::vector<Diagnostic>& of_named_files)>;
 

@@ -180,9 +180,9 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
                 config.accelerate);
   config.accelerate = daemon.accelerate;
   // operator/ keeps an absolute path as it is.
-  const Value<std::string> runtime = in.text(
-      "runtime_directory", "for sockets and metrics; relative to this file",
-      config.runtime_directory);
+  const Value<std::string> runtime =
+      in.text("runtime_directory", "for sockets and metrics; relative to this file",
+              config.runtime_directory);
   config.runtime_directory = resolve(file, runtime);
   check_socket_paths(in, runtime, config.runtime_directory);
   config.state_directory = resolve(

@@ -64,12 +64,12 @@ void Report::note(Place place, std::string_view key, std::string message) {
 }
 
 const Diagnostic& Report::first_error() const noexcept {
-  return *std::min_element(
-      diagnostics_.begin(), diagnostics_.end(), [](const Diagnostic& a, const Diagnostic& b) {
-        const bool error_a = a.level == Diagnostic::Level::error;
-        const bool error_b = b.level == Diagnostic::Level::error;
-        return error_a != error_b ? error_a : a.place < b.place;
-      });
+  return *std::min_element(diagnostics_.begin(), diagnostics_.end(),
+                           [](const Diagnostic& a, const Diagnostic& b) {
+                             const bool error_a = a.level == Diagnostic::Level::error;
+                             const bool error_b = b.level == Diagnostic::Level::error;
+                             return error_a != error_b ? error_a : a.place < b.place;
+                           });
 }
 
 std::vector<Diagnostic> Report::take() {

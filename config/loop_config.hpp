@@ -65,8 +65,8 @@ struct ValvePosition {
 };
 
 using SimIo = hal::sim::SimSettings;
-// In place of the wiring of a loop whose files have errors: it is not run, and keeps its place among
-// the loops, so that no register of another one moves.
+// In place of the wiring of a loop whose files have errors: it is not run, and keeps its place
+// among the loops, so that no register of another one moves.
 struct OutOfService {
   std::string why;       // the first error
   bool watched = false;  // another controller runs the loop

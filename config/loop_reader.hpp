@@ -18,7 +18,8 @@ struct LoopFile {
   Place command;          // where the output's register or channel is stated
   bool hardware = false;  // something real moves
   bool watched = false;   // another controller has the loop
-  // Output and stop action have no error, whatever else is wrong: `loopwardend --safe` can drive it.
+  // Output and stop action have no error, whatever else is wrong: `loopwardend --safe` can drive
+  // it.
   bool output_known = false;
   std::vector<LinkUse> link_uses;
   Place twin, specialists, record;  // where the files that it names are stated

@@ -41,7 +41,8 @@ const char* to_text(YamlNode::Kind kind) noexcept;
 // Nothing if the text can't be made a tree at all. Never throws but for lack of memory.
 std::optional<YamlNode> parse_yaml(std::string_view text, Report& report);
 
-// An error for each key of the maps that were visited that is not among their known keys; none when asked again.
+// An error for each key of the maps that were visited that is not among their known keys; none when
+// asked again.
 void report_unknown_keys(YamlNode& node, Report& report);
 
 }  // namespace loopwarden::config

@@ -142,9 +142,9 @@ void write_specialists(const SpecialistFolder& s, const std::filesystem::path& f
 std::string write_specialists(const SpecialistFolder& s, const std::filesystem::path& folder) {
   const std::vector<std::string> earlier = weight_files(folder);
   Writer writer(folder);
-  write_specialists(
-      s, folder,
-      [&writer](const std::string& name, const std::string& text) { writer.write(name, text); });
+  write_specialists(s, folder, [&writer](const std::string& name, const std::string& text) {
+    writer.write(name, text);
+  });
   if (writer.failure().empty()) remove_weights(folder, earlier);
   return writer.failure();
 }

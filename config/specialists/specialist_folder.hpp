@@ -57,14 +57,15 @@ std::vector<std::string> weight_files(const std::filesystem::path& folder);
 // Removes those of `earlier` that the manifest does not name any more.
 void remove_weights(const std::filesystem::path& folder, const std::vector<std::string>& earlier);
 
-// Hands each file over by name and text, the manifest last. No weights that `folder` has are written over: a set that is
-// replaced stays whole until the new manifest is there. A name that is taken gets the digest behind it.
+// Hands each file over by name and text, the manifest last. No weights that `folder` has are
+// written over: a set that is replaced stays whole until the new manifest is there. A name that is
+// taken gets the digest behind it.
 using SpecialistFileSink = std::function<void(const std::string& name, const std::string& text)>;
 void write_specialists(const SpecialistFolder& specialists, const std::filesystem::path& folder,
                        const SpecialistFileSink& write);
 
-// Each file under a temporary name first, the manifest last: a folder with a manifest is whole, also after a power failure. Returns
-// what went wrong, empty for nothing.
+// Each file under a temporary name first, the manifest last: a folder with a manifest is whole,
+// also after a power failure. Returns what went wrong, empty for nothing.
 std::string write_specialists(const SpecialistFolder& specialists,
                               const std::filesystem::path& folder);
 

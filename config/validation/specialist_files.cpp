@@ -118,8 +118,8 @@ void SpecialistFiles::check_specialists(const LoopFile& loop, Report& report,
     append(of_named_files, std::move(loaded.diagnostics));
     if (loaded && loaded->team) {
       loaded->signatures.clear();  // nobody judges by them
-      read_.folders.emplace(folder, Specialists::Folder{std::move(*loaded.value),
-                                                        hash_of_manifest(folder, 0)});
+      read_.folders.emplace(
+          folder, Specialists::Folder{std::move(*loaded.value), hash_of_manifest(folder, 0)});
       read_.hash = hash_of_manifest(folder, read_.hash);
     } else {
       failed_.insert(folder);
@@ -131,9 +131,10 @@ void SpecialistFiles::check_specialists(const LoopFile& loop, Report& report,
   const auto window = window_of(loop.config);
   const double sample_s = window.sample_time_s * static_cast<double>(window.decimation);
   if (std::abs(sample_s - known_s) > kPeriodTolerance * known_s) {
-    error(fmt::format(" knows windows with a sample each {:g} s; this loop's have one each {:g} s "
-                      "(sample_time times monitor.decimation)",
-                      known_s, sample_s));
+    error(
+        fmt::format(" knows windows with a sample each {:g} s; this loop's have one each {:g} s "
+                    "(sample_time times monitor.decimation)",
+                    known_s, sample_s));
   }
 }
 

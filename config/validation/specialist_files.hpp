@@ -21,7 +21,7 @@ namespace loopwarden::config {
 struct Specialists {
   struct Folder {
     SpecialistFolder content;  // with a team; without the signature form
-    std::uint32_t hash = 0;  // CRC-32 of its manifest, which has the digests of its weights
+    std::uint32_t hash = 0;    // CRC-32 of its manifest, which has the digests of its weights
   };
   std::map<std::string, Folder> folders;            // by name
   std::uint32_t hash = 0;                           // CRC-32 of all manifests; 0: none
@@ -31,8 +31,9 @@ struct Specialists {
 // How a loop is cut into windows.
 monitor::WindowSettings window_of(const LoopConfig& loop);
 
-// Loads them as loops name them, and refuses what the daemon can't work with: folders that can't be trusted, specialists of
-// another sample time than the loop's windows, and twins of another sample time or other ranges than the loop.
+// Loads them as loops name them, and refuses what the daemon can't work with: folders that can't be
+// trusted, specialists of another sample time than the loop's windows, and twins of another sample
+// time or other ranges than the loop.
 class SpecialistFiles {
  public:
   // As LoopCheck (config_reader.hpp).

@@ -93,8 +93,8 @@ ModbusServer::ModbusServer(const config::ModbusServer& server, console::Parts pa
     : loops(std::move(parts)), gateway(gateway_settings(server), loops, clock) {}
 
 Assembly::Assembly(config::Configuration from_files, const std::filesystem::path& folder,
-                   const config::Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
-                   ServiceManager& service)
+                   const config::Specialists& specialists,
+                   std::function<std::uint64_t()> log_lines_lost, ServiceManager& service)
     : configuration(std::move(from_files)),
       origin{
           .configuration = std::filesystem::absolute(folder / "").lexically_normal().parent_path(),

@@ -32,7 +32,8 @@ double next_of(double explained_s, double seen_s) {
   return next_s;
 }
 
-std::map<std::string, config::SpecialistFolder> contents_of(const config::Specialists& specialists) {
+std::map<std::string, config::SpecialistFolder> contents_of(
+    const config::Specialists& specialists) {
   std::map<std::string, config::SpecialistFolder> contents;
   for (const auto& [name, folder] : specialists.folders) contents.emplace(name, folder.content);
   return contents;
@@ -54,8 +55,8 @@ journal::JournalEntry evidence_line(std::string result) {
 
 }  // namespace
 
-EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config, const config::Specialists& specialists,
-                           Ends ends)
+EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config,
+                           const config::Specialists& specialists, Ends ends)
     : ends_(std::move(ends)),
       accelerate_(config.accelerate),
       store_folder_(std::filesystem::path(config.state_directory) / "evidence"),

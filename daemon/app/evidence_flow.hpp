@@ -40,7 +40,8 @@ class EvidenceFlow {
     std::function<bool(const StopWork& stop)> spare{};
   };
   // What is referred to outlives this.
-  EvidenceFlow(const config::DaemonConfig& config, const config::Specialists& specialists, Ends ends);
+  EvidenceFlow(const config::DaemonConfig& config, const config::Specialists& specialists,
+               Ends ends);
   EvidenceFlow(const EvidenceFlow&) = delete;
   EvidenceFlow& operator=(const EvidenceFlow&) = delete;
 

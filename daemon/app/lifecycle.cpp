@@ -85,9 +85,8 @@ void App::start() {
   const auto watched = std::count_if(parts_.loops.all().begin(), parts_.loops.all().end(),
                                      [](const LoopRuntime& loop) { return loop.watched(); });
   const auto out = std::count_if(
-      parts_.loops.all().begin(), parts_.loops.all().end(), [](const LoopRuntime& loop) {
-        return config::out_of_service(loop.config.io) != nullptr;
-      });
+      parts_.loops.all().begin(), parts_.loops.all().end(),
+      [](const LoopRuntime& loop) { return config::out_of_service(loop.config.io) != nullptr; });
   spdlog::info("running {} loop{}{}{}", loops, loops == 1 ? "" : "s",
                watched > 0 ? fmt::format(", {} of them controlled elsewhere", watched) : "",
                out > 0 ? fmt::format(", {} of them out of service", out) : "");

@@ -79,7 +79,8 @@ int run(const std::string& directory, bool check, bool safe) {
     const auto log = open_log(reading.configuration.daemon.log_level);
     return loopwarden::daemon::drive_to_stop_actions(reading.outputs);
   }
-  if (check) return reading.sound ? say_sound(directory, reading.configuration) : kExitConfiguration;
+  if (check)
+    return reading.sound ? say_sound(directory, reading.configuration) : kExitConfiguration;
   if (!reading.runnable) return kExitConfiguration;
   return run_loops(std::move(reading.configuration), directory, specialists);
 }

@@ -26,8 +26,7 @@ bool same(const LinkSettings& asked, const protocol::LinkInUse& used) {
   if (used.transport == "rtu") {
     return base::device_name(asked.device) == base::device_name(used.device);
   }
-  return base::address_name(asked.host) == base::address_name(used.host) &&
-         asked.port == used.port;
+  return base::address_name(asked.host) == base::address_name(used.host) && asked.port == used.port;
 }
 
 // Of the daemon whose sockets are in this folder; nullopt: none runs. Throws std::runtime_error where one is there and does

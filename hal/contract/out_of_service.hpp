@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands in for the wiring of a loop that is not run: no device is read or written, and every value is bad.
+// What stands in for the wiring of a loop that is not run: no device is read or written, and every
+// value is bad.
 #pragma once
 
 #include <string>

@@ -22,9 +22,9 @@ class ModbusBus {
  public:
   explicit ModbusBus(EventSink sink = {}) : sink_(std::move(sink)) {}
 
-  // The link for `unit`, shared with all who asked for the same device by whatever name; it ends with
-  // the last of them. Its settings are those of the first: config/ refuses others for the same device, and
-  // `loopwardend --safe` drives what it refuses, over one connection.
+  // The link for `unit`, shared with all who asked for the same device by whatever name; it ends
+  // with the last of them. Its settings are those of the first: config/ refuses others for the same
+  // device, and `loopwardend --safe` drives what it refuses, over one connection.
   std::shared_ptr<ModbusLink> link(const LinkSettings& settings, std::uint8_t unit);
   // The same link for one who only reads.
   ReadLink read_link(const LinkSettings& settings, std::uint8_t unit) {

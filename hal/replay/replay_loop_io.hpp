@@ -13,7 +13,8 @@
 
 namespace loopwarden::hal::replay {
 
-// Reads the record of a loop. Throws record::RecordError, or std::runtime_error if its period is not the loop's.
+// Reads the record of a loop. Throws record::RecordError, or std::runtime_error if its period is
+// not the loop's.
 record::Record read_replayed(const ReplaySettings& settings);
 
 // A record in the place of the transmitter: one row per control period. The read-back is its column

@@ -464,14 +464,14 @@ TEST_CASE("fault, files with errors: --safe drives every output that they still 
   struct Case {
     std::string daemon, first, loop;
   };
-  for (const Case& files : {
-           // A second link to the unit, with other settings.
-           Case{links, other, plant_loop("two", 1.0)},
-           // A key of no importance to the output; a loop file that is none, before and behind it.
-           Case{links, "loop: [\n", with(plant_loop("one", 1.0), "kp: 0.3494", "kp: x")},
-           Case{links, other, plant_loop("one", 1.0) + "monitor: {twin: none.yaml}\n"},
-           // Elsewhere in loopwardend.yaml.
-           Case{"log_level: nothing\n" + links, other, plant_loop("one", 1.0)}}) {
+  for (const Case& files :
+       {// A second link to the unit, with other settings.
+        Case{links, other, plant_loop("two", 1.0)},
+        // A key of no importance to the output; a loop file that is none, before and behind it.
+        Case{links, "loop: [\n", with(plant_loop("one", 1.0), "kp: 0.3494", "kp: x")},
+        Case{links, other, plant_loop("one", 1.0) + "monitor: {twin: none.yaml}\n"},
+        // Elsewhere in loopwardend.yaml.
+        Case{"log_level: nothing\n" + links, other, plant_loop("one", 1.0)}}) {
     DaemonProcess daemon(files.daemon, {{"loops.d/FIC-100.yaml", files.first},
                                         {"loops.d/FIC-101.yaml", files.loop},
                                         {"loops.d/FIC-102.yaml", "nothing"}});

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that a start can't work with, in the real daemon: nobody takes them, and one loop's errors stop no other loop.
+// Files that a start can't work with, in the real daemon: nobody takes them, and one loop's errors
+// stop no other loop.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "model/monitor/alarm_kind.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/loop_file.hpp"
 #include "tests/support/shell.hpp"
@@ -57,8 +59,9 @@ TEST_CASE("what a start would refuse is refused by check, reload and dry run ali
   CHECK(plant.command("check " + plant.daemon.config().string()).exit_code == 0);
   plant.daemon.write_config("loops.d/2.yaml", loop_of("FIC-102", kNamesTwin));
   const std::string config = plant.daemon.config().string();
-  for (const std::string& words : {"check " + config, "check " + config + "/loops.d/2.yaml",
-                                   "reload" + plant.socket(), "reload --dry-run" + plant.socket()}) {
+  for (const std::string& words :
+       {"check " + config, "check " + config + "/loops.d/2.yaml", "reload" + plant.socket(),
+        "reload --dry-run" + plant.socket()}) {
     const ShellOutcome said = plant.command(words);
     INFO(words << ": " << said.text);
     CHECK(said.exit_code == 78);
@@ -92,16 +95,18 @@ TEST_CASE("a loop whose files are bad at the start stays out of service, and the
     CHECK(eventually([&] {
       return plant.daemon.loop("FIC-102").at("alarms").at("bad_pv").at("active") == true;
     }));
-    CHECK(plant.daemon.loop("FIC-102").at("alarms").size() == 1 + monitor::kValveAlarmCount);
-    CHECK(plant.daemon.explain("FIC-102", "bad_pv").at("cause").get<std::string>().find("2.yaml:") !=
-          std::string::npos);
+    CHECK(plant.daemon.loop("FIC-102").at("alarms").size() ==
+          1 + loopwarden::monitor::kValveAlarmCount);
+    CHECK(
+        plant.daemon.explain("FIC-102", "bad_pv").at("cause").get<std::string>().find("2.yaml:") !=
+        std::string::npos);
     bool written = false;
     for (const json& line : plant.daemon.journal(50, "FIC-102")) {
       written = written || line.at("result") == "out of service";
     }
     CHECK(written);
     // Nothing can be ordered of it.
-    for (const char* order : {"FIC-102 mode=auto", "FIC-102 output=3", "FIC-102 sp=4"}) {
+    for (const char* order : {"FIC-102 --mode auto", "FIC-102 --output 3", "FIC-102 --sp 4"}) {
       const ShellOutcome said = plant.command(std::string("set ") + order + plant.socket());
       INFO(said.text);
       CHECK(said.exit_code != 0);

@@ -19,6 +19,7 @@
 #include "protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
+#include "workbench/files/output_files.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/terminal.hpp"
 #include "workbench/setup/probe_process.hpp"
@@ -42,9 +43,10 @@ struct SetupOptions {
 };
 
 int run_child(const std::vector<std::string>& words, const fs::path& output) {
+  OutputFiles files;
   base::File file;
   if (!output.empty()) {
-    file = base::File(output, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    file = base::File(files.stage(output), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     if (!file.is_open()) fail(kExitIo, "{}: can't be written", output.string());
   }
   try {
@@ -53,7 +55,10 @@ int run_child(const std::vector<std::string>& words, const fs::path& output) {
                               .errors = STDERR_FILENO,
                               .idle = false});
     for (;;) {
-      if (const std::optional<int> code = child.ended()) return *code;
+      if (const std::optional<int> code = child.ended()) {
+        if (*code == kExitOk) files.commit();
+        return *code;
+      }
       if (interrupted()) throw setup::Paused("paused");
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }

@@ -5,9 +5,10 @@
 // then what stood there stays, and whatever ends the command before (an error, a full disk, Ctrl-C) leaves no
 // trace. An output that is one of the command's inputs, by whatever name, is refused.
 //
-// A kill or a power failure can come between two names. commit() gives them in the order in which the files were added, after
-// the disk has all of their data, so that the caller decides what is there then: a file that another one refers to is added
-// before it, and the file that says that all is there is added last.
+// A kill or a power failure can come between two names. commit() gives them in the order in which
+// the files were added, after the disk has all of their data, so that the caller decides what is
+// there then: a file that another one refers to is added before it, and the file that says that all
+// is there is added last.
 #pragma once
 
 #include <deque>
@@ -61,7 +62,8 @@ class OutputFiles {
   struct Named {
     const Staged* staged;
     bool replaced = false;
-    std::filesystem::path earlier;  // the file that was there; empty: the file system keeps no second name
+    // The file that was there; empty: there was none, or the file system keeps no second name.
+    std::filesystem::path earlier;
   };
 
   void refuse_input(const std::filesystem::path& path) const;

@@ -266,13 +266,13 @@ TEST_CASE("specialists that are replaced stay whole until the new manifest is th
   }
   // After each file: as after a kill.
   std::size_t files = 0;
-  config::write_specialists(
-      other, folder.path(), [&](const std::string& name, const std::string& text) {
-        INFO(name);
-        write_file(folder / name, text);
-        CHECK(config::read_specialists(folder.path()));
-        ++files;
-      });
+  config::write_specialists(other, folder.path(),
+                            [&](const std::string& name, const std::string& text) {
+                              INFO(name);
+                              write_file(folder / name, text);
+                              CHECK(config::read_specialists(folder.path()));
+                              ++files;
+                            });
   CHECK(files == specialist::kConditions + 2);
   // Written in one go, what is not needed any more goes; the same again changes no name.
   REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One judgement of a folder: what a start would refuse is an error, and one loop's errors leave the others in their places.
+// One judgement of a folder: what a start would refuse is an error, and one loop's errors leave the
+// others in their places.
 #include "config/validation/validation.hpp"
 
 #include <algorithm>
@@ -127,17 +128,19 @@ TEST_CASE("two links to one unit agree in their settings", "[config][validation]
   folder.write("loops.d/a.yaml", on_link("FIC-101", "old", 1, 100));
   folder.write("loops.d/b.yaml", on_link("FIC-102", "new", 1, 200));
   for (const char* other :
-       {"host: 127.0.0.1, response_timeout: 1", "host: localhost, pause: 0.1",
+       {"host: 127.0.0.1, response_timeout: 0.5", "host: localhost, pause: 0.1",
         "host: \"::ffff:127.0.0.1\", reconnect_max: 5", "host: 0.0.0.0, connect_timeout: 2",
         "host: \"::1\", probe_interval: 9", "host: 127.0.0.1, connections: 1"}) {
     links("host: 127.0.0.1", other);
     const Validated validated = validate(folder.path());
     const Named said{folder.relative(to_text(validated.reading.diagnostics))};
     INFO(said.text);
-    CHECK(said.contains("loops.d/b.yaml:19:11: error: io.transmitter.link: 'new' "
-                        "(loopwardend.yaml:3:8) leads to "));
-    CHECK(said.contains("link 'old' (loopwardend.yaml:2:8), which another loop uses "
-                        "(loops.d/a.yaml:19:11). Use one link for both"));
+    CHECK(
+        said.contains("loops.d/b.yaml:19:11: error: io.transmitter.link: 'new' "
+                      "(loopwardend.yaml:3:8) leads to "));
+    CHECK(
+        said.contains("link 'old' (loopwardend.yaml:2:8), which another loop uses "
+                      "(loops.d/a.yaml:19:11). Use one link for both"));
     CHECK(std::count(said.text.begin(), said.text.end(), '\n') == 1);
     CHECK(tags_of(validated) == Tags{"FIC-101", "-FIC-102"});
     // Its output can be driven none the less.
@@ -152,7 +155,7 @@ TEST_CASE("two links to one unit agree in their settings", "[config][validation]
   }
   // Units have a connection each, as long as no link limits these.
   folder.write("loops.d/b.yaml", on_link("FIC-102", "new", 2, 200));
-  links("host: 127.0.0.1", "host: 127.0.0.1, response_timeout: 1");
+  links("host: 127.0.0.1", "host: 127.0.0.1, response_timeout: 0.5");
   CHECK(said_of(folder).empty());
   links("host: 127.0.0.1", "host: 127.0.0.1, connections: 1");
   CHECK_FALSE(said_of(folder).empty());
@@ -176,6 +179,21 @@ TEST_CASE("one register has many names", "[config][validation]") {
   }
 }
 
+TEST_CASE("an analog output has a name and a label", "[config][validation]") {
+  const ScratchFolder folder;
+  const std::string root = "  iio_root: " + (folder / "iio").string() + "\n";
+  const std::string loop =
+      with(test::kAnalogLoop, "  backend: analog\n", "  backend: analog\n" + root);
+  folder.write("loops.d/a.yaml", loop);
+  folder.write("loops.d/b.yaml",
+               with(with(loop, "FIC-101", "FIC-102"), "device: dac", "device: north"));
+  CHECK(said_of(folder).empty());
+  folder.write("iio/iio:device0/name", "dac\n");
+  folder.write("iio/iio:device0/label", "north\n");
+  folder.write("iio/iio:device1/name", "adc\n");
+  CHECK(said_of(folder).find("north current1 is written by another loop") != std::string::npos);
+}
+
 TEST_CASE("a serial line is one link, by whatever name", "[config][validation]") {
   const ScratchFolder folder;
   std::filesystem::create_symlink("line", folder / "by-id");
@@ -184,9 +202,11 @@ TEST_CASE("a serial line is one link, by whatever name", "[config][validation]")
   folder.write("loops.d/a.yaml", on_link("FIC-101", "old", 1, 100));
   folder.write("loops.d/b.yaml", on_link("FIC-102", "new", 2, 200));
   const auto said = [&](const std::string& device) {
-    folder.write("loopwardend.yaml", "links:\n  old: {transport: rtu, baud: 115200, device: " +
-                                         path + "/line}\n  new: {transport: rtu, baud: 115200, "
-                                                "device: " + device + "}\n");
+    folder.write("loopwardend.yaml",
+                 "links:\n  old: {transport: rtu, baud: 115200, device: " + path +
+                     "/line}\n  new: {transport: rtu, baud: 115200, "
+                     "device: " +
+                     device + "}\n");
     return said_of(folder);
   };
   for (const bool there : {false, true}) {
@@ -200,10 +220,9 @@ TEST_CASE("a serial line is one link, by whatever name", "[config][validation]")
   }
   // The line on which the daemon is a slave.
   folder.write("loopwardend.yaml", "modbus_server: {serial: {device: " + path +
-                                       "/by-id}}\nlinks:\n  old: {transport: rtu, device: " +
-                                       path + "/line}\n  new: {transport: tcp, host: 10.0.0.1}\n");
-  CHECK(said_of(folder).find("is the device of modbus_server.serial as well") !=
-        std::string::npos);
+                                       "/by-id}}\nlinks:\n  old: {transport: rtu, device: " + path +
+                                       "/line}\n  new: {transport: tcp, host: 10.0.0.1}\n");
+  CHECK(said_of(folder).find("is the device of modbus_server.serial as well") != std::string::npos);
 }
 
 TEST_CASE("what only a start refused is refused", "[config][validation]") {
@@ -222,7 +241,8 @@ TEST_CASE("what only a start refused is refused", "[config][validation]") {
   CHECK(said("runtime_directory: /run/" + std::string(100, 'x') + "\n")
             .find("loopwardend.yaml:1:20: error: runtime_directory: must be shorter") == 0);
   folder.write("m.yaml", with(test::kModel, "sample_time: 0.1", "sample_time: 0.001"));
-  folder.write("loops.d/a.yaml", with(simulated("FIC-101"), "sample_time: 0.1", "sample_time: 0.001"));
+  folder.write("loops.d/a.yaml",
+               with(simulated("FIC-101"), "sample_time: 0.1", "sample_time: 0.001"));
   CHECK(said("accelerate: 10000\n").find("accelerate: must be at most 100: FIC-101") !=
         std::string::npos);
 }
@@ -237,7 +257,7 @@ TEST_CASE("a loop that is out of service keeps its place", "[config][validation]
   const std::string watched =
       "loop: FIC-201\ncontrol: elsewhere\nsample_time: 1\n"
       "process_variable: {unit: L/min, range: [0, 10]}\noutput: {unit: V, range: [0, 10]}\n"
-      "io: {backend: feed, pv: {name: \"opcua:A\"}, co: {name: \"opcua:B\"}}\n";
+      "io: {backend: feed, pv: {feed: \"opcua:A\"}, co: {feed: \"opcua:B\"}}\n";
   folder.write("loops.d/aa.yaml", watched);
   const auto tags = [&] { return tags_of(validate(folder.path())); };
   CHECK(said_of(folder) == "");
@@ -276,8 +296,9 @@ TEST_CASE("a link with an error takes its own loops out of service", "[config][v
                  "links:\n  old: {transport: tcp, host: 10.0.0.1}\n  new: " + link + "\n");
     return validate(folder.path());
   };
-  for (const char* link : {"{transport: tcp, host: plc}", "{transport: tcp, host: 10.0.0.2, prot: 1}",
-                           "{transport: tcp, host: 10.0.0.2, port: 0}", "{transport: udp}"}) {
+  for (const char* link :
+       {"{transport: tcp, host: plc}", "{transport: tcp, host: 10.0.0.2, prot: 1}",
+        "{transport: tcp, host: 10.0.0.2, port: 0}", "{transport: udp}"}) {
     const Validated all = validated(link);
     INFO(link);
     CHECK(all.reading.runnable);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands that replace files which belong together: what a kill at any rename leaves is a folder that a daemon starts with.
+// Commands that replace files which belong together: what a kill at any rename leaves is a folder
+// that a daemon starts with.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>

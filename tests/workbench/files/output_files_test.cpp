@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that belong together: the order in which they are given their names, and what the disk has by then.
+// Files that belong together: the order in which they are given their names, and what the disk has
+// by then.
 #include "workbench/files/output_files.hpp"
 
 #include <catch2/catch.hpp>
