@@ -2,6 +2,7 @@
 #include "daemon/app/backend_factory.hpp"
 
 #include <stdexcept>
+#include <string>
 #include <variant>
 
 #include "hal/contract/out_of_service.hpp"
@@ -14,16 +15,38 @@
 #include "hal/sim/sim_loop_io.hpp"
 
 namespace loopwarden::daemon {
+namespace {
+
+void log_link_event(base::LimitedLog& log, const hal::modbus::LinkEvent& event) {
+  using Kind = hal::modbus::LinkEvent::Kind;
+  const bool good = event.kind == Kind::connected || event.kind == Kind::unit_back ||
+                    event.kind == Kind::watchdog_set || event.kind == Kind::closes_connections;
+  // A remark is true together with the state of the link: it is a subject of its own.
+  const bool remark = event.kind == Kind::closes_connections || event.kind == Kind::echo ||
+                      event.kind == Kind::stray_bytes;
+  const std::string kind = std::to_string(static_cast<int>(event.kind));
+  const std::string subject = "link " + event.link + ' ' + (remark ? kind : event.subject);
+  const std::string text = "link " + event.link + ": " + event.text;
+  good ? log.info(subject, kind, text) : log.warn(subject, kind, text);
+}
+
+void log_analog_event(base::LimitedLog& log, const hal::iio::AnalogEvent& event) {
+  const std::string subject = event.text.substr(0, event.text.find(": "));
+  event.good ? log.info(subject, "good", event.text) : log.warn(subject, "bad", event.text);
+}
+
+}  // namespace
+
 BackendFactory::BackendFactory()
     : bus_(std::make_unique<hal::modbus::ModbusBus>(
-          [this](const hal::modbus::LinkEvent& event) { log_.take(event); })) {}
+          [this](const hal::modbus::LinkEvent& event) { log_link_event(log_, event); })) {}
 BackendFactory::~BackendFactory() = default;
 
 std::unique_ptr<hal::LoopIo> BackendFactory::make(const config::LoopConfig& loop) {
   struct Maker {
     const config::LoopConfig& loop;
     hal::modbus::ModbusBus& bus;
-    LinkLog& log;
+    base::LimitedLog& log;
 
     std::unique_ptr<hal::LoopIo> operator()(const hal::sim::SimSettings& io) const {
       return std::make_unique<hal::sim::SimLoopIo>(io);
@@ -34,7 +57,7 @@ std::unique_ptr<hal::LoopIo> BackendFactory::make(const config::LoopConfig& loop
     std::unique_ptr<hal::LoopIo> operator()(const hal::iio::AnalogSettings& io) const {
       return std::make_unique<hal::iio::AnalogLoopIo>(
           io, loop.name,
-          [&log = log](const hal::iio::AnalogEvent& event) { log.take(event); });
+          [&log = log](const hal::iio::AnalogEvent& event) { log_analog_event(log, event); });
     }
     std::unique_ptr<hal::LoopIo> operator()(const hal::replay::ReplaySettings& io) const {
       return std::make_unique<hal::replay::ReplayLoopIo>(io);

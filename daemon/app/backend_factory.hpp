@@ -3,8 +3,8 @@
 
 #include <memory>
 
+#include "base/limited_log.hpp"
 #include "config/loop_config.hpp"
-#include "daemon/app/link_log.hpp"
 #include "hal/contract/loop_io.hpp"
 #include "hal/contract/loop_source.hpp"
 
@@ -31,10 +31,11 @@ class BackendFactory {
   // Of a loop that another controller runs; `board` outlives it.
   std::unique_ptr<hal::LoopSource> make_source(const config::LoopConfig& loop,
                                                hal::feed::FeedBoard& board);
-  LinkLog& log() noexcept { return log_; }
+  // Of links and analog channels.
+  base::LimitedLog& log() noexcept { return log_; }
 
  private:
-  LinkLog log_;
+  base::LimitedLog log_;
   std::unique_ptr<hal::modbus::ModbusBus> bus_;
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/host/broker_link.hpp"
 
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
@@ -69,6 +68,7 @@ void BrokerLink::run() {
 
 void BrokerLink::serve() {
   if (!client_) open();
+  log_.look();
   for (mqtt::Event& event : client_->events(kTick)) handle(std::move(event));
   if (!connected_) return;
   if (said_online_ != accepting_.load()) say_state(accepting_);
@@ -104,12 +104,13 @@ void BrokerLink::try_connection() {
 void BrokerLink::handle(mqtt::Event event) {
   switch (event.kind) {
     case mqtt::Event::Kind::connected:
-      spdlog::info("{}: connected to {}", settings_.host_id, to_text(settings_.client.broker));
+      log_.info("broker", "connected",
+                settings_.host_id + ": connected to " + to_text(settings_.client.broker));
       connected_ = true;
       ++connections_;
       return;
     case mqtt::Event::Kind::disconnected:
-      spdlog::warn("{}: broker: {}", settings_.host_id, event.why);
+      log_.warn("broker", "away", settings_.host_id + ": broker: " + event.why);
       try_connection();
       return;
     case mqtt::Event::Kind::message: break;
@@ -126,7 +127,8 @@ void BrokerLink::hear_own_state(const mqtt::Message& message) {
   if (!state) return;
   if (state->time_ms > state_time_ms_) {
     // Edges take the newest word: this connection's would not count.
-    spdlog::warn("{}: the broker has a state of a later time; connecting again", settings_.host_id);
+    log_.warn("broker", "later state",
+              settings_.host_id + ": the broker has a state of a later time; connecting again");
     state_time_ms_ = state->time_ms;
     if (client_) client_->leave();
     return;

@@ -16,6 +16,7 @@
 
 #include "fleet/host/spool.hpp"
 #include "net/mqtt/client.hpp"
+#include "base/limited_log.hpp"
 #include "base/thread.hpp"
 
 namespace loopwarden::fleet {
@@ -80,6 +81,7 @@ class BrokerLink {
   std::atomic<std::uint64_t> connections_{0};
 
   // Of the thread.
+  base::LimitedLog log_;
   std::unique_ptr<mqtt::Client> client_;
   std::uint64_t state_time_ms_ = 0;
   std::optional<bool> said_online_;

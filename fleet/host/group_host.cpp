@@ -83,11 +83,12 @@ bool GroupHost::ask(const DueRequest& request) {
 void GroupHost::ask_rebirth(const EdgeName& edge) {
   const bool sent =
       link_.send(command(edge, "", "Node Control/Rebirth", sparkplug::DataType::boolean, true));
+  const std::string name = edge.group + '/' + edge.edge;
   if (sent) {
-    spdlog::info("{}/{}: a rebirth is asked for", edge.group, edge.edge);
+    log_.info(name, "asked", name + ": a rebirth is asked for");
   } else {
-    spdlog::warn("{}/{}: a rebirth is to be asked for, and the broker takes nothing now",
-                 edge.group, edge.edge);
+    log_.warn(name, "not asked",
+              name + ": a rebirth is to be asked for, and the broker takes nothing now");
   }
 }
 
@@ -118,6 +119,7 @@ void GroupHost::run() {
     const auto begin = steady_clock::now();
     if (connect_database()) step();
     steer_edges();
+    log_.look();
     if (wait_ > milliseconds(0)) {
       pause(wait_);
     } else if (spool_.waiting() < kMostMessages) {
@@ -153,7 +155,8 @@ bool GroupHost::connect_database() {
 }
 
 void GroupHost::database_lost(const std::string& why) {
-  spdlog::warn("{}: database: {}", settings_.link.host_id, why.substr(0, why.find('\n')));
+  log_.warn("database", "away",
+            settings_.link.host_id + ": database: " + why.substr(0, why.find('\n')));
   connection_.reset();
   spool_.to_disk();
   wait_ = std::min(kLongestWait, std::max(milliseconds(250), 2 * wait_));

@@ -21,6 +21,7 @@
 #include "fleet/host/spool.hpp"
 #include "fleet/host/status.hpp"
 #include "fleet/host/writer.hpp"
+#include "base/limited_log.hpp"
 #include "base/thread.hpp"
 
 namespace loopwarden::fleet {
@@ -81,6 +82,7 @@ class GroupHost {
   // Of the thread.
   std::unique_ptr<pqxx::connection> connection_;
   Ingest ingest_;
+  base::LimitedLog log_;
   bool left_over_phase_;  // what an earlier run left is written first
   bool restored_ = false;
   std::size_t most_ = kMostMessages;

@@ -14,6 +14,7 @@ extern const char* const kMigration0005;
 extern const char* const kMigration0006;
 extern const char* const kMigration0007;
 extern const char* const kMigration0008;
+extern const char* const kMigration0009;
 
 // Brings the schema up to what this program needs, in one transaction under an advisory lock, so that of several
 // programs that begin at once one does it and the others wait. Returns how many were applied. Throws

@@ -154,8 +154,10 @@ void ModbusLink::note_unread(LinkTask& task, ReadPoint& point, Asked asked, cons
     case Asked::exception:
       point.silence.failures = 0;
       if (refused(asked, reply)) return publish_bad(task, point, Reason::device_error);
-      report_error(task, {});
-      return retry_soon(task);
+      retry_soon(task);
+      // Before the first value there is nothing that could age.
+      if (point.sample.sequence == 0) return publish_bad(task, point, Reason::device_error);
+      return report_error(task, {});
     case Asked::failed:
       if (passes(point.silence, unit)) return retry_soon(task);
       if (is_dead(unit)) return publish_bad(task, point, Reason::link_lost);

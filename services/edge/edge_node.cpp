@@ -46,10 +46,6 @@ std::int64_t ms_of(std::chrono::steady_clock::time_point moment) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(moment.time_since_epoch()).count();
 }
 
-void write(const base::LimitedLine& line) {
-  spdlog::log(line.good ? spdlog::level::info : spdlog::level::warn, "{}", line.text);
-}
-
 std::uint64_t system_ms() { return static_cast<std::uint64_t>(base::utc_ms()); }
 
 // bdSeq from the store; a store that can't say begins anew.
@@ -93,7 +89,7 @@ void EdgeNode::round() {
   for (const mqtt::Event& event : client_.events(std::max(left, std::chrono::milliseconds(0))))
     take(event);
   answer_rebirth();
-  for (const base::LimitedLine& line : lines_.due(Clock::now())) write(line);
+  log_.look();
   if (Clock::now() < next_look_) return;
   // Late looks are not made up for.
   next_look_ = std::max(next_look_ + config_.interval, Clock::now());
@@ -149,7 +145,7 @@ void EdgeNode::look() {
 void EdgeNode::daemon_came(bool changed) {
   daemon_there_ = true;
   daemon_trouble_.clear();
-  log("daemon", "there", {true, fmt::format("daemon: {} loops", view_.model().loops().size())});
+  log_.info("daemon", "there", fmt::format("daemon: {} loops", view_.model().loops().size()));
   if (changed) make_devices();
   if (!session_.live()) {
     if (!starting_) keep_births();
@@ -187,7 +183,7 @@ void EdgeNode::make_devices() {
 }
 
 void EdgeNode::daemon_went(const std::string& why) {
-  if (daemon_trouble_ != why) log("daemon", "away", {false, "daemon: " + why});
+  if (daemon_trouble_ != why) log_.warn("daemon", "away", "daemon: " + why);
   daemon_trouble_ = why;
   if (!daemon_there_) return;
   daemon_there_ = false;
@@ -220,11 +216,11 @@ void EdgeNode::connect() {
 void EdgeNode::take(const mqtt::Event& event) {
   switch (event.kind) {
     case mqtt::Event::Kind::connected:
-      log("broker", "connected", {true, "broker: connected"});
+      log_.info("broker", "connected", "broker: connected");
       follow(session_.connected());
       break;
     case mqtt::Event::Kind::disconnected:
-      log("broker", "away", {false, "broker: " + event.why});
+      log_.warn("broker", "away", "broker: " + event.why);
       session_.disconnected();
       outbox_.lost(Clock::now());
       connect();
@@ -248,13 +244,7 @@ void EdgeNode::take_message(const mqtt::Message& message) {
     if (topic->type == MessageType::ncmd) node_command(payload);
     if (topic->type == MessageType::dcmd) device_command(topic->device, payload);
   } catch (const sparkplug::BadPayload& e) {
-    log("command", "bad", {false, fmt::format("{}: {}", message.topic, e.what())});
-  }
-}
-
-void EdgeNode::log(const std::string& subject, const std::string& state, base::LimitedLine line) {
-  if (const auto written = lines_.take(subject, state, std::move(line), Clock::now())) {
-    write(*written);
+    log_.warn("command", "bad", fmt::format("{}: {}", message.topic, e.what()));
   }
 }
 
@@ -292,8 +282,7 @@ void EdgeNode::device_deaths() {
 
 // The primary host is gone: its own death, and a new connection that waits for it.
 void EdgeNode::leave() {
-  log("host", "offline",
-      {false, fmt::format("primary host {} is not online", config_.primary_host)});
+  log_.warn("host", "offline", fmt::format("primary host {} is not online", config_.primary_host));
   client_.publish(death());
   client_.leave();
   outbox_.lost(Clock::now());
@@ -309,9 +298,9 @@ void EdgeNode::node_command(const Payload& payload) {
     return spec == nullptr;
   });
   const Command command = read_command(metrics, false);
-  for (const std::string& why : command.refused) log("command", "refused", {false, "NCMD: " + why});
+  for (const std::string& why : command.refused) log_.warn("command", "refused", "NCMD: " + why);
   if (command.rebirth) {
-    log("rebirth", "asked", {true, "a host asks for births"});
+    log_.info("rebirth", "asked", "a host asks for births");
     rebirth_waits_ = true;
     answer_rebirth();
   }
@@ -332,8 +321,7 @@ void EdgeNode::acknowledge_all() {
 void EdgeNode::device_command(const std::string& name, const Payload& payload) {
   Device* device = find(name);
   if (device == nullptr) {
-    log("command", "unknown device",
-        {false, fmt::format("DCMD for {}, which is no device of this box", name)});
+    log_.warn("command", "unknown device", fmt::format("DCMD for {}, which is no device of this box", name));
     return;
   }
   const auto loop = static_cast<std::size_t>(device - devices_.data());

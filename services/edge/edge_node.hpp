@@ -19,7 +19,7 @@
 #include "services/edge/orders.hpp"
 #include "services/edge/outbox.hpp"
 #include "services/edge/store.hpp"
-#include "base/line_limiter.hpp"
+#include "base/limited_log.hpp"
 #include "net/mqtt/client.hpp"
 #include "net/sparkplug/edge_session.hpp"
 #include "net/sparkplug/rebirth_policy.hpp"
@@ -79,8 +79,6 @@ class EdgeNode {
   Reading node_reading() const;
   Device* find(const std::string& device);
   std::uint64_t now_ms();
-  // One line per subject, state and minute.
-  void log(const std::string& subject, const std::string& state, base::LimitedLine line);
 
   EdgeConfig config_;
   Store store_;
@@ -95,7 +93,7 @@ class EdgeNode {
   bool daemon_there_ = false;
   bool rebirth_waits_ = false;                       // asked for, not yet answered
   sparkplug::RebirthBudget rebirths_{0.2, 2.0};      // two at once, then one in 5 s
-  base::LineLimiter lines_;
+  base::LimitedLog log_;
   bool starting_ = false;
   std::string daemon_trouble_;
   std::uint64_t last_ms_ = 0;

@@ -28,10 +28,6 @@ std::int64_t ms_of(std::chrono::steady_clock::time_point moment) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(moment.time_since_epoch()).count();
 }
 
-void write(const base::LimitedLine& line) {
-  spdlog::log(line.good ? spdlog::level::info : spdlog::level::warn, "{}", line.text);
-}
-
 mqtt::ClientSettings client_settings(const FeedConfig& config, const ForeignEdges& edges) {
   mqtt::ClientSettings settings = config.mqtt;
   std::set<std::string> filters;
@@ -69,13 +65,13 @@ void Feeder::round() {
   keep_link();
   deliver();
   if (config_.ask_rebirth && client_.connected()) ask_rebirths();
-  for (const base::LimitedLine& line : lines_.due(Clock::now())) write(line);
+  log_.look();
 }
 
 void Feeder::take(const mqtt::Event& event) {
   switch (event.kind) {
     case mqtt::Event::Kind::connected:
-      log("broker", "connected", {true, "broker: connected to " + to_text(config_.mqtt.broker)});
+      log_.info("broker", "connected", "broker: connected to " + to_text(config_.mqtt.broker));
       return broker_came();
     case mqtt::Event::Kind::disconnected: return broker_went(event.why);
     case mqtt::Event::Kind::message: break;
@@ -103,7 +99,7 @@ void Feeder::broker_came() {
 }
 
 void Feeder::broker_went(const std::string& why) {
-  log("broker", "away", {false, "broker: " + why});
+  log_.warn("broker", "away", "broker: " + why);
   deliver();
   broker_there_ = false;
   topics_.disconnected(values_);
@@ -115,18 +111,18 @@ void Feeder::broker_went(const std::string& why) {
 void Feeder::keep_link() {
   const bool is_new = link_.connect(Clock::now());
   if (is_new) {
-    log("feed.sock", "connected", {true, "feed.sock: connected"});
+    log_.info("feed.sock", "connected", "feed.sock: connected");
     link_trouble_.clear();
     if (broker_there_) send_newest();
   } else if (!link_.why().empty() && link_.why() != link_trouble_) {
     link_trouble_ = link_.why();
-    log("feed.sock", "away", {false, link_trouble_});
+    log_.warn("feed.sock", "away", link_trouble_);
   }
 }
 
 void Feeder::ask_rebirths() {
   for (const auto& [group, edge] : edges_.to_ask(ms_of(Clock::now()))) {
-    log(group + '/' + edge, "asked", {true, group + '/' + edge + ": a rebirth is asked for"});
+    log_.info(group + '/' + edge, "asked", group + '/' + edge + ": a rebirth is asked for");
     client_.publish(
         {.topic = to_text(sparkplug::Topic{group, sparkplug::MessageType::ncmd, edge, ""}),
          .payload = rebirth_request(static_cast<std::uint64_t>(base::utc_ms())),
@@ -161,12 +157,6 @@ void Feeder::send_newest() {
   std::vector<FedValue> all;
   for (const auto& [name, fed] : newest_) all.push_back(fed);
   send(all);
-}
-
-void Feeder::log(const std::string& subject, const std::string& state, base::LimitedLine line) {
-  if (const auto written = lines_.take(subject, state, std::move(line), Clock::now())) {
-    write(*written);
-  }
 }
 
 void Feeder::complain(const std::string& what) {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "base/line_limiter.hpp"
+#include "base/limited_log.hpp"
 #include "net/mqtt/client.hpp"
 #include "services/feed/feed_config.hpp"
 #include "services/feed/feed_link.hpp"
@@ -45,8 +45,6 @@ class Feeder {
   void send(const std::vector<protocol::FedValue>& values);
   void send_newest();
   void complain(const std::string& what);
-  // One line per subject, state and minute.
-  void log(const std::string& subject, const std::string& state, base::LimitedLine line);
 
   FeedConfig config_;
   Topics topics_;
@@ -57,7 +55,7 @@ class Feeder {
   bool broker_there_ = false;
   std::string link_trouble_;
   Clock::time_point last_line_{};
-  base::LineLimiter lines_;
+  base::LimitedLog log_;
   Clock::time_point complain_again_{};
   std::uint64_t complaints_ = 0;  // since the last that was logged
   mqtt::Client client_;           // last: its thread ends first

@@ -59,6 +59,7 @@ TEST_CASE("What a loop file leaves out has its default", "[config][loop]") {
   CHECK(loop.pv.max_age_s == Approx(0.3));  // three sample times
   CHECK(loop.pv.range_margin == 0.05);
   CHECK(loop.pv.frozen_after_s == 0.0);
+  CHECK(loop.pv.max_held_s == 0.0);
   CHECK(loop.controller.pid.anti_windup == control::AntiWindup::back_calculation);
   CHECK(loop.controller.set_point_tracks_in_manual);
   CHECK(std::isinf(loop.controller.set_point.rate_up_per_s));

@@ -34,6 +34,7 @@ TEST_CASE("what a feeder writes is read the same, in lines that are short enough
     for (FedValue& fed : values) {
       fed.name.assign(static_cast<std::size_t>(property::integer(1, 1024)), '"');
       fed.quality = static_cast<Quality>(property::one_of(3));
+      fed.reason = static_cast<FedValue::Reason>(property::one_of(4));
       if (property::coin()) {
         fed.word.assign(static_cast<std::size_t>(property::integer(1, 64)), '"');
       } else if (fed.quality != Quality::bad || property::coin()) {
@@ -51,7 +52,8 @@ TEST_CASE("what a feeder writes is read the same, in lines that are short enough
     for (std::size_t i = 0; i < read.size(); ++i) {
       property::require(read[i].name == values[i].name && read[i].value == values[i].value &&
                             read[i].word == values[i].word && read[i].time_s == values[i].time_s &&
-                            read[i].quality == values[i].quality,
+                            read[i].quality == values[i].quality &&
+                            read[i].reason == values[i].reason,
                         "the same");
     }
   });

@@ -33,8 +33,9 @@ struct Rig {
   explicit Rig(Wiring wiring = {.set_point = true,
                                 .stem = true,
                                 .mode = true,
-                                .mode_values = {.automatic = {1.0, 3.0}, .manual = {0.0}}})
-      : cycle(0, settings(), std::move(wiring), source, channels, events) {
+                                .mode_values = {.automatic = {1.0, 3.0}, .manual = {0.0}}},
+               const rt::LoopSettings& loop = settings())
+      : cycle(0, loop, std::move(wiring), source, channels, events) {
     all_fresh();
   }
 
@@ -150,6 +151,26 @@ TEST_CASE("a value of a source that sends on change holds while the source lives
   rig.run();
   CHECK(rig.fault() == Fault::none);
   CHECK(rig.reason() == Reason::none);
+}
+
+TEST_CASE("a held PV is bad after max_held, though its source lives", "[watch]") {
+  rt::LoopSettings limited = settings();
+  limited.pv_check.max_held_s = 60.0;
+  Rig rig({}, limited);
+  rig.run();
+  rig.now_ns += 60 * kSecond;
+  rig.all_alive();
+  rig.run();
+  CHECK(rig.reason() == Reason::held);
+  rig.now_ns += kSecond;
+  rig.all_alive();
+  rig.run();
+  CHECK(rig.quality() == Quality::bad);
+  CHECK(rig.reason() == Reason::stale);
+  CHECK(rig.row.co == 50.0);  // a set point or an output may rest for days
+  FakeSource::set(rig.source.inputs.process_variable, 20.0, rig.now_ns);
+  rig.run();
+  CHECK(rig.quality() == Quality::good);
 }
 
 TEST_CASE("PV is checked, and a CO that is not known says so", "[watch]") {

@@ -76,6 +76,7 @@ log_level: debug
   CHECK(rule.retained);
   CHECK(rule.timeout_ms == 2500);
   const MetricRule& metric = loaded->metrics.at(0);
+  CHECK(metric.timeout_ms == 300'000);
   CHECK(metric.name == "FIC206.PV");
   CHECK(metric.group == "g");
   CHECK(metric.edge == "e");
