@@ -6,7 +6,7 @@
 //   jumps         998 and then 1,003: read as decimals, the value would fall to a thousandth; a
 //                 change between cells with and without the mark decides if one reading changes by
 //                 less than 30 % and the other by more than 70 %
-//   CO            every cell of a controller output has three digits behind the mark: decimals, as
+//   CO            every cell of a controller output has three digits after the mark: decimals, as
 //                 an output in % or mA never has thousands
 #pragma once
 

@@ -218,6 +218,7 @@ class FileReader {
   // What is known of a column of local times.
   struct Clock {
     std::optional<double> last_s;
+    double step_s = 0.0;  // the last one forward
     bool rising = true;
     std::size_t shifted_hours = 0;
   };
@@ -272,13 +273,15 @@ class FileReader {
     // Local times fall back by an hour once a year; without a zone nothing else tells.
     if (is_date(layout_.form) && !point->zone_known && !layout_.is_long) {
       const double shifted = time_s + 3600.0 * static_cast<double>(local.shifted_hours);
-      if (local.last_s && shifted < *local.last_s - 1800.0 && shifted > *local.last_s - 3660.0 &&
-          local.rising) {
+      // By an hour less a step, and no other time: a clock that was set back is no summer time.
+      const double off = local.last_s ? *local.last_s + local.step_s - shifted - 3600.0 : 3600.0;
+      if (local.rising && std::abs(off) <= 60.0 + 2.0 * local.step_s && local.step_s < 1800.0) {
         ++local.shifted_hours;
         shifted_hours_ = std::max(shifted_hours_, local.shifted_hours);
       }
       time_s += 3600.0 * static_cast<double>(local.shifted_hours);
       local.rising = !local.last_s || time_s > *local.last_s;
+      if (local.last_s && time_s > *local.last_s) local.step_s = time_s - *local.last_s;
       local.last_s = time_s;
     }
     return true;
@@ -374,7 +377,7 @@ class FileReader {
     if (layout_.decimal_known || options_.decimal) return;
     std::set<char> by_jumps;
     if (layout_.decimal_by_jumps) by_jumps.insert(layout_.decimal);
-    std::string output;  // whose cells all have three digits behind the mark
+    std::string output;  // whose cells all have three digits after the mark
     for (const auto& [signal, watched] : watched_) {
       if (watched.marks.decides()) return;
       if (const char mark = watched.marks.by_jumps(); mark != '\0') by_jumps.insert(mark);
@@ -382,24 +385,28 @@ class FileReader {
         output = watched.target.name;
     }
     if (by_jumps == std::set<char>{layout_.decimal}) return;
-    // A comma between the cells: its writer has a decimal point.
-    if (by_jumps.empty() && layout_.delimiter == ',' && layout_.decimal == '.' && output.empty()) {
-      const bool commas = std::any_of(watched_.begin(), watched_.end(), [](const auto& one) {
-        return one.second.marks.example().find(',') != std::string::npos;
+    const auto open_in = [&](char mark) {
+      return std::any_of(watched_.begin(), watched_.end(), [mark](const auto& one) {
+        return one.second.marks.example().find(mark) != std::string::npos;
       });
-      if (!commas) return;
+    };
+    // Commas between the cells: the writer has a decimal point.
+    if (by_jumps.empty() && layout_.delimiter == ',' && layout_.decimal == '.' && !open_in(','))
+      return;
+    const bool settled = by_jumps.empty() && !output.empty();
+    const bool alike = std::all_of(watched_.begin(), watched_.end(), [&](const auto& one) {
+      return !one.second.marks.is_open() || one.second.marks.in_all_cells() == layout_.decimal;
+    });
+    if (settled && !alike) {
+      remarks_.insert(
+          fmt::format("{}: all values have three digits after the {}, taken as "
+                      "decimals; --decimal {} if they are thousands",
+                      output, layout_.decimal == ',' ? "comma" : "point",
+                      layout_.decimal == ',' ? "point" : "comma"));
     }
     for (auto& [signal, watched] : watched_) {
-      if (!watched.marks.is_open()) continue;
-      if (by_jumps.empty() && !output.empty()) {
-        remarks_.insert(
-            fmt::format("{}: all values have three digits behind the {}, taken as "
-                        "decimals; --decimal {} if they are thousands",
-                        output, layout_.decimal == ',' ? "comma" : "point",
-                        layout_.decimal == ',' ? "point" : "comma"));
-      } else if (!*watched.target.error) {
+      if (!settled && watched.marks.is_open() && !*watched.target.error)
         *watched.target.error = watched.open_mark;
-      }
     }
   }
 
@@ -479,7 +486,7 @@ class FileReader {
     const std::size_t end = number_end(text);
     if (end > 0 && end < text.size() &&
         parse_number(base::trimmed(text.substr(0, end)), layout_.decimal))
-      return error_at(text, fmt::format("{} is not a number: text stands behind it. Export numbers "
+      return error_at(text, fmt::format("{} is not a number: text follows it. Export numbers "
                                         "only; if it stands for a bad value: --bad-value {}",
                                         base::in_quotes(text), base::in_quotes(text)));
     return error_at(

@@ -166,6 +166,20 @@ std::string name_meant(const std::vector<std::string>& names, const std::string&
                                 near.empty() ? near : "; is it " + base::in_quotes(near) + "?"));
 }
 
+// Whether `name` is one or several whole parts of a tag: FIC-40B of Area1/FIC-40B/PID1.
+bool has_part(const std::string& tag, const std::string& name) {
+  constexpr std::string_view kBetween = "/.\\:";
+  const auto apart = [&](std::size_t at) {
+    return at >= tag.size() || kBetween.find(tag[at]) != std::string_view::npos;
+  };
+  const std::string whole = base::lower_case(tag);
+  const std::string part = base::lower_case(name);
+  for (std::size_t at = whole.find(part); at != whole.npos; at = whole.find(part, at + 1)) {
+    if ((at == 0 || apart(at - 1)) && apart(at + part.size())) return true;
+  }
+  return false;
+}
+
 bool is_without_tag(const LoopSignals& loop) { return loop.tag.empty() && loop.has(Role::pv); }
 
 bool is_mode_alone(const LoopSignals& loop) {
@@ -722,6 +736,12 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
       for (const std::size_t k : usable) {
         if (base::lower_case(importer.loops()[k].tag) == base::lower_case(loop)) return read(k);
       }
+      // FIC-40B for FIC-40B/PID1, if no other loop is below that name.
+      std::vector<std::size_t> below;
+      for (const std::size_t k : usable) {
+        if (has_part(importer.loops()[k].tag, loop)) below.push_back(k);
+      }
+      if (below.size() == 1) return read(below.front());
       fail(fmt::format("no loop {}; it has {}", base::in_quotes(loop), list_of(importer.loops())));
     }
     if (importer.files() == 0 && !importer.problems().empty()) {

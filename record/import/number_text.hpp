@@ -15,7 +15,7 @@ namespace loopwarden::record {
 // one byte (U+2019, U+00A0, U+202F, ...), in threes or as in India (12,34,567).
 std::optional<double> parse_number(std::string_view text, char decimal);
 
-// Returns the byte behind the digits and marks at the beginning of `text`; 0 without a digit.
+// Returns the position after the digits and marks at the beginning of `text`; 0 without a digit.
 std::size_t number_end(std::string_view text) noexcept;
 
 // What the marks of a number allow. `open`: one mark before exactly three digits, as in 1,045,

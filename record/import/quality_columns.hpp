@@ -3,8 +3,8 @@
 //
 //   FIC101.PV, FIC101.PV Quality    by its name, also Quality FIC101.PV, FIC101.PV_IsGood, PV.Status
 //   FIC101.Quality                  of all signals of the loop
-//   FIC101.PV, Quality, FIC101.OP   right behind its value
-//   PV, SP, OP, Quality             one column behind or before all signals: of the whole row
+//   FIC101.PV, Quality, FIC101.OP   directly after its value
+//   PV, SP, OP, Quality             one column after or before all signals: of the whole row
 //   Tag, Time, Value, Quality       a row a value: all columns of qualities
 #pragma once
 

@@ -200,6 +200,15 @@ class JumpFinder {
     return false;
   }
 
+  // One row has a wrong time, and its place among its neighbours is free.
+  bool is_one_row_off() const {
+    const std::vector<std::size_t> off = rows_off();
+    if (off.size() != 1 || off[0] < 2 || off[0] + 1 >= rows_.size()) return false;
+    const auto time = [&](std::size_t place) { return t_[rows_[place]]; };
+    const double step = time(off[0] - 1) - time(off[0] - 2);
+    return time(off[0] + 1) - time(off[0] - 1) > 1.5 * step;
+  }
+
   void look_for_set_back() {
     const std::vector<Run> all = runs();
     if (all.size() < 2) return;
@@ -220,20 +229,26 @@ class JumpFinder {
     std::string cause;
     if (all.size() > most) {
       cause = fmt::format(", as in {} more places: sort the rows by time", all.size() - 2);
-    } else if (rows_off().size() == 1) {
+    } else if (is_one_row_off()) {
       cause = ": one row is out of place; correct its time or remove it";
     } else if (context_.local && std::abs(back - kHour) < kSummerTime) {
       cause = ": local times at the end of summer time? Export in UTC";
+    } else if (!context_.is_absolute) {
+      cause = fmt::format(
+          ": the count starts again from {}. Give the rows before and from here on "
+          "as two files",
+          context_.text(t_[rows_[at]]));
     } else if (mixed) {
       cause = fmt::format(
           " and goes on from {}, so that two stretches have the same times: the clock was set "
-          "back. "
-          "Give the rows before and from here on as two files",
+          "back. Give the rows before and from here on as two files",
           context_.text(t_[rows_[at]]));
     } else {
-      cause =
-          ": the rows from here on are earlier than the rows before. Put the parts of the file "
-          "in order";
+      cause = fmt::format(
+          " to {}: the clock was set back, or the parts of "
+          "the file are in the wrong order. Give the rows before and from here on "
+          "as two files",
+          context_.text(t_[rows_[at]]));
     }
     found_.problem = fmt::format("the time goes back by {:.6g} s{}", back, cause);
   }

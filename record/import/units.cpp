@@ -83,20 +83,22 @@ WithUnit split_cell(std::string_view cell) {
 }
 
 WithUnit split_name(std::string_view name) {
+  // The longest text behind a blank that is a unit: "deg C" before "C".
   std::size_t blank = name.size();
-  for (std::size_t k = 0; k < kMostBlanks; ++k) {
-    if (blank == 0) break;
+  std::size_t at = name.npos;
+  for (std::size_t k = 0; k < kMostBlanks && blank > 0; ++k) {
     blank = name.find_last_of(' ', blank - 1);
     if (blank == name.npos || blank == 0) break;
     const std::string_view unit = name.substr(blank + 1);
-    if (!is_unit(unit) && !holds(kNoUnit, plain(unit))) continue;
-    std::string_view before = base::trimmed(name.substr(0, blank));
-    while (!before.empty() && std::string_view(",;-/").find(before.back()) != before.npos)
-      before = base::trimmed(before.substr(0, before.size() - 1));
-    if (before.ends_with(" in")) before = base::trimmed(before.substr(0, before.size() - 3));
-    return {before, is_unit(unit) ? unit : std::string_view()};
+    if (is_unit(unit) || holds(kNoUnit, plain(unit))) at = blank;
   }
-  return {name, {}};
+  if (at == name.npos) return {name, {}};
+  const std::string_view unit = name.substr(at + 1);
+  std::string_view before = base::trimmed(name.substr(0, at));
+  while (!before.empty() && std::string_view(",;-/").find(before.back()) != before.npos)
+    before = base::trimmed(before.substr(0, before.size() - 1));
+  if (before.ends_with(" in")) before = base::trimmed(before.substr(0, before.size() - 3));
+  return {before, is_unit(unit) ? unit : std::string_view()};
 }
 
 }  // namespace loopwarden::record

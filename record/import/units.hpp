@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units of measurement, in cells ("12.51 °C") and behind names ("PV.CV GPM").
+// Units of measurement, in cells ("12.51 °C") and after names ("PV.CV GPM").
 #pragma once
 
 #include <string_view>
