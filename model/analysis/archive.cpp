@@ -28,28 +28,41 @@ constexpr double kEqualIntervals = 0.05;  // coefficient of variation: a held me
 constexpr double kJoined = 0.2;           // of the intervals of a held measurement
 constexpr double kFewMultiples = 8.0;     // of the smallest step
 constexpr double kMultiples = 0.9;        // of the steps: a resolution
+constexpr double kLevelsOfSteps = 0.5;    // distinct levels for each step: few
+constexpr double kLevelStep = 1.5;        // distances of levels: steps of a resolution
+constexpr double kFewLevelsStep = 2.5;    // the same for few levels
 
 struct Points {
   std::vector<double> time_s;
   std::vector<double> value;
 };
 
-// The smallest step that values can have: that of the last decimal that they were written with, or of a transmitter
-// that knows few values, whatever the decimals. 0: none to be seen.
-double quantum_of(std::span<const double> values) {
-  double decimal = 0.0;
+// Returns the step of the last decimal that the values were written with; 0: none to be seen.
+double last_digit_of(std::span<const double> values) {
   double scale = 1.0;
-  for (int digits = 0; digits <= kMostDigits && decimal == 0.0; ++digits, scale *= 10.0) {
+  for (int digits = 0; digits <= kMostDigits; ++digits, scale *= 10.0) {
     const bool all = std::all_of(values.begin(), values.end(), [scale](double v) {
       const double scaled = v * scale;
       return !std::isfinite(v) ||
              std::abs(scaled - std::nearbyint(scaled)) <= 1e-9 * std::abs(scaled) + 1e-6;
     });
-    if (all) decimal = 1.0 / scale;
+    if (all) return 1.0 / scale;
   }
+  return 0.0;
+}
+
+std::vector<double> distinct(std::span<const double> values) {
   std::vector<double> levels(values.begin(), values.end());
   std::sort(levels.begin(), levels.end());
   levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
+  return levels;
+}
+
+// The smallest step that values can have: that of the last decimal that they were written with, or of a transmitter
+// that knows few values, whatever the decimals. 0: none to be seen.
+double quantum_of(std::span<const double> values) {
+  const double decimal = last_digit_of(values);
+  const std::vector<double> levels = distinct(values);
   if (levels.size() * kFewLevels > values.size() || levels.size() < 2) return decimal;
   std::vector<double> steps;
   for (std::size_t k = 1; k < levels.size(); ++k) steps.push_back(levels[k] - levels[k - 1]);
@@ -180,6 +193,40 @@ bool steps_of_the_signal(const Points& levels) {
   return all_multiples || variation(intervals(lengths)) < kEqualIntervals;
 }
 
+// Steps of a converter: the levels are multiples of one step apart, exact to the last digit that was
+// written, and neighbours follow each other. Behind an archive steps are larger than the distance
+// of the levels. An archive that stores a moving signal seldom stores the same value again: integers,
+// and an output that is moved by hand between the same values, come back to few levels.
+bool steps_by_its_resolution(const std::vector<double>& stored, double last_digit) {
+  const std::vector<double> levels = distinct(stored);
+  if (levels.size() < 3) return true;
+  std::vector<double> gaps;
+  for (std::size_t k = 1; k < levels.size(); ++k) gaps.push_back(levels[k] - levels[k - 1]);
+  const double tolerance = std::max(1.01 * last_digit, 1e-6 * (levels.back() - levels.front()));
+  const double usual = numeric::median(gaps);
+  double sum = 0.0;
+  double ones = 0.0;
+  for (const double gap : gaps) {
+    if (std::abs(gap - usual) > tolerance) continue;
+    sum += gap;
+    ones += 1.0;
+  }
+  const double step = sum / ones;
+  const auto multiples = std::count_if(gaps.begin(), gaps.end(), [&](double gap) {
+    return std::abs(gap - std::max(1.0, std::nearbyint(gap / step)) * step) <= tolerance;
+  });
+  std::vector<double> moves;
+  for (std::size_t k = 1; k < stored.size(); ++k)
+    moves.push_back(std::abs(stored[k] - stored[k - 1]));
+  std::sort(moves.begin(), moves.end());
+  const double small = numeric::quantile_in_place(moves, 0.1) - tolerance;
+  const bool few_levels =
+      static_cast<double>(levels.size()) <= kLevelsOfSteps * static_cast<double>(stored.size());
+  if (few_levels) return small <= kFewLevelsStep * step;
+  return static_cast<double>(multiples) >= kMultiples * static_cast<double>(gaps.size()) &&
+         small <= kLevelStep * step;
+}
+
 }  // namespace
 
 const char* to_text(ArchiveKind kind) noexcept {
@@ -282,8 +329,10 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
     levels.time_s.push_back(static_cast<double>(k));
     levels.value.push_back(known[k]);
   }
+  const double quantum = last_digit_of(known);
   const double repeated = static_cast<double>(repeats) / static_cast<double>(known.size());
-  if (repeated < kRepeated || levels.value.size() < kLeastStored || steps_of_the_signal(levels)) {
+  if (repeated < kRepeated || levels.value.size() < kLeastStored || steps_of_the_signal(levels) ||
+      steps_by_its_resolution(levels.value, quantum)) {
     return none;
   }
   ArchivedSignal found = judge(levels, 1.0, 1.0 - repeated);

@@ -19,7 +19,8 @@
 // straight lines, exact to the last digit that was written. For lines: more of the samples lie on the line between
 // their neighbours than chance would have there, and those that do not lie far off it. For repeats: quantised, held and
 // constant signals have them too, and are told from an archive's by their steps, which are multiples of one size or come
-// at equal intervals.
+// at equal intervals. Repeats are not an archive's if the signal comes back to few levels (integers, an output that is
+// stepped by hand between the same values) or if its steps are those of a converter.
 //
 // Ranges: at least 20 stored values. Errors: none; what is not recognised is `none`, or `unknown` where values are
 // missing in the way of an archive but fit neither kind.

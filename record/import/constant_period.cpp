@@ -349,13 +349,15 @@ void mark_columns(Record& r, const Signals& signals) {
 }
 
 // Cells without a value in a regular file: those of an archive, or samples that are missing.
+// `proved`: false if repeats may have another reason, so that no value is replaced.
 ArchivedSignal fill_sparse(Role role, std::vector<double>& column, const ImportOptions& options,
-                           std::string& how) {
+                           bool proved, std::string& how) {
   const double share = static_cast<double>(missing_in(column)) /
                        static_cast<double>(std::max<std::size_t>(1, column.size()));
   const std::size_t looked = std::min(column.size(), kLookedAt);
   const ArchivedSignal found = analysis::recognise_filled(std::span(column).first(looked));
   if (found.kind == ArchiveKind::none) return found;
+  if (share <= kSparse && found.held_lines && !proved) return {};
   if (share <= kSparse) {
     if (found.held_lines && filling_for(role, found.kind, options) == Filling::linear) {
       column = analysis::lines_for_steps(column);
@@ -377,11 +379,11 @@ ArchivedSignal fill_sparse(Role role, std::vector<double>& column, const ImportO
   return found;
 }
 
-double standing_share(const std::vector<double>& column) {
-  std::size_t still = 0;
+std::size_t changes_of(const std::vector<double>& column) {
+  std::size_t changes = 0;
   for (std::size_t k = 1; k < column.size(); ++k)
-    still += static_cast<std::size_t>(column[k] == column[k - 1]);
-  return static_cast<double>(still) / static_cast<double>(std::max<std::size_t>(1, column.size()));
+    changes += static_cast<std::size_t>(column[k] != column[k - 1]);
+  return changes;
 }
 
 }  // namespace
@@ -391,13 +393,21 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
   ImportNotes& notes = imported.notes;
   std::string how;
   std::vector<bool> without = without_value(record.pv);
-  notes.pv = fill_sparse(Role::pv, record.pv, options, how);
+  notes.pv = fill_sparse(Role::pv, record.pv, options, true, how);
   if (!how.empty() && is_guess(notes.pv.kind, options)) imported.pv_drawn = std::move(without);
-  if (record.has_co) notes.co = fill_sparse(Role::co, record.co, options, how);
+  // Steps of CO of any size may be made by hand; an archive holds PV as well.
+  const bool archived = notes.pv.kind != ArchiveKind::none;
+  if (record.has_co) notes.co = fill_sparse(Role::co, record.co, options, archived, how);
   // What one signal alone looks like may be the loop's own doing: behind a valve that sticks CO is a straight line where
   // there is no noise, and so is the PV of a tank. An archive keeps both; one that stands still shows nothing.
   if (how.empty() && record.has_co) {
-    const bool still = standing_share(record.co) > 0.5;
+    const auto samples = static_cast<double>(record.size());
+    const auto changes = static_cast<double>(changes_of(record.co));
+    // Straight lines of PV with about as many corners as CO has steps are an integrator's answer to them.
+    constexpr double kCornersAStep = 3.0;
+    const bool answers = notes.pv.kind == ArchiveKind::swinging_door &&
+                         notes.pv.stored_share * samples <= kCornersAStep * changes;
+    const bool still = changes < 0.5 * samples && !answers;
     if (notes.pv.kind == ArchiveKind::none && notes.co.kind != ArchiveKind::exception)
       notes.co = {};
     if (notes.co.kind == ArchiveKind::none && !still && notes.pv.kind != ArchiveKind::exception)
@@ -547,8 +557,14 @@ class Resampler {
   void count_samples() {
     const double count = std::floor((to_s_ - grid_.from_s) / grid_.period_s + 0.5) + 1.0;
     if (!(count <= options_.most_samples)) {
-      fail(fmt::format("{:.3g} samples of {:g} s; --period gives a longer one", count,
-                       grid_.period_s));
+      const double longest_s = *std::max_element(pv_steps_.begin(), pv_steps_.end());
+      const bool gap = longest_s > kMostRowsAValue * grid_.period_s;
+      fail(
+          fmt::format("{:.3g} samples of {:g} s are too many: {}", count, grid_.period_s,
+                      gap ? fmt::format("for {:.3g} h there are no values. Export the times before "
+                                        "and after as two files",
+                                        longest_s / 3600.0)
+                          : std::string("--period takes a longer one")));
     }
     grid_.count = static_cast<std::size_t>(count);
     if (grid_.count < 2) fail(fmt::format("less than two samples of {:g} s", grid_.period_s));
@@ -567,8 +583,8 @@ class Resampler {
     if (polled_) {
       const double longest_s = *std::max_element(pv_steps_.begin(), pv_steps_.end());
       fail(
-          fmt::format("{}, since for up to {:.3g} h there are none: give the times before and "
-                      "behind it apart; {}",
+          fmt::format("{}, since for up to {:.3g} h there are none: export the times before and "
+                      "after as two files; {}",
                       what, longest_s / 3600.0, help));
     }
     fail(fmt::format("{}: most is not stored; give an export of raw values; {}", what, help));

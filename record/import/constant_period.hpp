@@ -38,6 +38,7 @@ struct Signal {
   std::vector<double> value;
   std::size_t bad = 0;
   std::size_t questionable = 0;
+  std::string unit;  // in the cells, behind the numbers
   std::map<std::string, std::size_t>
       words;  // that nobody knows, taken as bad values: cells of each
 

@@ -9,6 +9,7 @@
 #include "base/file.hpp"
 #include "base/text.hpp"
 #include "record/import/archive.hpp"
+#include "record/import/line_protocol.hpp"
 #include "record/import/workbook.hpp"
 
 namespace loopwarden::record {
@@ -93,17 +94,27 @@ std::vector<ContainerMember> Containers::members(const fs::path& container) {
   return members;
 }
 
+namespace {
+
+std::unique_ptr<TextSource> as_table(std::unique_ptr<TextSource> text) {
+  constexpr std::size_t kLooked = 20;  // lines
+  return is_line_protocol(text->peek(kLooked)) ? protocol_table(std::move(text)) : std::move(text);
+}
+
+}  // namespace
+
 std::unique_ptr<TextSource> Containers::open(const fs::path& path, Encoding encoding) {
   const std::string name = path == "-" ? "standard input" : path.string();
   const auto container = path == "-" ? std::nullopt : container_of(path);
-  if (!container) return std::make_unique<TextSource>(open_file(path, name), name, encoding);
+  if (!container)
+    return as_table(std::make_unique<TextSource>(open_file(path, name), name, encoding));
   const Opened& from = opened(*container);
   const std::string inside = path.string().substr(container->string().size() + 1);
   if (!from.book) {
     const std::size_t member = from.archive->find(inside);
     if (member == from.archive->members().size())
       refuse(name, "the archive has no such member", RecordError::Kind::io);
-    return std::make_unique<TextSource>(from.archive->open(member, name), name, encoding);
+    return as_table(std::make_unique<TextSource>(from.archive->open(member, name), name, encoding));
   }
   const auto& sheets = from.book->sheets();
   const auto sheet = std::find_if(sheets.begin(), sheets.end(),

@@ -7,9 +7,14 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "base/text.hpp"
+#include "record/import/decimal_marks.hpp"
 #include "record/import/number_text.hpp"
+#include "record/import/quality.hpp"
+#include "record/import/time_jumps.hpp"
+#include "record/import/units.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -20,6 +25,7 @@ class FileReader {
       : source_(source), layout_(layout), options_(options) {}
 
   std::optional<TimePoint> origin() const { return origin_; }
+  const std::set<std::string>& remarks() const { return remarks_; }
   std::size_t shifted_hours() const { return shifted_hours_; }
 
   // Wide: column -> target.
@@ -33,6 +39,7 @@ class FileReader {
       target.signal->value.reserve(rows);
     }
     if (!skip_header()) return;
+    for (const auto& [column, target] : columns) watch(target, layout_.qualities_of[column]);
     while (next_row(progress)) {
       double time_s = 0.0;
       if (!row_time(time_s)) continue;
@@ -42,13 +49,12 @@ class FileReader {
       // A file that was copied while it was written.
       if (cells_.cells.size() < layout_.names.size() && at_last_line()) break;
       times_->push_back(time_s);
-      for (const auto& [column, target] : columns) {
-        target.signal->value.push_back(
-            value_or_error(cell(column), target, quality_at(layout_.quality_of[column])));
-      }
+      note_qualities();
+      for (const auto& [column, target] : columns) add_value(cell(column), target);
     }
+    settle_columns();
     turn_if_backwards(columns);
-    settle_words();
+    mind_jumps(columns);
   }
 
   // Pairs: column -> target, its times in the column before it. They are of different lengths.
@@ -58,6 +64,7 @@ class FileReader {
       target.signal->time_s = std::make_shared<std::vector<double>>();
     std::vector<Clock> clocks(columns.size());
     if (!skip_header()) return;
+    for (const auto& [column, target] : columns) watch(target, {});
     while (next_row(progress)) {
       if (cells_.cells.size() > layout_.names.size() && !trimmed_to_columns()) fail_too_wide();
       const bool cut = cells_.cells.size() < layout_.names.size() && at_last_line();
@@ -71,14 +78,13 @@ class FileReader {
           if (cell(column).empty()) continue;
           fail_time(time);
         }
-        const double value = value_or_error(cell(column), target, SampleQuality::good);
         target.signal->time_s->push_back(time_s);
-        target.signal->value.push_back(std::isnan(value) && target.role != Role::mode ? kBad
-                                                                                      : value);
+        add_value(cell(column), target);
+        say_there_was_none(target);
       }
     }
-    for (const auto& [column, target] : columns) sort_by_time(*target.signal);
-    settle_words();
+    settle_columns();
+    for (const auto& [column, target] : columns) put_in_order(target);
   }
 
   // Long: tag -> target.
@@ -87,6 +93,10 @@ class FileReader {
     for (const auto& [tag, target] : tags)
       target.signal->time_s = std::make_shared<std::vector<double>>();
     if (!skip_header()) return;
+    const std::vector<std::size_t> qualities = layout_.value < layout_.qualities_of.size()
+                                                   ? layout_.qualities_of[layout_.value]
+                                                   : std::vector<std::size_t>();
+    for (const auto& [tag, target] : tags) watch(target, qualities);
     std::string last_name;
     const SignalTarget* last = nullptr;
     std::string key;
@@ -114,14 +124,13 @@ class FileReader {
       if (last == nullptr) continue;
       double time_s = 0.0;
       if (!row_time(time_s)) continue;
-      const double value =
-          value_or_error(cells_.cells[layout_.value], *last, quality_at(layout_.quality));
       last->signal->time_s->push_back(time_s);
-      // Every row says something: one without a value says that there was none.
-      last->signal->value.push_back(std::isnan(value) && last->role != Role::mode ? kBad : value);
+      note_qualities();
+      add_value(cells_.cells[layout_.value], *last);
+      say_there_was_none(*last);
     }
-    for (const auto& [tag, target] : tags) sort_by_time(*target.signal);
-    settle_words();
+    settle_columns();
+    for (const auto& [tag, target] : tags) put_in_order(target);
   }
 
  private:
@@ -209,6 +218,7 @@ class FileReader {
   // What is known of a column of local times.
   struct Clock {
     std::optional<double> last_s;
+    double step_s = 0.0;  // the last one forward
     bool rising = true;
     std::size_t shifted_hours = 0;
   };
@@ -263,43 +273,164 @@ class FileReader {
     // Local times fall back by an hour once a year; without a zone nothing else tells.
     if (is_date(layout_.form) && !point->zone_known && !layout_.is_long) {
       const double shifted = time_s + 3600.0 * static_cast<double>(local.shifted_hours);
-      if (local.last_s && shifted < *local.last_s - 1800.0 && shifted > *local.last_s - 3660.0 &&
-          local.rising) {
+      // By an hour less a step, and no other time: a clock that was set back is no summer time.
+      const double off = local.last_s ? *local.last_s + local.step_s - shifted - 3600.0 : 3600.0;
+      if (local.rising && std::abs(off) <= 60.0 + 2.0 * local.step_s && local.step_s < 1800.0) {
         ++local.shifted_hours;
         shifted_hours_ = std::max(shifted_hours_, local.shifted_hours);
       }
       time_s += 3600.0 * static_cast<double>(local.shifted_hours);
       local.rising = !local.last_s || time_s > *local.last_s;
+      if (local.last_s && time_s > *local.last_s) local.step_s = time_s - *local.last_s;
       local.last_s = time_s;
     }
     return true;
   }
 
-  SampleQuality quality_at(std::size_t column) const {
-    if (column == kNoColumn || column >= cells_.cells.size()) return SampleQuality::good;
-    return parse_quality(cells_.cells[column], layout_.zero_is_good);
+  // What is known of a signal while its cells are read.
+  struct Watched {
+    SignalTarget target;
+    std::vector<std::size_t> qualities;                 // columns
+    std::vector<std::vector<QualityCells::Id>> states;  // by column of qualities, then by value
+    MarkEvidence marks;                                 // unless the decimal mark is known
+    std::optional<RecordError> open_mark;               // at the first cell with two readings
+    bool has_plain = false;                             // a number without a unit, not zero
+  };
+
+  void watch(const SignalTarget& target, const std::vector<std::size_t>& qualities) {
+    Watched& watched = watched_[target.signal];
+    watched.target = target;
+    watched.qualities = qualities;
+    watched.states.resize(qualities.size());
+    for (const std::size_t column : qualities)
+      quality_cells_.try_emplace(column, quality_kind_of(column));
   }
 
-  double value_or_error(std::string_view text, const SignalTarget& target, SampleQuality quality) {
+  QualityKind quality_kind_of(std::size_t column) const {
+    const QualityKind kind = quality_kind(layout_.names[column]);
+    if (kind != QualityKind::none) return kind;
+    // "FIC101.PV Validity": the last word that is a kind.
+    const std::string_view name = layout_.names[column];
+    for (std::size_t at = 0; at < name.size(); ++at) {
+      if (std::string_view(" ._-/\\:|([").find(name[at]) == name.npos) continue;
+      for (const std::string_view part : {name.substr(at + 1), name.substr(0, at)}) {
+        if (const QualityKind of = quality_kind(part); of != QualityKind::none) return of;
+      }
+    }
+    return QualityKind::state;
+  }
+
+  // Of the row; each column of qualities counts once, whatever signals it is of.
+  void note_qualities() {
+    for (auto& [column, cells] : quality_cells_) row_quality_[column] = cells.add(cell(column));
+  }
+
+  void add_value(std::string_view text, const SignalTarget& target) {
+    Watched& watched = watched_.at(target.signal);
+    target.signal->value.push_back(value_or_error(text, watched));
+    for (std::size_t k = 0; k < watched.qualities.size(); ++k)
+      watched.states[k].push_back(row_quality_[watched.qualities[k]]);
+  }
+
+  // Where every row says something, one without a value says that there was none.
+  static void say_there_was_none(const SignalTarget& target) {
+    double& value = target.signal->value.back();
+    if (std::isnan(value) && target.role != Role::mode) value = kBad;
+  }
+
+  void settle_columns() {
+    settle_words();
+    settle_decimals();
+    for (auto& [column, cells] : quality_cells_) {
+      for (const std::string& said : cells.settle())
+        remarks_.insert(fmt::format("column {}: {}", base::in_quotes(layout_.names[column]), said));
+    }
+    for (auto& [signal, watched] : watched_) settle_qualities(watched);
+  }
+
+  void settle_qualities(Watched& watched) const {
+    Signal& signal = *watched.target.signal;
+    std::size_t numbers = 0;
+    std::size_t taken = 0;
+    for (std::size_t k = 0; k < signal.value.size() && !watched.qualities.empty(); ++k) {
+      if (!std::isfinite(signal.value[k])) continue;
+      ++numbers;
+      SampleQuality worst = SampleQuality::good;
+      for (std::size_t q = 0; q < watched.qualities.size(); ++q)
+        worst =
+            std::max(worst, quality_cells_.at(watched.qualities[q]).quality(watched.states[q][k]));
+      if (worst == SampleQuality::good) continue;
+      ++taken;
+      ++(worst == SampleQuality::bad ? signal.bad : signal.questionable);
+      signal.value[k] = kBad;
+    }
+    if (numbers == 0 || taken < numbers || *watched.target.error) return;
+    *watched.target.error =
+        RecordError(RecordError::Kind::data, 1, 0,
+                    fmt::format("{}: no value of {} has a good quality, as {} says", source_.name(),
+                                base::in_quotes(watched.target.name),
+                                base::in_quotes(layout_.names[watched.qualities.front()])));
+  }
+
+  // Whether the decimal mark fits all that was read; if nothing tells, the user is asked.
+  void settle_decimals() {
+    if (layout_.decimal_known || options_.decimal) return;
+    std::set<char> by_jumps;
+    if (layout_.decimal_by_jumps) by_jumps.insert(layout_.decimal);
+    std::string output;  // whose cells all have three digits after the mark
+    for (const auto& [signal, watched] : watched_) {
+      if (watched.marks.decides()) return;
+      if (const char mark = watched.marks.by_jumps(); mark != '\0') by_jumps.insert(mark);
+      if (watched.target.role == Role::co && watched.marks.in_all_cells() == layout_.decimal)
+        output = watched.target.name;
+    }
+    if (by_jumps == std::set<char>{layout_.decimal}) return;
+    const auto open_in = [&](char mark) {
+      return std::any_of(watched_.begin(), watched_.end(), [mark](const auto& one) {
+        return one.second.marks.example().find(mark) != std::string::npos;
+      });
+    };
+    // Commas between the cells: the writer has a decimal point.
+    if (by_jumps.empty() && layout_.delimiter == ',' && layout_.decimal == '.' && !open_in(','))
+      return;
+    const bool settled = by_jumps.empty() && !output.empty();
+    const bool alike = std::all_of(watched_.begin(), watched_.end(), [&](const auto& one) {
+      return !one.second.marks.is_open() || one.second.marks.in_all_cells() == layout_.decimal;
+    });
+    if (settled && !alike) {
+      remarks_.insert(
+          fmt::format("{}: all values have three digits after the {}, taken as "
+                      "decimals; --decimal {} if they are thousands",
+                      output, layout_.decimal == ',' ? "comma" : "point",
+                      layout_.decimal == ',' ? "point" : "comma"));
+    }
+    for (auto& [signal, watched] : watched_) {
+      if (!settled && watched.marks.is_open() && !*watched.target.error)
+        *watched.target.error = watched.open_mark;
+    }
+  }
+
+  double value_or_error(std::string_view text, Watched& watched) {
+    const SignalTarget& target = watched.target;
     if (*target.error) return kEmpty;
     try {
-      return value_of(text, target, quality);
+      return value_of(text, watched);
     } catch (const RecordError& e) {
       *target.error = e;
       return kEmpty;
     }
   }
 
-  double value_of(std::string_view text, const SignalTarget& target, SampleQuality quality) {
+  double value_of(std::string_view text, Watched& watched) {
+    const SignalTarget& target = watched.target;
     if (target.role == Role::mode)
       return target.mode_words != nullptr ? target.mode_words->read(text) : parse_mode(text);
     const CellValue cell = parse_value(text, layout_.decimal, options_.bad_words);
-    if (cell.cell == Cell::number) {
-      if (quality == SampleQuality::good) return cell.value;
-      ++(quality == SampleQuality::bad ? target.signal->bad : target.signal->questionable);
-      return kBad;
-    }
     switch (cell.cell) {
+      case Cell::number:
+        mind_unit(text, cell, watched);
+        if (!layout_.decimal_known) mind_marks(text, watched);
+        return cell.value;
       case Cell::empty: return kEmpty;
       case Cell::bad: ++target.signal->bad; return kBad;
       case Cell::questionable: ++target.signal->questionable; return kBad;
@@ -309,7 +440,55 @@ class FileReader {
     throw not_a_number(text);
   }
 
+  // One unit in all cells of a signal: "950 mbar" beside "1.2 bar" is another number.
+  void mind_unit(std::string_view text, const CellValue& cell, Watched& watched) const {
+    std::string& unit = watched.target.signal->unit;
+    if (cell.unit.empty()) {
+      if (cell.value == 0.0) return;
+      if (!unit.empty())
+        throw error_at(text,
+                       fmt::format("{} has no unit, and other cells have {}: export values of "
+                                   "one unit",
+                                   base::in_quotes(text), base::in_quotes(unit)));
+      watched.has_plain = true;
+      return;
+    }
+    if (unit == cell.unit) return;
+    if (watched.has_plain)
+      throw error_at(text,
+                     fmt::format("{} is not a number: it has the unit {}, and other cells have "
+                                 "none",
+                                 base::in_quotes(text), base::in_quotes(cell.unit)));
+    if (!unit.empty())
+      throw error_at(
+          text,
+          fmt::format("{} is in {}, and other cells are in {}: export values of one "
+                      "unit",
+                      base::in_quotes(text), base::in_quotes(cell.unit), base::in_quotes(unit)));
+    unit = cell.unit;
+  }
+
+  void mind_marks(std::string_view text, Watched& watched) const {
+    watched.marks.add(split_cell(text).text);
+    if (watched.marks.is_open() && !watched.open_mark)
+      watched.open_mark =
+          error_at(text, base::in_quotes(watched.target.name) + ": " + watched.marks.question());
+  }
+
   RecordError not_a_number(std::string_view text) const {
+    const char other = layout_.decimal == ',' ? '.' : ',';
+    if (parse_number(split_cell(text).text, other)) {
+      return error_at(
+          text, fmt::format("{} has a decimal {}, and the file decimal {}s: --decimal {} reads it",
+                            base::in_quotes(text), other == ',' ? "comma" : "point",
+                            other == ',' ? "point" : "comma", other == ',' ? "comma" : "point"));
+    }
+    const std::size_t end = number_end(text);
+    if (end > 0 && end < text.size() &&
+        parse_number(base::trimmed(text.substr(0, end)), layout_.decimal))
+      return error_at(text, fmt::format("{} is not a number: text follows it. Export numbers "
+                                        "only; if it stands for a bad value: --bad-value {}",
+                                        base::in_quotes(text), base::in_quotes(text)));
     return error_at(
         text, fmt::format("{} is not a number; where it stands for a bad value: --bad-value {}",
                           base::in_quotes(text), base::in_quotes(text)));
@@ -356,31 +535,83 @@ class FileReader {
   void turn_if_backwards(const std::vector<std::pair<std::size_t, SignalTarget>>& columns) {
     std::vector<double>& t = *times_;
     std::size_t down = 0;
-    std::size_t first_down = 0;
-    for (std::size_t k = 1; k < t.size(); ++k) {
-      if (t[k] >= t[k - 1]) continue;
-      if (down++ == 0) first_down = k;
-    }
-    if (down == 0) return;
-    if (2 * down > t.size()) {
-      std::reverse(t.begin(), t.end());
-      for (const auto& [column, target] : columns)
-        std::reverse(target.signal->value.begin(), target.signal->value.end());
-      for (std::size_t k = 1; k < t.size(); ++k) {
-        if (t[k] < t[k - 1]) fail_order(t.size() - k, t[k - 1], t[k]);
-      }
-      return;
-    }
-    fail_order(first_down, t[first_down], t[first_down - 1]);
+    for (std::size_t k = 1; k < t.size(); ++k) down += t[k] < t[k - 1] ? 1U : 0U;
+    turned_ = 2 * down > t.size();
+    if (!turned_) return;
+    std::reverse(t.begin(), t.end());
+    for (const auto& [column, target] : columns)
+      std::reverse(target.signal->value.begin(), target.signal->value.end());
   }
 
-  [[noreturn]] void fail_order(std::size_t row, double time_s, double before_s) const {
-    const std::size_t line = layout_.header_rows + row + 1;
-    throw RecordError(
-        RecordError::Kind::data, line, 0,
-        fmt::format("{}:{}: the time goes back by {:.6g} s; local times at the end of summer time? "
-                    "Sort the rows, or export in UTC",
-                    source_.name(), line, before_s - time_s));
+  TimeContext time_context() const {
+    TimeContext context;
+    context.is_absolute = origin_.has_value();
+    context.local = is_date(layout_.form) && !(origin_ && origin_->zone_known);
+    if (origin_) context.epoch_s = static_cast<double>(origin_->whole_s) + origin_->rest_s;
+    context.text = [origin = origin_](double time_s) {
+      if (!origin) return fmt::format("{:.6g} s", time_s);
+      const double at = origin->rest_s + time_s;
+      const double whole = std::floor(at);
+      return iso_text(origin->whole_s + static_cast<std::int64_t>(whole), at - whole,
+                      origin->zone_known);
+    };
+    return context;
+  }
+
+  // Wide: all signals have the times of their rows.
+  void mind_jumps(const std::vector<std::pair<std::size_t, SignalTarget>>& columns) {
+    const TimeFinding found = find_time_jumps(*times_, time_context());
+    if (!found.problem.empty()) {
+      const std::size_t row = turned_ ? times_->size() - found.row : found.row + 1;
+      const std::size_t line = layout_.header_rows + row;
+      throw RecordError(RecordError::Kind::data, line, 0,
+                        fmt::format("{}:{}: {}", source_.name(), line, found.problem));
+    }
+    remarks_.insert(found.remarks.begin(), found.remarks.end());
+    if (found.left_out.empty()) return;
+    for (const auto& [column, target] : columns) leave_out(target.signal->value, found.left_out);
+    leave_out(*times_, found.left_out);
+  }
+
+  static void leave_out(std::vector<double>& values, const std::vector<bool>& left_out) {
+    std::size_t to = 0;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      if (!left_out[k]) values[to++] = values[k];
+    }
+    values.resize(to);
+  }
+
+  // A signal with times of its own: rows may come in any order, but never from two stretches.
+  void put_in_order(const SignalTarget& target) {
+    Signal& signal = *target.signal;
+    std::vector<double>& t = *signal.time_s;
+    if (*target.error || t.empty()) return;
+    std::size_t down = 0;
+    for (std::size_t k = 1; k < t.size(); ++k) down += t[k] < t[k - 1] ? 1U : 0U;
+    if (2 * down > t.size()) {
+      std::reverse(t.begin(), t.end());
+      std::reverse(signal.value.begin(), signal.value.end());
+    }
+    TimeContext context = time_context();
+    context.may_be_sorted = true;
+    context.same_value = [&signal](std::size_t a, std::size_t b) {
+      return signal.value[a] == signal.value[b];
+    };
+    const TimeFinding found = find_time_jumps(t, context);
+    if (!found.problem.empty()) {
+      *target.error = RecordError(
+          RecordError::Kind::data, 1, 0,
+          fmt::format("{}: {}: at {} {}", source_.name(), base::in_quotes(target.name),
+                      context.text(t[found.row > 0 ? found.row - 1 : 0]), found.problem));
+      return;
+    }
+    for (const std::string& remark : found.remarks)
+      remarks_.insert(fmt::format("{}: {}", base::in_quotes(target.name), remark));
+    if (!found.left_out.empty()) {
+      leave_out(signal.value, found.left_out);
+      leave_out(t, found.left_out);
+    }
+    sort_by_time(signal);
   }
 
   static void sort_by_time(Signal& signal) {
@@ -407,6 +638,11 @@ class FileReader {
   LineCells cells_;
   std::shared_ptr<std::vector<double>> times_;
   std::unordered_map<Signal*, Words> words_;
+  std::unordered_map<Signal*, Watched> watched_;
+  std::map<std::size_t, QualityCells> quality_cells_;      // by column
+  std::map<std::size_t, QualityCells::Id> row_quality_{};  // of the row, by column
+  std::set<std::string> remarks_;
+  bool turned_ = false;  // rows were newest first
   std::optional<TimePoint> origin_;
   Clock clock_;
   std::size_t shifted_hours_ = 0;
@@ -420,7 +656,7 @@ void Feed::add(ImportPart& part, const LoopSignals& signals, const Layout& layou
     const std::string& name = signals.names[role];
     if (name.empty()) continue;
     const SignalTarget target{&part.signals[role], static_cast<Role>(role), &part.error,
-                              signals.mode_words.get()};
+                              signals.mode_words.get(), name};
     if (layout.is_long) {
       if (!tags.try_emplace(name, target).second) copies.emplace_back(target, name);
       continue;
@@ -463,6 +699,7 @@ void read_into(Feed& feed, TextSource& text, const Layout& layout, const ImportO
   for (ImportPart* part : feed.parts) {
     part->origin = reader.origin();
     part->shifted_hours = reader.shifted_hours();
+    part->remarks.assign(reader.remarks().begin(), reader.remarks().end());
   }
 }
 

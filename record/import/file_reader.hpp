@@ -26,6 +26,7 @@ struct ImportPart {
   Signals signals;
   std::optional<TimePoint> origin;   // of time 0, where times are absolute
   std::size_t shifted_hours = 0;     // the end of summer time in local times
+  std::vector<std::string> remarks;  // what people should know of how it was read
   std::optional<RecordError> error;  // what kept it from being read
   std::size_t file = 0;              // for Importer::file()
 };
@@ -36,6 +37,7 @@ struct SignalTarget {
   Role role = Role::pv;
   std::optional<RecordError>* error = nullptr;
   const ModeWords* mode_words = nullptr;
+  std::string name{};  // column or tag, for messages
 };
 
 // What of one file goes where.

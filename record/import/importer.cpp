@@ -13,7 +13,11 @@
 
 #include "base/edit_distance.hpp"
 #include "record/import/file_reader.hpp"
+#include "record/import/line_protocol.hpp"
 #include "record/import/number_text.hpp"
+#include "record/import/quality_columns.hpp"
+#include "record/import/time_units.hpp"
+#include "record/import/units.hpp"
 #include "base/text.hpp"
 
 namespace loopwarden::record {
@@ -60,7 +64,7 @@ bool is_one_of(const std::string& ending, std::initializer_list<const char*> end
 }
 
 bool is_text(const fs::path& path) {
-  return is_one_of(ending_of(path), {".csv", ".txt", ".tsv", ".dat"});
+  return is_one_of(ending_of(path), {".csv", ".txt", ".tsv", ".dat", ".lp"});
 }
 bool is_packed_text(const fs::path& path) {
   return ending_of(path) == ".gz" && is_text(path.filename().stem());
@@ -150,6 +154,7 @@ std::string name_meant(const std::vector<std::string>& names, const std::string&
     const std::size_t bracket = name.find_last_of("([");
     if (bracket != std::string::npos && base::trimmed(name.substr(0, bracket)) == wanted)
       return name;
+    if (split_name(name).text == wanted) return name;
   }
   if (const auto number = parse_number(wanted, '.');
       number && *number >= 1.0 && *number <= static_cast<double>(names.size())) {
@@ -159,6 +164,20 @@ std::string name_meant(const std::vector<std::string>& names, const std::string&
   throw RecordError(RecordError::Kind::data, 0, 0,
                     fmt::format("{}: no column or tag {}{}", file, base::in_quotes(wanted),
                                 near.empty() ? near : "; is it " + base::in_quotes(near) + "?"));
+}
+
+// Whether `name` is one or several whole parts of a tag: FIC-40B of Area1/FIC-40B/PID1.
+bool has_part(const std::string& tag, const std::string& name) {
+  constexpr std::string_view kBetween = "/.\\:";
+  const auto apart = [&](std::size_t at) {
+    return at >= tag.size() || kBetween.find(tag[at]) != std::string_view::npos;
+  };
+  const std::string whole = base::lower_case(tag);
+  const std::string part = base::lower_case(name);
+  for (std::size_t at = whole.find(part); at != whole.npos; at = whole.find(part, at + 1)) {
+    if ((at == 0 || apart(at - 1)) && apart(at + part.size())) return true;
+  }
+  return false;
 }
 
 bool is_without_tag(const LoopSignals& loop) { return loop.tag.empty() && loop.has(Role::pv); }
@@ -284,9 +303,13 @@ void Importer::find_in_container(const fs::path& path, std::vector<ToLookAt>& fi
   if (taken == 0) refuse(path.string(), "has nothing in it that is an export");
 }
 
-// A sheet is text that was made here.
+// A sheet and a table of line protocol are text that was made here.
 ImportOptions Importer::options_for(const TextSource& text) const {
   ImportOptions options = options_;
+  if (text.packing() == kLineProtocol) {
+    options.delimiter = '\t';
+    options.decimal = '.';
+  }
   if (text.packing() == "xlsx") {
     options.delimiter = '\t';
     options.counts_columns = true;
@@ -318,6 +341,7 @@ void Importer::look_at(const ToLookAt& file, const ImportProgress& progress) {
     if (!source.layout.is_long) {
       names = source.layout.names;
       if (source.layout.time < names.size()) names[source.layout.time].clear();
+      for (const std::size_t column : quality_columns(source.layout)) names[column].clear();
     }
     if (path == "-") {
       if (source.layout.is_long) {
@@ -329,6 +353,7 @@ void Importer::look_at(const ToLookAt& file, const ImportProgress& progress) {
     if (source.layout.is_long) names = names_in(path, source.layout, progress);
     sources_.push_back(std::move(source));
     add_loops(sources_.size() - 1, names);
+    note_unused_columns(sources_.back().layout);
     progress(1.0);
   } catch (const RecordError& e) {
     if (file.named) throw;
@@ -469,6 +494,18 @@ void Importer::add_loops(std::size_t file, const std::vector<std::string>& names
   }
 }
 
+// A row a value: columns that are neither times nor tags, values or qualities.
+void Importer::note_unused_columns(const Layout& layout) {
+  if (!layout.is_long || layout.annotated) return;
+  const std::vector<std::size_t> qualities = quality_columns(layout);
+  for (std::size_t c = 0; c < layout.names.size(); ++c) {
+    const bool used = c == layout.time || c == layout.clock || c == layout.tag ||
+                      c == layout.value || layout.names[c].empty() ||
+                      std::find(qualities.begin(), qualities.end(), c) != qualities.end();
+    if (!used) other_names_.push_back(layout.names[c]);
+  }
+}
+
 std::vector<std::string> Importer::idle_rules() const {
   return record::idle_rules(options_.rules, rule_use_);
 }
@@ -572,7 +609,10 @@ Imported Importer::finished(std::size_t loop, std::vector<ImportPart>& pieces) c
   for (const ImportPart& part : pieces) {
     if (part.shifted_hours > 0)
       notes.remarks.emplace_back("the clock fell back by an hour: taken as the end of summer time");
+    for (const std::string& remark : part.remarks) notes.remarks.push_back(remark);
     for (std::size_t role = 0; role < kRoles; ++role) {
+      std::string& unit = notes.units[role];
+      if (unit.empty()) unit = part.signals[role].unit;
       for (const auto& [word, cells] : part.signals[role].words)
         notes.words.push_back({name_of(part.file), of.signals.names[role], word, cells});
     }
@@ -661,7 +701,7 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
       Imported out{read_record(path), {}};
       const double first_s = out.record.time_s.front();
       constexpr double kEpoch = 1e8;
-      if (first_s < kEpoch) {
+      if (first_s < kEpoch && count_times("", out.record.time_s).question.empty()) {
         out.notes.tag = file_tag(path);
         out.notes.files = path.string();
         out.notes.period_s = out.record.period_s;
@@ -696,6 +736,12 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
       for (const std::size_t k : usable) {
         if (base::lower_case(importer.loops()[k].tag) == base::lower_case(loop)) return read(k);
       }
+      // FIC-40B for FIC-40B/PID1, if no other loop is below that name.
+      std::vector<std::size_t> below;
+      for (const std::size_t k : usable) {
+        if (has_part(importer.loops()[k].tag, loop)) below.push_back(k);
+      }
+      if (below.size() == 1) return read(below.front());
       fail(fmt::format("no loop {}; it has {}", base::in_quotes(loop), list_of(importer.loops())));
     }
     if (importer.files() == 0 && !importer.problems().empty()) {

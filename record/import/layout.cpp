@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <map>
 #include <set>
 
+#include "record/import/decimal_marks.hpp"
 #include "record/import/number_text.hpp"
+#include "record/import/quality_columns.hpp"
+#include "record/import/time_units.hpp"
+#include "record/import/units.hpp"
 #include "base/text.hpp"
 
 namespace loopwarden::record {
@@ -17,11 +20,6 @@ namespace {
 
 constexpr std::size_t kMostHeaderRows = 60;
 constexpr double kNoHeader = -0.5;  // score of a row that names no columns
-
-bool whole_seconds(double s) {
-  const double whole = std::nearbyint(s);
-  return whole >= 1.0 && std::abs(s - whole) < 2e-3 * whole;
-}
 
 using Counts = std::map<std::size_t, std::size_t>;
 
@@ -57,7 +55,8 @@ class Finder {
       find_long();
       find_clock();
     }
-    find_qualities();
+    settle_decimal();
+    layout_.qualities_of = find_qualities(layout_, options_.loops);
     settle_form();
     return std::move(layout_);
   }
@@ -122,6 +121,11 @@ class Finder {
     }
   }
 
+  std::string_view name_of(std::size_t column) const {
+    return column < layout_.names.size() ? std::string_view(layout_.names[column])
+                                         : std::string_view();
+  }
+
   std::string_view cell(std::size_t row, std::size_t column) const {
     return column < rows_[row].size() ? std::string_view(rows_[row][column]) : std::string_view();
   }
@@ -133,19 +137,58 @@ class Finder {
     }
     std::size_t commas = 0;
     std::size_t points = 0;
+    std::size_t open_commas = 0;
+    std::size_t open_points = 0;
     for (std::size_t k = bulk(); k < rows_.size(); ++k) {
       for (const std::string& text : rows_[k]) {
-        const std::size_t comma = text.find(',');
-        const std::size_t point = text.find('.');
-        if (comma != std::string::npos && point == std::string::npos && parse_number(text, ','))
-          ++commas;
-        if (point != std::string::npos && comma == std::string::npos && parse_number(text, '.'))
-          ++points;
+        switch (marks_of(split_cell(text).text)) {
+          case Marks::comma_decimal: ++commas; break;
+          case Marks::point_decimal: ++points; break;
+          case Marks::comma_open: ++open_commas; break;
+          case Marks::point_open: ++open_points; break;
+          default: break;
+        }
       }
+    }
+    layout_.decimal_known = commas + points > 0;
+    if (!layout_.decimal_known) {
+      commas = open_commas;
+      points = open_points;
     }
     // Beside commas as delimiters one stands in quotes only: "1,5".
     const bool comma = layout_.delimiter == ',' ? commas > 0 && points == 0 : commas > points;
     if (comma) layout_.decimal = ',';
+  }
+
+  // If no cell allows one reading only: by what the signals show, each by itself.
+  void settle_decimal() {
+    if (layout_.decimal_known) return;
+    std::map<std::string, MarkEvidence> signals;
+    for (std::size_t k = layout_.header_rows; k < rows_.size(); ++k) {
+      for (std::size_t c = 0; c < rows_[k].size(); ++c) {
+        if (layout_.is_long ? c != layout_.value : c == layout_.time) continue;
+        const std::string name(layout_.is_long ? cell(k, layout_.tag) : name_of(c));
+        signals[name].add(split_cell(rows_[k][c]).text);
+      }
+    }
+    std::set<char> by_jumps;
+    std::set<char> by_outputs;
+    for (const auto& [name, evidence] : signals) {
+      if (const char mark = evidence.by_jumps(); mark != '\0') by_jumps.insert(mark);
+      const bool output = is_output(name);
+      if (const char mark = evidence.in_all_cells(); output && mark != '\0')
+        by_outputs.insert(mark);
+    }
+    layout_.decimal_by_jumps = by_jumps.size() == 1;
+    const std::set<char>& by = by_jumps.empty() ? by_outputs : by_jumps;
+    if (by.size() == 1) layout_.decimal = *by.begin();
+  }
+
+  bool is_output(const std::string& name) const {
+    if (options_.loops.empty()) return read_tag(name).role == Role::co;
+    return std::any_of(options_.loops.begin(), options_.loops.end(), [&](const LoopSignals& loop) {
+      return loop.names[index_of(Role::co)] == name;
+    });
   }
 
   // Of the rows in the bulk, how many cells of the column are such times. Of pairs: of all that are filled.
@@ -160,21 +203,11 @@ class Finder {
     return all == 0 ? 0.0 : static_cast<double>(good) / static_cast<double>(all);
   }
 
-  static bool sounds_like_time(const std::string& word) {
-    const auto parts = {"time",  "date",  "zeit", "datum", "stamp",
-                        "heure", "fecha", "hora", "epoch"};
-    return std::any_of(parts.begin(), parts.end(),
-                       [&](const char* part) { return word.find(part) != std::string::npos; });
-  }
-
   // The row in which the column is named as times are.
   std::optional<std::size_t> row_naming_time(std::size_t column) const {
     for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
       if (parse_number(cell(k, column), layout_.decimal)) return std::nullopt;
-      const std::string word = base::lower_case(cell(k, column));
-      if (sounds_like_time(word)) return k;
-      if (word == "t" || word == "ts" || word == "t_s" || word == "sec" || word == "seconds")
-        return k;
+      if (is_time_name(cell(k, column))) return k;
     }
     return std::nullopt;
   }
@@ -289,8 +322,7 @@ class Finder {
           text.remove_suffix(ending.size());
       }
       // "StartTime,Value,EndTime,Status" names no signals.
-      const bool time =
-          c != value && !read_tag(text).role && sounds_like_time(base::lower_case(text));
+      const bool time = c != value && !read_tag(text).role && is_time_name(text);
       if (!text.empty() && !time &&
           !one_of(base::lower_case(text),
                   {"value", "val", "wert", "data", "status", "quality", "q"}))
@@ -330,6 +362,11 @@ class Finder {
         if (number && named_like_time(c) && !named) named = c;
         if (number && !rising && c == 0 && rises(c)) rising = c;
       }
+      // Numbers since 1970 leave no choice of day and month.
+      if (dates && named && options_.time == TimeForm::automatic && has_two_orders(*dates) &&
+          counts_since_1970(*named)) {
+        dates = named;
+      }
       if (dates) {
         layout_.time = *dates;
       } else if (named) {
@@ -348,6 +385,38 @@ class Finder {
       return;
     }
     take_form(layout_.time);
+  }
+
+  // Day and month may be the other way round in all cells.
+  bool has_two_orders(std::size_t column) const {
+    return share_of_times(column, TimeForm::ymd) < 0.9 &&
+           share_of_times(column, TimeForm::dmy) >= 0.9 &&
+           share_of_times(column, TimeForm::mdy) >= 0.9;
+  }
+
+  bool counts_since_1970(std::size_t column) const {
+    return is_absolute(count_times(time_name(column), numbers_in(column, bulk())).form);
+  }
+
+  std::vector<double> numbers_in(std::size_t column, std::size_t from) const {
+    std::vector<double> numbers;
+    for (std::size_t k = from; k < rows_.size(); ++k) {
+      if (const auto number = parse_number(cell(k, column), layout_.decimal))
+        numbers.push_back(*number);
+    }
+    return numbers;
+  }
+
+  // With its unit.
+  std::string time_name(std::size_t column) const {
+    std::string name;
+    if (column < layout_.names.size()) {
+      name = layout_.names[column];
+    } else if (const auto row = row_naming_time(column)) {
+      name = cell(*row, column);
+    }
+    if (column < layout_.units.size()) name += " " + layout_.units[column];
+    return name;
   }
 
   // Of the column's times, where none was told.
@@ -598,18 +667,22 @@ class Finder {
     }
     for (std::size_t c = 0; c < columns_; ++c) {
       if (c == layout_.time) continue;
-      const std::string word = base::lower_case(layout_.names[c]);
-      if (one_of(word, {"tag",       "tagname",    "tag name",  "tag_name", "name",      "point",
-                        "pointname", "point name", "item",      "itemid",   "item id",   "node",
-                        "nodeid",    "node id",    "signal",    "variable", "parameter", "series",
-                        "metric",    "topic",      "attribute", "channel",  "path"})) {
+      std::string word;
+      for (const char letter : base::lower_case(layout_.names[c])) {
+        if (letter != ' ' && letter != '_' && letter != '-' && letter != '.') word += letter;
+      }
+      if (one_of(word,
+                 {"tag",       "tagname",    "tagid",     "name",     "point",     "pointname",
+                  "pointid",   "item",       "itemid",    "itemname", "node",      "nodeid",
+                  "signal",    "signalname", "signalid",  "variable", "varname",   "variablename",
+                  "varid",     "variableid", "parameter", "series",   "metric",    "topic",
+                  "attribute", "channel",    "path",      "sensor",   "sensorid",  "sensorname",
+                  "tagkey",    "wwtagkey",   "valueid",   "archiv",   "messstelle"})) {
         if (layout_.tag == kNoColumn) layout_.tag = c;
-      } else if (one_of(word,
-                        {"value", "val", "reading", "data", "wert", "valeur", "valor", "vvalue"})) {
+      } else if (one_of(word, {"value", "val", "reading", "data", "wert", "valeur", "valor",
+                               "vvalue", "varvalue", "realvalue", "tagvalue", "iptrendvalue",
+                               "ipvalue", "messwert", "valore"})) {
         if (layout_.value == kNoColumn) layout_.value = c;
-      } else if (one_of(word, {"quality", "status", "opcquality", "opc quality", "q", "confidence",
-                               "good", "statuscode", "isgood", "questionable_flag"})) {
-        if (layout_.quality == kNoColumn) layout_.quality = c;
       }
     }
     if (layout_.tag == kNoColumn || layout_.value == kNoColumn) guess_long();
@@ -673,92 +746,18 @@ class Finder {
     }
   }
 
-  void find_qualities() {
-    layout_.quality_of.assign(columns_, kNoColumn);
-    if (layout_.is_long) {
-      if (layout_.quality != kNoColumn) layout_.zero_is_good = zeros_are_good({layout_.quality});
-      return;
-    }
-    layout_.quality = kNoColumn;
-    std::vector<std::size_t> all;
-    for (std::size_t c = 0; c < columns_; ++c) {
-      const std::string& name = layout_.names[c];
-      for (const char* ending :
-           {".quality", "_quality", " quality", ".status", "_status", " status", ".q", "_q"}) {
-        const std::string_view end(ending);
-        if (name.size() <= end.size() ||
-            base::lower_case(name.substr(name.size() - end.size())) != end)
-          continue;
-        const std::string base = name.substr(0, name.size() - end.size());
-        for (std::size_t of = 0; of < columns_; ++of) {
-          if (layout_.names[of] != base) continue;
-          layout_.quality_of[of] = c;
-          all.push_back(c);
-        }
-      }
-      // As many programs write it: the status right behind its value.
-      if (one_of(base::lower_case(name), {"quality", "status"}) && c > 0 && c - 1 != layout_.time &&
-          read_tag(layout_.names[c - 1]).role) {
-        layout_.quality_of[c - 1] = c;
-        all.push_back(c);
-      }
-    }
-    layout_.zero_is_good = zeros_are_good(all);
-  }
-
-  // OPC UA has 0 for good, OPC DA 192.
-  bool zeros_are_good(const std::vector<std::size_t>& columns) const {
-    bool zero = false;
-    for (const std::size_t c : columns) {
-      for (std::size_t k = layout_.header_rows; k < rows_.size(); ++k) {
-        const std::string_view text = cell(k, c);
-        if (text == "0" || text == "0x00000000") zero = true;
-        if (text == "192" || text == "1" || text == "100") return false;
-      }
-    }
-    return zero;
-  }
-
   // Numbers: how large they are and how far apart tells what they count, unless the name does.
   void settle_form() {
     if (options_.time != TimeForm::automatic || layout_.form != TimeForm::seconds) return;
-    std::vector<double> times;
-    for (std::size_t k = layout_.header_rows; k < rows_.size(); ++k) {
-      if (const auto t = parse_number(cell(k, layout_.time), layout_.decimal)) times.push_back(*t);
+    const CountedTime counted =
+        count_times(time_name(layout_.time), numbers_in(layout_.time, layout_.header_rows));
+    if (!counted.question.empty()) {
+      const std::size_t row = std::min(layout_.header_rows, rows_.size() - 1);
+      fail(row + 1, place_in_line(lines_[row], lines_[row].find(cell(row, layout_.time)), options_),
+           counted.question);
     }
-    if (times.size() < 2) return;
-    std::vector<double> steps;
-    for (std::size_t k = 1; k < times.size(); ++k) {
-      if (times[k] != times[k - 1]) steps.push_back(std::abs(times[k] - times[k - 1]));
-    }
-    if (steps.empty()) return;
-    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2),
-                     steps.end());
-    const double step = steps[steps.size() / 2];
-    const double at = times.front();
-    std::string name = base::lower_case(layout_.names[layout_.time]);
-    if (layout_.time < layout_.units.size())
-      name += " " + base::lower_case(layout_.units[layout_.time]);
-    const auto says = [&name](const char* part) { return name.find(part) != std::string::npos; };
-    if (at > 1e8 && at < 1e10) {
-      layout_.form = TimeForm::epoch_s;
-    } else if (at > 1e11 && at < 1e13) {
-      layout_.form = TimeForm::epoch_ms;
-    } else if (at > 1e14 && at < 1e16) {
-      layout_.form = TimeForm::epoch_us;
-    } else if (at > 1e17 && at < 1e19) {
-      layout_.form = TimeForm::epoch_ns;
-    } else if (at > 25569.0 && at < 73051.0 && step < 0.5 && whole_seconds(step * 86400.0) &&
-               !whole_seconds(step * 10.0)) {
-      layout_.form = TimeForm::excel;
-    } else if (says("minute") || says("[min]") || says("(min)") || says("_min") || name == "min" ||
-               name.ends_with(" min")) {
-      layout_.form = TimeForm::minutes;
-    } else if (says("hour") || says("[h]") || says("(h)")) {
-      layout_.form = TimeForm::hours;
-    } else if (!says("sec") && !says("(s)") && !says("[s]") && !says("_s")) {
-      layout_.hint = other_time_units(step);
-    }
+    layout_.form = counted.form;
+    layout_.hint = counted.hint;
   }
 
   const std::string& name_;
@@ -855,13 +854,6 @@ std::size_t place_in_line(std::string_view line, std::size_t byte, const ImportO
              *options.delimiter));
 }
 
-// 1/60 of a minute: whole seconds, and no sample rate that anybody chooses.
-std::string other_time_units(double step_s) {
-  if (step_s >= 0.5 || !whole_seconds(step_s * 60.0) || whole_seconds(step_s * 200.0)) return {};
-  return fmt::format("a step of {:.6g} s looks like {:.4g} s in minutes: --time minutes if it is",
-                     step_s, step_s * 60.0);
-}
-
 const char* to_text(Filling filling) noexcept {
   switch (filling) {
     case Filling::automatic: return "auto";
@@ -896,6 +888,8 @@ Layout find_layout(std::string_view head, const std::string& name, const ImportO
 
 namespace {
 
+constexpr std::size_t kMostQualitiesSaid = 3;
+
 std::string column_text(const Layout& layout) {
   return layout.pairs ? "" : " in column " + base::in_quotes(layout.names[layout.time]);
 }
@@ -913,6 +907,10 @@ std::string describe(const Layout& layout, const TextSource& source) {
   text += layout.is_long ? "; a row a value"
           : layout.pairs ? "; times and values in pairs of columns"
                          : "; a column a signal";
+  const std::vector<std::size_t> qualities = quality_columns(layout);
+  for (std::size_t k = 0; k < std::min(kMostQualitiesSaid, qualities.size()); ++k)
+    text += (k > 0 ? ", " : "; qualities in ") + base::in_quotes(layout.names[qualities[k]]);
+  if (qualities.size() > kMostQualitiesSaid) text += ", ...";
   if (layout.header_rows != 1)
     text += fmt::format("; {} lines before the data", layout.header_rows);
   return text;

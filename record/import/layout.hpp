@@ -56,8 +56,10 @@ struct Layout {
   std::size_t header_rows = 1;  // lines before the first row of data
   bool is_long = false;
   bool pairs = false;  // each column with a name has its times in the one before it
+  // False: no cell of the first lines allows one reading of the decimal mark only.
+  bool decimal_known = true;
+  bool decimal_by_jumps = false;  // not known, but jumps between cells decide (decimal_marks.hpp)
   TimeForm form = TimeForm::seconds;
-  bool form_guessed = false;             // only the size of the numbers speaks for it
   std::size_t time = 0;                  // column
   std::size_t clock = kNoColumn;         // of times of day, where `time` has the dates
   std::size_t tag = kNoColumn;           // long
@@ -65,12 +67,10 @@ struct Layout {
   bool annotated = false;  // as InfluxDB writes it: lines with #, a header before each table
   std::vector<std::string> defaults;  // annotated: of cells that are empty, by column
   std::size_t value = kNoColumn;
-  std::size_t quality = kNoColumn;
-  bool zero_is_good = false;       // of the qualities
   std::vector<std::string> names;  // of the columns
   std::vector<std::string> units;  // of a row of them, or empty
-  std::vector<std::size_t>
-      quality_of;    // wide: for each column the one of its qualities, or kNoColumn
+  // Columns of qualities by the column that they are of; long: by the column of values.
+  std::vector<std::vector<std::size_t>> qualities_of;
   std::string hint;  // what else the times may be, in words
 };
 
@@ -90,9 +90,6 @@ std::string too_wide_text(std::size_t cells, const Layout& layout);
 
 // For messages: where in a line `byte` stands, from 1.
 std::size_t place_in_line(std::string_view line, std::size_t byte, const ImportOptions& options);
-
-// What times in seconds with this step may be instead, as a sentence; empty: nothing else.
-std::string other_time_units(double step_s);
 
 // One line: "comma, decimal point, UTF-8; times ISO 8601 in column 'Timestamp'; a column a signal"
 std::string describe(const Layout& layout, const TextSource& source);

@@ -7,46 +7,93 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "base/text.hpp"
+#include "record/import/units.hpp"
 
 namespace loopwarden::record {
 namespace {
 
 // In lower case; what a cell begins with. They stand for PI, PHD, Aspen, OPC clients and spreadsheets.
-constexpr std::array<std::string_view, 35> kBadWords{
+constexpr std::array<std::string_view, 46> kBadWords{
     "bad",        "no data",     "nodata",      "i/o timeout", "io timeout",    "timeout",
     "nan",        "null",        "n/a",         "none",        "pt created",    "point creat",
     "shutdown",   "comm",        "configure",   "scan off",    "scan time",     "intf shut",
     "no sample",  "no result",   "offline",     "calc",        "error",         "err",
     "over range", "under range", "invalid",     "no lab",      "digital st",    "[-11",
-    "inp outr",   "arc off",     "not connect", "out of serv", "not available",
+    "inp outr",   "arc off",     "not connect", "out of serv", "not available", "set to bad",
+    "no good",    "fail",        "stale",       "undefined",   "unit down",     "device fail",
+    "<null",      "(null",       "equip fail",  "not valid",
 };
 constexpr std::array<std::string_view, 4> kDoubtWords{"questionable", "uncertain", "doubtful",
                                                       "substituted"};
+
+// Blanks, apostrophes and a minus sign that are more than one byte in UTF-8.
+constexpr std::array<std::pair<std::string_view, char>, 9> kLongMarks{{{"\u00a0", ' '},
+                                                                       {"\u202f", ' '},
+                                                                       {"\u2009", ' '},
+                                                                       {"\u2007", ' '},
+                                                                       {"\u2019", '\''},
+                                                                       {"\u02bc", '\''},
+                                                                       {"\u2018", '\''},
+                                                                       {"\u00b4", '\''},
+                                                                       {"\u2212", '-'}}};
+
+// The long mark at the beginning of `text`; kLongMarks.end(): none.
+auto long_mark(std::string_view text) noexcept {
+  return std::find_if(kLongMarks.begin(), kLongMarks.end(),
+                      [text](const auto& mark) { return text.starts_with(mark.first); });
+}
+
+// `text` with one byte for each mark.
+std::string with_short_marks(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const auto mark =
+        static_cast<unsigned char>(text.front()) < 0x80 ? kLongMarks.end() : long_mark(text);
+    out += mark == kLongMarks.end() ? text.front() : mark->second;
+    text.remove_prefix(mark == kLongMarks.end() ? 1 : mark->first.size());
+  }
+  return out;
+}
+
+bool is_figure(char c) noexcept { return c >= '0' && c <= '9'; }
 
 bool is_thousands_mark(char c, char decimal) noexcept {
   return c != decimal && (c == ',' || c == '.' || c == '\'' || c == ' ');
 }
 
-// "1,234,567.8" without its marks; empty where they don't stand in threes.
+// Digits in groups: the last one of three; those between first and last all of three, or all of two
+// as in India (12,34,567).
+bool are_groups(const std::vector<std::size_t>& sizes) {
+  if (sizes.size() < 2 || sizes.back() != 3 || sizes.front() < 1) return false;
+  const auto inner = [&](std::size_t size) {
+    return std::all_of(sizes.begin() + 1, sizes.end() - 1,
+                       [size](std::size_t one) { return one == size; });
+  };
+  return (inner(3) && sizes.front() <= 3) || (sizes.size() > 2 && inner(2) && sizes.front() <= 2);
+}
+
+// "1,234,567.8" without its marks and with a point; empty if they are no marks of thousands.
 std::string without_thousands(std::string_view text, char decimal) {
   std::string plain;
   const std::size_t point = std::min(text.find(decimal), text.size());
-  const std::size_t first = text.find_first_of("0123456789");
-  if (first == std::string_view::npos) return {};
   char mark = '\0';
+  std::vector<std::size_t> groups{0};
   for (std::size_t k = 0; k < text.size(); ++k) {
     const char c = text[k];
-    if (k >= point || !is_thousands_mark(c, decimal)) {
-      plain += c == decimal ? '.' : c;
+    if (k < point && is_thousands_mark(c, decimal)) {
+      if (mark != '\0' && c != mark) return {};
+      mark = c;
+      groups.push_back(0);
       continue;
     }
-    if (mark == '\0') mark = c;
-    if (c != mark || k == first || (point - k) % 4 != 0) return {};
+    if (k < point && is_figure(c)) ++groups.back();
+    if (k < point && !is_figure(c) && k > 0) return {};
+    plain += c == decimal ? '.' : c;
   }
-  if (mark != '\0' && text.find(mark) - first > 3) return {};
-  return mark == '\0' ? std::string() : plain;
+  return mark == '\0' || are_groups(groups) ? plain : std::string();
 }
 
 std::optional<double> plain_number(std::string_view text) noexcept {
@@ -108,63 +155,86 @@ std::optional<double> parse_number(std::string_view text, char decimal) {
     std::replace_copy(text.begin(), text.end(), copy.begin(), decimal, '.');
     if (const auto value = plain_number({copy.data(), text.size()})) return value;
   }
-  const bool digit =
-      text.front() == '-' || text.front() == '+' || (text.front() >= '0' && text.front() <= '9');
-  if (!digit || text.size() > 40) return std::nullopt;
-  const std::string plain = without_thousands(text, decimal);
+  const bool digit = text.front() == '-' || text.front() == '+' || is_figure(text.front()) ||
+                     text.starts_with("\u2212");
+  if (!digit || text.size() > 60) return std::nullopt;
+  const std::string shorter = with_short_marks(text);
+  const std::string plain = without_thousands(base::trimmed(shorter), decimal);
   return plain.empty() ? std::nullopt : plain_number(plain);
+}
+
+std::size_t number_end(std::string_view text) noexcept {
+  std::size_t end = 0;
+  bool digits = false;
+  while (end < text.size()) {
+    const char c = text[end];
+    if (static_cast<unsigned char>(c) >= 0x80) {
+      const auto mark = long_mark(text.substr(end));
+      if (mark == kLongMarks.end()) break;
+      end += mark->first.size();
+      continue;
+    }
+    const bool sign =
+        (c == '-' || c == '+') && (end == 0 || text[end - 1] == 'e' || text[end - 1] == 'E');
+    const bool power =
+        (c == 'e' || c == 'E') && digits && end + 1 < text.size() &&
+        (is_figure(text[end + 1]) ||
+         (end + 2 < text.size() && text[end + 1] != ' ' && is_figure(text[end + 2])));
+    if (!is_figure(c) && !sign && !power && c != '.' && c != ',' && c != '\'' && c != ' ') break;
+    digits = digits || is_figure(c);
+    ++end;
+  }
+  return digits ? end : 0;
+}
+
+Marks marks_of(std::string_view text) {
+  std::string number = with_short_marks(text);
+  const std::size_t sign = number.find_first_of("0123456789.,");
+  if (sign == number.npos) return Marks::none;
+  number.erase(0, sign);
+  const bool power = number.find_first_of("eE") != number.npos;
+  const auto points = std::count(number.begin(), number.end(), '.');
+  const auto commas = std::count(number.begin(), number.end(), ',');
+  if (points + commas == 0) return parse_number(text, '.') ? Marks::whole : Marks::none;
+  const bool last_is_comma = number.find_last_of(".,") == number.find_last_of(',');
+  char decimal = last_is_comma ? ',' : '.';
+  // The same mark twice stands for thousands.
+  if ((points == 0 && commas > 1) || (commas == 0 && points > 1))
+    decimal = last_is_comma ? '.' : ',';
+  if (!parse_number(text, decimal)) return Marks::none;
+  const std::size_t at = number.find(decimal);
+  const bool one = points + commas == 1 && !power && number.find_first_of(" '") == number.npos;
+  const bool both =
+      one && at >= 1 && at <= 3 && number.size() - at - 1 == 3 && number.front() != '0';
+  if (both) return decimal == ',' ? Marks::comma_open : Marks::point_open;
+  return decimal == ',' ? Marks::comma_decimal : Marks::point_decimal;
 }
 
 CellValue parse_value(std::string_view text, char decimal,
                       const std::vector<std::string>& bad_words) {
-  if (text.empty()) return {Cell::empty, 0.0};
-  if (const auto value = parse_number(text, decimal)) return {Cell::number, *value};
+  if (text.empty()) return {Cell::empty, 0.0, {}};
+  if (const auto value = parse_number(text, decimal)) return {Cell::number, *value, {}};
+  if (const WithUnit split = split_cell(text); !split.unit.empty()) {
+    if (const auto value = parse_number(split.text, decimal))
+      return {Cell::number, *value, split.unit};
+  }
   // A spreadsheet's errors in any language: #VALUE!, #WERT!, #NV, #N/A; and ##### where its column was too narrow.
-  if (text.front() == '#' && text.find('.') == std::string_view::npos) return {Cell::bad, 0.0};
-  if (text == "-" || text == "--" || text == "?" || text == "*") return {Cell::bad, 0.0};
+  if (text.front() == '#' && text.find('.') == std::string_view::npos) return {Cell::bad, 0.0, {}};
+  if (text == "-" || text == "--" || text == "?" || text == "*") return {Cell::bad, 0.0, {}};
   const auto begins = [&](std::string_view word) { return begins_with(text, word); };
-  if (std::any_of(kBadWords.begin(), kBadWords.end(), begins)) return {Cell::bad, 0.0};
-  if (begins_with(text, "inf") || begins_with(text, "-inf")) return {Cell::bad, 0.0};
-  if (std::any_of(kDoubtWords.begin(), kDoubtWords.end(), begins)) return {Cell::questionable, 0.0};
+  if (std::any_of(kBadWords.begin(), kBadWords.end(), begins)) return {Cell::bad, 0.0, {}};
+  if (begins_with(text, "inf") || begins_with(text, "-inf")) return {Cell::bad, 0.0, {}};
+  if (std::any_of(kDoubtWords.begin(), kDoubtWords.end(), begins))
+    return {Cell::questionable, 0.0, {}};
   // As historians mark a number that they doubt: 12.3?
   if (text.back() == '?' && parse_number(base::trimmed(text.substr(0, text.size() - 1)), decimal)) {
-    return {Cell::questionable, 0.0};
+    return {Cell::questionable, 0.0, {}};
   }
   const auto is = [&](const std::string& word) {
     return text.size() == word.size() && begins_with(text, word);
   };
-  if (std::any_of(bad_words.begin(), bad_words.end(), is)) return {Cell::bad, 0.0};
-  return {Cell::unknown, 0.0};
-}
-
-SampleQuality parse_quality(std::string_view text, bool zero_is_good) {
-  if (text.empty()) return SampleQuality::good;
-  std::uint64_t code = 0;
-  const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
-  const std::string_view digits = hexadecimal ? text.substr(2) : text;
-  const auto [end, problem] =
-      std::from_chars(digits.data(), digits.data() + digits.size(), code, hexadecimal ? 16 : 10);
-  if (problem == std::errc{} && end == digits.data() + digits.size()) {
-    if (code == 0) return zero_is_good ? SampleQuality::good : SampleQuality::bad;
-    if (code == 1 || code == 100) return SampleQuality::good;  // a flag, or a confidence in %
-    if (code >= 0x40000000U) {                                 // OPC UA
-      return code >= 0x80000000U ? SampleQuality::bad : SampleQuality::questionable;
-    }
-    const std::uint64_t field = code & 0xC0U;
-    if (field == 0xC0U) return SampleQuality::good;
-    return field == 0x40U ? SampleQuality::questionable : SampleQuality::bad;
-  }
-  constexpr std::array<std::string_view, 8> kGood{"good",   "ok", "true", "valid",
-                                                  "normal", "g",  "a",    "y"};
-  const std::string word = base::lower_case(text);
-  for (const std::string_view good : kGood) {
-    if (word == good || (good.size() > 3 && word.starts_with(good))) return SampleQuality::good;
-  }
-  const auto begins = [&](std::string_view doubt) { return word.starts_with(doubt); };
-  if (std::any_of(kDoubtWords.begin(), kDoubtWords.end(), begins) || word == "u" || word == "q") {
-    return SampleQuality::questionable;
-  }
-  return SampleQuality::bad;
+  if (std::any_of(bad_words.begin(), bad_words.end(), is)) return {Cell::bad, 0.0, {}};
+  return {Cell::unknown, 0.0, {}};
 }
 
 bool LineCells::split(std::string_view line, char delimiter, std::size_t* open) {

@@ -10,9 +10,25 @@
 
 namespace loopwarden::record {
 
-// The whole of `text` as a finite number, with '.' or ',' before its decimals. Thousands may be set apart by the other
-// of the two, by an apostrophe or by a narrow space where they stand in threes.
+// Reads the whole of `text` as a finite number, with '.' or ',' before its decimals. Thousands may
+// be set apart by the other of the two, by an apostrophe or by a blank, also by those of more than
+// one byte (U+2019, U+00A0, U+202F, ...), in threes or as in India (12,34,567).
 std::optional<double> parse_number(std::string_view text, char decimal);
+
+// Returns the position after the digits and marks at the beginning of `text`; 0 without a digit.
+std::size_t number_end(std::string_view text) noexcept;
+
+// What the marks of a number allow. `open`: one mark before exactly three digits, as in 1,045,
+// is a decimal mark or a thousands mark.
+enum class Marks : std::uint8_t {
+  none,  // no number
+  whole,
+  point_decimal,
+  comma_decimal,
+  point_open,
+  comma_open
+};
+Marks marks_of(std::string_view text);
 
 // What a cell of measured values says.
 enum class Cell : std::uint8_t {
@@ -25,15 +41,11 @@ enum class Cell : std::uint8_t {
 struct CellValue {
   Cell cell = Cell::unknown;
   double value = 0.0;
+  std::string_view unit;  // of a number: "12.51 °C"
 };
 // `bad_words`: more of them, in lower case.
 CellValue parse_value(std::string_view text, char decimal,
                       const std::vector<std::string>& bad_words);
-
-// Of a column of qualities: a word, or a code of OPC DA (192 and above good, 64 to 191 uncertain, else bad).
-enum class SampleQuality : std::uint8_t { good, questionable, bad };
-// `zero_is_good`: as in OPC UA, where the status of a good sample is 0.
-SampleQuality parse_quality(std::string_view text, bool zero_is_good);
 
 // The cells of a line. A cell in double quotes may hold the delimiter; a doubled quote is one. Views into the line,
 // or, where a doubled quote had to be undone, into `undone`.

@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "base/text.hpp"
+#include "record/import/units.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -123,11 +124,11 @@ std::optional<std::string> filled_in(std::string_view text, const std::vector<st
 
 namespace {
 
-// FT1 (m3/h): FT1. The number of an array, FIC[3], is no unit.
+// FT1 (m3/h), FT1 m3/h: FT1. The number of an array, FIC[3], is no unit.
 std::string_view without_unit(std::string_view name) {
   const std::size_t open = name.find_last_of("([");
   if (open == std::string_view::npos || open == 0 || (name.back() != ')' && name.back() != ']'))
-    return name;
+    return split_name(name).text;
   const std::string_view unit = name.substr(open + 1, name.size() - open - 2);
   const bool is_number =
       std::all_of(unit.begin(), unit.end(), [](char c) { return c >= '0' && c <= '9'; });

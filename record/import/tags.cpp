@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "record/import/number_text.hpp"
+#include "record/import/units.hpp"
 #include "record/record_csv.hpp"
 #include "base/text.hpp"
 
@@ -28,12 +28,6 @@ constexpr std::array kRoleWords{
     RoleWords{Role::stem, " stem stemtravel travel position valveposition zt zi readback "},
     RoleWords{Role::mode, " mode modeactual actualmode modeact mode.actual auto automan a/m "},
 };
-constexpr std::string_view kUnits =
-    "|%|%open|pct|percent|v|mv|ma|a|s|sec|ms|min|h|bar|barg|mbar|kpa|mpa|pa|psi|psig|kg|t|m|mm|cm|"
-    "l|"
-    "gpm|lpm|scfm|rpm|hz|kw|mw|ph|ppm|c|f|k|degc|degf|deg c|\u00b0c|\u00b0f|";
-constexpr std::string_view kPer = "|s|sec|min|h|hr|hour|d|day|m3|";
-
 // `list` has each word between two of `mark`.
 bool holds(std::string_view list, char mark, const std::string& word) {
   return word.find(mark) == std::string::npos && list.find(mark + word + mark) != list.npos;
@@ -104,15 +98,6 @@ std::optional<Role> role_from_text(std::string_view text) noexcept {
   return std::nullopt;
 }
 
-bool is_unit(std::string_view text) {
-  const std::string word = base::lower_case(base::trimmed(text));
-  if (holds(kUnits, '|', word)) return true;
-  // A quotient of them: m3/h, kg/s, l/min, Nm3/h, %/s.
-  const std::size_t slash = word.find('/');
-  if (slash == std::string::npos || slash == 0 || word.size() > 12) return false;
-  return holds(kPer, '|', word.substr(slash + 1));
-}
-
 TagName read_tag(std::string_view name) {
   TagName tag;
   name = base::trimmed(name);
@@ -125,6 +110,13 @@ TagName read_tag(std::string_view name) {
   }
   name = without_field(without_address(name));
   if ((tag.role = role_of(name))) return tag;
+  if (const WithUnit split = split_name(name); split.text.size() < name.size()) {
+    TagName without = read_tag(split.text);
+    if (without.role) {
+      if (without.unit.empty()) without.unit = std::string(split.unit);
+      return without;
+    }
+  }
   // The longest ending that is a role: "FIC101 Process Value" before "Value".
   for (std::size_t cut = 1; cut + 1 < name.size(); ++cut) {
     if (kSeparators.find(name[cut]) == std::string_view::npos) continue;

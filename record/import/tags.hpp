@@ -29,7 +29,7 @@ std::optional<Role> role_from_text(std::string_view text) noexcept;
 struct TagName {
   std::string loop;  // empty where the name is a role and nothing else
   std::optional<Role> role;
-  std::string unit;  // of the name's brackets: "FIC101.PV (m3/h)", "PV [%]"
+  std::string unit;  // "FIC101.PV (m3/h)", "PV [%]", "FIC101/PID1/PV.CV GPM"
 };
 TagName read_tag(std::string_view name);
 
@@ -46,9 +46,6 @@ struct InstrumentName {
   bool is_controller() const noexcept;   // C, IC, RC
 };
 std::optional<InstrumentName> instrument_name(std::string_view name);
-
-// Looks like a unit of measurement: %, m3/h, degC, ...
-bool is_unit(std::string_view text);
 
 using SignalRange = std::pair<double, double>;  // lower end, upper end
 

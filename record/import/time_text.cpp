@@ -18,14 +18,22 @@ struct FormName {
   TimeForm form;
   const char* name;
 };
-constexpr std::array kForms{
-    FormName{TimeForm::automatic, "auto"},    FormName{TimeForm::seconds, "seconds"},
-    FormName{TimeForm::minutes, "minutes"},   FormName{TimeForm::hours, "hours"},
-    FormName{TimeForm::epoch_s, "epoch-s"},   FormName{TimeForm::epoch_ms, "epoch-ms"},
-    FormName{TimeForm::epoch_us, "epoch-us"}, FormName{TimeForm::epoch_ns, "epoch-ns"},
-    FormName{TimeForm::excel, "excel"},       FormName{TimeForm::ymd, "ymd"},
-    FormName{TimeForm::dmy, "dmy"},           FormName{TimeForm::mdy, "mdy"},
-    FormName{TimeForm::clock, "clock"}};
+constexpr std::array kForms{FormName{TimeForm::automatic, "auto"},
+                            FormName{TimeForm::seconds, "seconds"},
+                            FormName{TimeForm::minutes, "minutes"},
+                            FormName{TimeForm::hours, "hours"},
+                            FormName{TimeForm::milliseconds, "milliseconds"},
+                            FormName{TimeForm::microseconds, "microseconds"},
+                            FormName{TimeForm::nanoseconds, "nanoseconds"},
+                            FormName{TimeForm::epoch_s, "epoch-s"},
+                            FormName{TimeForm::epoch_ms, "epoch-ms"},
+                            FormName{TimeForm::epoch_us, "epoch-us"},
+                            FormName{TimeForm::epoch_ns, "epoch-ns"},
+                            FormName{TimeForm::excel, "excel"},
+                            FormName{TimeForm::ymd, "ymd"},
+                            FormName{TimeForm::dmy, "dmy"},
+                            FormName{TimeForm::mdy, "mdy"},
+                            FormName{TimeForm::clock, "clock"}};
 
 constexpr std::int64_t kDay = 86400;
 
@@ -355,8 +363,8 @@ bool is_date(TimeForm form) noexcept {
 }
 
 bool is_absolute(TimeForm form) noexcept {
-  return form != TimeForm::seconds && form != TimeForm::minutes && form != TimeForm::hours &&
-         form != TimeForm::clock;
+  return is_date(form) || form == TimeForm::epoch_s || form == TimeForm::epoch_ms ||
+         form == TimeForm::epoch_us || form == TimeForm::epoch_ns || form == TimeForm::excel;
 }
 
 std::optional<TimePoint> parse_time(std::string_view text, TimeForm form, char decimal) {
@@ -370,6 +378,9 @@ std::optional<TimePoint> parse_time(std::string_view text, TimeForm form, char d
   const std::optional<double> number = parse_number(text, decimal);
   if (!number) return std::nullopt;
   switch (form) {
+    case TimeForm::milliseconds: return from_seconds(*number, 1e3, false);
+    case TimeForm::microseconds: return from_seconds(*number, 1e6, false);
+    case TimeForm::nanoseconds: return from_seconds(*number, 1e9, false);
     case TimeForm::minutes: return from_seconds(*number * 60.0, 1.0, false);
     case TimeForm::hours: return from_seconds(*number * 3600.0, 1.0, false);
     case TimeForm::epoch_s: return from_seconds(*number, 1.0, true);

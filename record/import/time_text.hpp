@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Times as historians and spreadsheets write them.
 //
-//   seconds, minutes, hours          numbers, counted from anywhere
+//   seconds, milliseconds, microseconds, nanoseconds, minutes, hours    numbers, counted from anywhere
 //   epoch_s, _ms, _us, _ns           numbers since 1970-01-01 UTC
 //   excel                            days since 1899-12-30, with a fraction
 //   ymd                              2026-03-01T10:00:00.5+01:00 and what is like it (ISO 8601 and its relatives; also 20260301T100000Z)
@@ -23,6 +23,9 @@ namespace loopwarden::record {
 enum class TimeForm : std::uint8_t {
   automatic,
   seconds,
+  milliseconds,
+  microseconds,
+  nanoseconds,
   minutes,
   hours,
   epoch_s,
@@ -37,7 +40,7 @@ enum class TimeForm : std::uint8_t {
 };
 const char* to_text(TimeForm form) noexcept;
 std::optional<TimeForm> time_form(std::string_view name) noexcept;
-// Tells when, not only how long after: everything but seconds, minutes, hours and clock.
+// Whether a time is a date, not only a duration since some start.
 bool is_absolute(TimeForm form) noexcept;
 bool is_date(TimeForm form) noexcept;  // ymd, dmy, mdy
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/analysis/archive.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "model/numeric/random.hpp"
@@ -48,6 +50,49 @@ TEST_CASE("a plain signal is none, with noise, without, coarse, held and clipped
   std::vector<double> gaps = flow(4000, 0.1);
   for (std::size_t k = 0; k < gaps.size(); k += 40) gaps[k] = kMissing;
   CHECK(recognise_filled(with_decimals(gaps, 3)).kind == ArchiveKind::none);
+}
+
+TEST_CASE("converter steps, integers and an output stepped by hand are no archive", "[archive]") {
+  // A converter of 10 bits, written with two decimals: steps of 0.03 and 0.04.
+  for (const double step : {0.0322, 0.0977, 0.3223, 0.1}) {
+    for (const double noise : {0.01, 0.03, 0.1}) {
+      for (const std::uint64_t seed : {3UL, 4UL, 5UL}) {
+        std::vector<double> x = flow(3000, noise, seed);
+        for (double& v : x) v = step * std::nearbyint((50.0 + 0.1 * (v - 50.0)) / step);
+        INFO(step << " " << noise << " " << seed);
+        CHECK(recognise_filled(with_decimals(x, 2)).kind == ArchiveKind::none);
+        CHECK(recognise_filled(x).kind == ArchiveKind::none);
+      }
+    }
+  }
+  for (const std::uint64_t seed : {3UL, 4UL, 5UL})
+    CHECK(recognise_filled(with_decimals(flow(3000, 0.05, seed), 0)).kind == ArchiveKind::none);
+  // Steps by hand, between a few values.
+  for (const double round : {5.0, 2.5}) {
+    for (const std::uint64_t seed : {3UL, 4UL, 5UL, 6UL}) {
+      numeric::Random random(seed);
+      std::vector<double> co;
+      double at = 40.0;
+      while (co.size() < 3000) {
+        const auto hold = static_cast<std::size_t>(random.uniform(20.0, 90.0));
+        co.insert(co.end(), hold, at);
+        const double move = random.uniform(2.0, 12.0) * (random.uniform() < 0.5 ? -1.0 : 1.0);
+        at = round * std::nearbyint(std::clamp(at + move, 10.0, 90.0) / round);
+      }
+      INFO(round << " " << seed);
+      CHECK(recognise_filled(co).kind == ArchiveKind::none);
+    }
+  }
+}
+
+TEST_CASE("exception reporting of integers and of one decimal is still seen", "[archive]") {
+  for (const auto& [decimals, band] : {std::pair{0, 4.0}, {1, 0.6}, {2, 0.4}}) {
+    std::vector<double> x = flow(6000, 0.1);
+    for (double& v : x) v = 50.0 + (decimals == 0 ? 10.0 : 1.0) * (v - 50.0);
+    x = with_decimals(x, decimals);
+    INFO(decimals);
+    CHECK(recognise_filled(held_between(x, by_exception(x, band))).kind == ArchiveKind::exception);
+  }
 }
 
 TEST_CASE("exception reporting that was filled by the last value: kind and dead band",

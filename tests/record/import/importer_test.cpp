@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "model/numeric/random.hpp"
+#include "record/import/line_protocol.hpp"
 #include "tests/support/archive.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -963,6 +964,349 @@ TEST_CASE("what the taker of a loop throws comes through", "[import]") {
                       [&](std::size_t, std::size_t, const RecordError&) { failed = true; }),
                   RecordError);
   CHECK_FALSE(failed);
+}
+
+// PV and CO as whole numbers with a thousands mark, in rows of a value or of a time.
+std::string grouped(const std::string& mark, char delimiter, bool is_long, double scale = 50.0,
+                    const std::string& decimals_of_co = "") {
+  const auto cell = [&](double value) {
+    const auto whole = static_cast<long>(std::nearbyint(value));
+    std::string text = std::to_string(whole);
+    if (whole >= 1000) text.insert(text.size() - 3, mark);
+    return "\"" + text + "\"";
+  };
+  const std::string d(1, delimiter);
+  std::string text =
+      is_long ? "Series" + d + "Time" + d + "Value\n" : "Time" + d + "FIC1.PV" + d + "FIC1.OP\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    const std::string pv = cell(scale * loop().pv[k]);
+    const std::string co =
+        std::to_string(static_cast<long>(std::nearbyint(loop().co[k]))) + decimals_of_co;
+    text += is_long ? "FIC1.PV" + d + iso(k) + d + pv + "\nFIC1.OP" + d + iso(k) + d + co + "\n"
+                    : iso(k) + d + pv + d + "\"" + co + "\"\n";
+  }
+  return text;
+}
+
+TEST_CASE("thousands marks are no decimal marks", "[import]") {
+  for (const char* mark : {",", ".", "'", "\u2019", "\u202f", "\u00a0", " ", "\u2009"}) {
+    for (const char delimiter : {';', ',', '\t'}) {
+      for (const bool is_long : {false, true}) {
+        INFO("'" << mark << "' '" << delimiter << "' " << is_long);
+        const Imported got = imported(grouped(mark, delimiter, is_long));
+        for (std::size_t k = 0; k < kSamples; ++k)
+          CHECK(got.record.pv[k] == std::nearbyint(50.0 * loop().pv[k]));
+      }
+    }
+  }
+  // Another column tells the decimal mark.
+  CHECK(imported(grouped(".", ';', false, 500.0, ",5")).record.pv[0] ==
+        std::nearbyint(500.0 * loop().pv[0]));
+  CHECK(imported(grouped(",", ';', false, 500.0, ".25")).record.pv[0] ==
+        std::nearbyint(500.0 * loop().pv[0]));
+}
+
+TEST_CASE("marks with two readings are asked for", "[import]") {
+  for (const char* mark : {",", "."}) {
+    const std::string text = grouped(mark, ';', false, 500.0);  // never below 1000
+    const std::string what = failure(text);
+    INFO(what);
+    CHECK(what.find("export.csv:2:") == 0);
+    CHECK(what.find("'FIC1.PV'") != std::string::npos);
+    CHECK(what.find("--decimal comma") != std::string::npos);
+    CHECK(what.find("--decimal point") != std::string::npos);
+    CHECK(what.find("bad value") == std::string::npos);
+    ImportOptions told;
+    told.decimal = *mark == ',' ? '.' : ',';
+    CHECK(imported(text, told).record.pv[0] == std::nearbyint(500.0 * loop().pv[0]));
+  }
+  // The first value of thousands may stand far down.
+  std::string late = "Time;FIC1.PV;FIC1.OP\n";
+  for (std::size_t k = 0; k < kSamples; ++k)
+    late += iso(k) + ";" + (k < 700 ? std::to_string(300 + k) : "1.00" + std::to_string(k % 10)) +
+            ";50\n";
+  CHECK(failure(late).find("--decimal") != std::string::npos);
+}
+
+TEST_CASE("a hint calls no number a bad value", "[import]") {
+  std::string text = "Time;FIC1.PV;FIC1.OP\n";
+  for (std::size_t k = 0; k < kSamples; ++k)
+    text += iso(k) + ";" + number(loop().pv[k]) + "5;" +
+            (k == 600 ? "50,25" : number(loop().co[k])) + "\n";
+  const std::string what = failure(text);
+  CHECK(what.find("export.csv:602:") == 0);
+  CHECK(what.find("--decimal comma") != std::string::npos);
+  CHECK(what.find("bad value") == std::string::npos);
+}
+
+TEST_CASE("qualities under the names of many vendors", "[import]") {
+  struct Vendor {
+    const char* header;
+    const char* good;
+    const char* bad;
+  };
+  for (const Vendor& v : {Vendor{"VarName;TimeString;VarValue;Validity", "1", "0"},
+                          {"TagName;DateTime;Value;QualityDetail", "192", "24"},
+                          {"TagName;DateTime;vValue;OPCQuality", "192", "0"},
+                          {"Tag;Timestamp;Value;Questionable", "False", "True"},
+                          {"TagId;TimeStr;Value;IQuality", "3", "65472"},
+                          {"NAME;IP_TREND_TIME;IP_TREND_VALUE;IP_VALUE_QUALITY", "Good", "Bad"},
+                          {"tagname;timestamp;value;confidence", "100", "0"},
+                          {"Item;Time;Value;ValueStatus", "Good, Raw", "BadSensorFailure"},
+                          {"Messstelle;Zeit;Wert;Qualit\u00e4t", "gut", "schlecht"},
+                          {"variable;heure;valeur;Qualit\u00e9", "Bon", "Mauvais"},
+                          {"variable;fecha;valor;calidad", "Buena", "Mala"},
+                          {"tag;time;value;\u8d28\u91cf", "\u826f\u597d", "\u574f"},
+                          {"path;t_stamp;value;quality", "Good (192)", "Bad_Stale"}}) {
+    INFO(v.header);
+    std::string text = std::string(v.header) + "\n";
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      const bool bad = k >= 500 && k < 520;
+      text += "FIC1.PV;" + iso(k) + ";" + (bad ? "0" : number(loop().pv[k]) + "5") + ";" +
+              (bad ? v.bad : v.good) + "\n";
+      text += "FIC1.OP;" + iso(k) + ";" + number(loop().co[k]) + ";" + v.good + "\n";
+    }
+    const Imported got = imported(text);
+    CHECK(got.notes.bad + got.notes.questionable == 20);
+    CHECK(got.record.missing_pv == 20);
+    CHECK(got.record.missing_co == 0);
+    CHECK(got.notes.layout.find("qualities in") != std::string::npos);
+  }
+}
+
+TEST_CASE("qualities beside each value, of a loop and of a row", "[import]") {
+  for (const char* header : {"Time,FIC1.PV,FIC1.PV Quality,FIC1.OP,FIC1.OP Quality",
+                             "Time,FIC1.PV,Quality,FIC1.OP,Quality",
+                             "Time,FIC1.PV,FIC1.PV_IsGood,FIC1.OP,FIC1.OP_IsGood",
+                             "Time,FIC1.PV,Quality FIC1.PV,FIC1.OP,Quality FIC1.OP"}) {
+    INFO(header);
+    std::string text = std::string(header) + "\n";
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      text += iso(k) + "," + number(loop().pv[k]) + (k == 7 ? ",0," : ",1,") +
+              number(loop().co[k]) + (k == 9 ? ",0" : ",1") + "\n";
+    }
+    const Imported got = imported(text);
+    CHECK(got.record.missing_pv == 1);
+    CHECK(got.record.missing_co == 1);
+    CHECK(std::isnan(got.record.pv[7]));
+  }
+  for (const char* header :
+       {"Time,FIC1.PV,FIC1.OP,Validity", "Time,FIC1.PV,FIC1.OP,FIC1.Quality"}) {
+    std::string text = std::string(header) + "\n";
+    for (std::size_t k = 0; k < kSamples; ++k)
+      text += iso(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) +
+              (k == 7 ? ",0" : ",1") + "\n";
+    const Imported got = imported(text);
+    CHECK(got.record.missing_pv == 1);
+    CHECK(got.record.missing_co == 1);
+  }
+}
+
+TEST_CASE("a word of quality that is not known is said, and no good value is a reason",
+          "[import]") {
+  const auto with = [](const std::string& usual, const std::string& odd) {
+    std::string text = "Tag,Time,Value,Quality,Note\n";
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      text +=
+          "FIC1.PV," + iso(k) + "," + number(loop().pv[k]) + "," + (k < 12 ? odd : usual) + ",x\n";
+      text += "FIC1.OP," + iso(k) + "," + number(loop().co[k]) + "," + usual + ",x\n";
+    }
+    return text;
+  };
+  const Imported got = imported(with("Good", "Wartung"));
+  CHECK(got.record.missing_pv == 12);
+  REQUIRE(got.notes.remarks.size() == 1);
+  CHECK(got.notes.remarks.front() ==
+        "column 'Quality': 'Wartung' in 12 cells: not known, taken as bad");
+  CHECK(imported(with("Jo", "Bad")).record.missing_pv == 12);
+  CHECK(
+      failure(with("Bad", "Bad")).find("no value of 'FIC1.PV' has a good quality, as 'Quality'") !=
+      std::string::npos);
+  const TemporaryFolder folder;
+  write_file(folder / "e.csv", with("Good", "Bad"));
+  CHECK(Importer({folder / "e.csv"}, {}).other_names() == std::vector<std::string>{"Note"});
+}
+
+TEST_CASE("numbered tags are mapped by their number", "[import]") {
+  std::string text = "TagId;TimeInt;TimeStr;Value;IQuality\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    const std::string times = std::to_string(kStart + static_cast<std::int64_t>(k)) + ";\"" +
+                              date("02/03/2026 %H:%M:%S", k) + "\";";
+    text += "1;" + times + number(loop().pv[k]) + "5;3\n2;" + times + number(loop().co[k]) + ";3\n";
+  }
+  ImportOptions mapped;
+  mapped.loops = {{.tag = "", .names = {"1", "", "2", "", ""}, .units = {}}};
+  const Imported got =
+      imported(text, mapped);  // the numbers since 1970 leave no choice of day and month
+  CHECK(got.record.co == loop().co);
+  CHECK(got.notes.start->whole_s == kStart);
+}
+
+TEST_CASE("milliseconds and microseconds since any start, by name and by option", "[import]") {
+  for (const auto& [name, scale] : {std::pair{"time_ms", 1000},
+                                    {"t[ms]", 1000},
+                                    {"millis", 1000},
+                                    {"Time (ms)", 1000},
+                                    {"time_us", 1000000},
+                                    {"t (\u00b5s)", 1000000}}) {
+    INFO(name);
+    const auto time = [s = scale](std::size_t k) {
+      return std::to_string(s * (87754 + static_cast<long>(k)));
+    };
+    same(imported(wide(std::string(name) + ",PV,OP,SP", time)));
+  }
+  const auto ms = [](std::size_t k) { return std::to_string(1000 * k); };
+  for (const char* header : {"time,pv,co,sp", "tick,PV,OP,SP"}) {
+    CHECK(failure(wide(header, ms)).find("--time seconds (1000 s) or --time milliseconds (1 s)") !=
+          std::string::npos);
+  }
+  same(imported(wide("time,pv,co,sp", ms), with_time(TimeForm::milliseconds)));
+  CHECK(imported(wide("time,pv,co,sp", ms), with_time(TimeForm::seconds)).record.period_s ==
+        1000.0);
+  CHECK(imported(wide("time_s,pv,co,sp", ms)).record.period_s == 1000.0);
+}
+
+TEST_CASE("units in cells are dropped, two units in a column refused", "[import]") {
+  const auto with = [](const std::string& unit, const std::string& odd) {
+    std::string text = "Time,FIC1.PV,FIC1.OP\n";
+    for (std::size_t k = 0; k < kSamples; ++k)
+      text += iso(k) + "," + number(loop().pv[k]) + (k == 700 ? odd : unit) + "," +
+              number(loop().co[k]) + "%\n";
+    return text;
+  };
+  const Imported got = imported(with(" \u00b0C", " \u00b0C"));
+  CHECK(got.record.pv == loop().pv);
+  CHECK(got.record.co == loop().co);
+  CHECK(got.notes.units[index_of(Role::pv)] == "\u00b0C");
+  CHECK(failure(with(" bar", " mbar")).find("'mbar', and other cells are in 'bar'") !=
+        std::string::npos);
+  CHECK(failure(with(" bar", "")).find("has no unit") != std::string::npos);
+}
+
+TEST_CASE("a clock that was not set, wrong stamps, and a clock that was set back", "[import]") {
+  const auto with = [](const std::function<std::string(std::size_t)>& time, bool is_long) {
+    std::string text = is_long ? "Tag,Time,Value\n" : "Time,FIC1.PV,FIC1.OP\n";
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      const std::string pv = number(loop().pv[k]);
+      const std::string co = number(loop().co[k]);
+      text += is_long ? "FIC1.PV," + time(k) + "," + pv + "\nFIC1.OP," + time(k) + "," + co + "\n"
+                      : time(k) + "," + pv + "," + co + "\n";
+    }
+    return text;
+  };
+  const auto epoch = [](std::int64_t s) { return std::to_string(s); };
+  for (const bool is_long : {false, true}) {
+    INFO(is_long);
+    for (const bool numbers : {false, true}) {
+      const auto unset = [&](std::size_t k) {
+        const std::int64_t at =
+            k < 90 ? 12 + static_cast<std::int64_t>(k) : kStart + static_cast<std::int64_t>(k);
+        return numbers ? epoch(at) : iso_text(at, 0.0, true);
+      };
+      const Imported got = imported(with(unset, is_long));
+      CHECK(got.record.size() == kSamples - 90);
+      CHECK(got.record.pv[0] == loop().pv[90]);
+      CHECK(got.notes.start->whole_s == kStart + 90);
+      REQUIRE_FALSE(got.notes.remarks.empty());
+      CHECK(got.notes.remarks.front().find("90 rows are left out") != std::string::npos);
+      const auto wrong = [&](std::size_t k) {
+        const std::int64_t at =
+            k == 500 || k == 501 ? 4294967295 : kStart + static_cast<std::int64_t>(k);
+        return numbers ? epoch(at) : iso_text(at, 0.0, true);
+      };
+      const Imported stamps = imported(with(wrong, is_long));
+      CHECK(stamps.record.size() == kSamples);
+      CHECK(stamps.record.missing_pv == 2);
+      CHECK(stamps.record.pv[502] == loop().pv[502]);
+    }
+    const auto ahead = [](std::size_t k) { return iso(k == 600 ? k + 86400 : k); };
+    CHECK(imported(with(ahead, is_long)).record.size() == kSamples);
+    const std::string what =
+        failure(with([](std::size_t k) { return iso(k < 450 ? k : k - 300); }, is_long));
+    INFO(what);
+    CHECK(what.find("the time goes back by 299 s") != std::string::npos);
+    CHECK(what.find("the clock was set back") != std::string::npos);
+    CHECK(what.find("ort the rows") == std::string::npos);
+    CHECK(what.find("summer time") == std::string::npos);
+    // Nobody knows which half is right.
+    const auto halves = [](std::size_t k) { return iso(k < 450 ? k : k + 2000UL * 86400); };
+    CHECK(failure(with(halves, is_long)).find("export them as two files") != std::string::npos);
+  }
+}
+
+TEST_CASE("rows of a value in any order are sorted, and values that are there twice are no problem",
+          "[import]") {
+  std::string text = "Tag,Time,Value\n";
+  const auto rows = [&](const char* tag, const std::vector<double>& values, std::size_t from,
+                        std::size_t to) {
+    for (std::size_t k = from; k < to; ++k)
+      text += std::string(tag) + "," + iso(k) + "," + number(values[k]) + "\n";
+  };
+  rows("FIC1.PV", loop().pv, 400, kSamples);
+  rows("FIC1.PV", loop().pv, 0, 450);
+  rows("FIC1.OP", loop().co, 0, kSamples);
+  const Imported got = imported(text);
+  CHECK(got.record.pv == loop().pv);
+  CHECK(got.record.co == loop().co);
+}
+
+TEST_CASE("InfluxDB's line protocol is read by series", "[import]") {
+  std::string text = "# DML\n\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    const std::string at = std::to_string(1000000000 * (kStart + static_cast<std::int64_t>(k)));
+    text += "modbus,host=box,unit=1 FIC101.PV=" + number(loop().pv[k]) +
+            ",FIC101.OP=" + number(loop().co[k]) + ",FIC101.SP=" + number(loop().sp[k]) +
+            ",note=\"a, b=c\" " + at + "\n";
+    text += "pump,host=box,unit=2 run=true,rpm=1450i " + at + "\n";
+  }
+  const Imported got = imported(text, {}, "export.txt");
+  same(got);
+  CHECK(got.notes.start->whole_s == kStart);
+  CHECK(got.notes.layout.find("line protocol") != std::string::npos);
+  CHECK(imported(text, {}, "export.txt", "FIC101").record.size() == kSamples);
+  ProtocolLine line;
+  CHECK(
+      parse_protocol_line(R"(my\ plant,a\,b=c\=d PV=1.5,n=-3i,u=7u,ok=T,s="x\"y, z=1" 12)", line));
+  CHECK(line.measurement == "my plant");
+  CHECK(line.tags == std::vector<std::pair<std::string, std::string>>{{"a,b", "c=d"}});
+  CHECK(line.fields ==
+        std::vector<std::pair<std::string, std::string>>{
+            {"PV", "1.5"}, {"n", "-3"}, {"u", "7"}, {"ok", "1"}, {"s", "x\"y, z=1"}});
+  CHECK(line.time == "12");
+  for (const char* none :
+       {"time,pv,co", "1,2,3", "a b", "a b=", "a b=1 x", "a,b c=1 2", "a b=\"x 3", ""})
+    CHECK_FALSE(parse_protocol_line(none, line));
+  CHECK(failure("m a=1 1\nm a=2 2\nm a=3 3\nnothing\nm a=1 5\n").find("export.csv:4: is no line") ==
+        0);
+  CHECK(failure("m PV=1\nm PV=2\nm PV=3\n").find("export.csv:1: a line without a time") == 0);
+}
+
+TEST_CASE("an output that is stepped by hand stays as it was logged", "[import]") {
+  for (const double round : {5.0, 1.0, 0.5, 0.001}) {
+    for (const std::uint64_t seed : {3UL, 4UL, 5UL}) {
+      numeric::Random random(seed);
+      std::vector<double> co;
+      std::string text = "Time,FIC1.PV,FIC1.OP\n";
+      double at = 40.0;
+      double pv = 20.0;
+      while (co.size() < 3000) {
+        const auto hold = static_cast<std::size_t>(random.uniform(20.0, 90.0));
+        for (std::size_t k = 0; k < hold; ++k) {
+          pv += 0.1 * (0.5 * at - pv);
+          text +=
+              iso(co.size()) + "," + number(pv + 0.02 * random.normal()) + "," + number(at) + "\n";
+          co.push_back(std::nearbyint(1e3 * at) / 1e3);
+        }
+        const double move = random.uniform(2.0, 12.0) * (random.uniform() < 0.5 ? -1.0 : 1.0);
+        at = round * std::nearbyint(std::clamp(at + move, 10.0, 90.0) / round);
+      }
+      const Imported got = imported(text);
+      INFO(round << " " << seed);
+      CHECK_FALSE(got.notes.compressed());
+      CHECK(got.notes.resampled.empty());
+      CHECK(got.record.co == co);
+    }
+  }
 }
 
 TEST_CASE("modes tell what was in automatic", "[import]") {

@@ -7,11 +7,16 @@
 #include <cmath>
 #include <cstdlib>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "model/numeric/random.hpp"
+#include "record/import/decimal_marks.hpp"
 #include "record/import/number_text.hpp"
+#include "record/import/quality.hpp"
 #include "record/import/tags.hpp"
 #include "record/import/time_text.hpp"
+#include "record/import/time_units.hpp"
 
 namespace loopwarden::tests::texts_test {
 namespace {
@@ -104,7 +109,18 @@ TEST_CASE("numbers with point, comma and thousands", "[import]") {
   CHECK(parse_number("1,234,567.5", '.') == 1234567.5);
   CHECK(parse_number("1'234.5", '.') == 1234.5);
   CHECK_FALSE(parse_number("1,5", '.'));
-  CHECK_FALSE(parse_number("12,34,567", '.'));
+  for (const char* text : {"1,234.5", "1'234.5", "1 234.5", "1\u2019234.5", "1\u00a0234.5",
+                           "1\u202f234.5", "1\u2009234.5", "1\u2007234.5"}) {
+    INFO(text);
+    CHECK(parse_number(text, '.') == 1234.5);
+  }
+  CHECK(parse_number("12,34,567.5", '.') == 1234567.5);  // as in India
+  CHECK(parse_number("1,23,456", '.') == 123456.0);
+  CHECK(parse_number("\u22121.234,5", ',') == -1234.5);
+  for (const char* none : {"1,2345", "1,23,45", "123,45,678", ",123", "1,234,56", "1 234'567"}) {
+    INFO(none);
+    CHECK_FALSE(parse_number(none, '.'));
+  }
   CHECK_FALSE(parse_number("1.5.2", '.'));
   CHECK_FALSE(parse_number("inf", '.'));
   CHECK_FALSE(parse_number("12 m", '.'));
@@ -148,17 +164,208 @@ TEST_CASE("bad values by name, doubtful ones, and what nobody knows", "[import]"
   CHECK(parse_value("12.5", '.', {}).value == 12.5);
 }
 
-TEST_CASE("qualities in words, of OPC DA and of OPC UA", "[import]") {
-  for (const char* good : {"Good", "good", "192", "216", "1", "100", "0xC0", ""}) {
-    INFO(good);
-    CHECK(parse_quality(good, false) == SampleQuality::good);
+// One letter for each state: g, q, b; `cells` in order.
+std::string qualities(QualityKind kind, const std::vector<std::string>& cells,
+                      std::vector<std::string>* said = nullptr) {
+  QualityCells all(kind);
+  std::vector<QualityCells::Id> ids;
+  for (const std::string& cell : cells) ids.push_back(all.add(cell));
+  const std::vector<std::string> remarks = all.settle();
+  if (said != nullptr) *said = remarks;
+  std::string letters;
+  for (const QualityCells::Id id : ids) {
+    const SampleQuality q = all.quality(id);
+    letters += q == SampleQuality::good ? 'g' : q == SampleQuality::bad ? 'b' : 'q';
   }
-  CHECK(parse_quality("64", false) == SampleQuality::questionable);
-  CHECK(parse_quality("Uncertain", false) == SampleQuality::questionable);
-  CHECK(parse_quality("0", false) == SampleQuality::bad);
-  CHECK(parse_quality("0", true) == SampleQuality::good);
-  CHECK(parse_quality("Bad", false) == SampleQuality::bad);
-  CHECK(parse_quality("0x80000000", true) == SampleQuality::bad);
+  return letters;
+}
+
+TEST_CASE("qualities in the codes of many vendors", "[import]") {
+  const QualityKind state = quality_kind("Quality");
+  CHECK(qualities(state, {"192", "216", "64", "0", "24", "0xC0", ""}) == "ggqbbgg");   // OPC DA
+  CHECK(qualities(state, {"0", "0x80000000", "0x40000000", "0x00000000"}) == "gbqg");  // OPC UA
+  CHECK(qualities(state, {"0", "2147483648", "1083179008", "-2147483648"}) == "gbqb");
+  CHECK(qualities(state, {"0", "0"}) == "gg");
+  CHECK(qualities(state, {"128", "128", "76", "0", "24"}) == "ggqbb");  // Siemens
+  CHECK(qualities(state, {"0", "0", "1", "133"}) == "ggbq");            // AVEVA
+  CHECK(qualities(quality_kind("QualityDetail"), {"192", "192", "24", "65"}) == "ggbq");
+  CHECK(qualities(quality_kind("IQuality"), {"3", "3", "65472", "0"}) == "ggbb");  // eWON
+  CHECK(qualities(state, {"3", "3", "3", "65472"}) == "gggb");
+  CHECK(qualities(state, {"192", "256", "512", "Good (192)", "Bad_Stale"}) == "gqbgb");  // Ignition
+  CHECK(qualities(quality_kind("Confidence"), {"100", "0", "50"}) == "gbq");             // PHD
+  CHECK(qualities(quality_kind("Validity"), {"1", "1", "0"}) == "ggb");                  // WinCC
+  CHECK(qualities(quality_kind("Questionable"), {"False", "True", "0", "1"}) == "gqgq");  // PI
+  CHECK(qualities(quality_kind("IsBad"), {"0", "1", "no", "yes"}) == "gbgb");
+  std::vector<std::string> said;
+  CHECK(qualities(quality_kind("Status"), {"0", "0", "0", "1"}, &said) == "gggb");
+  CHECK(said.size() == 1);
+}
+
+TEST_CASE("qualities in words of many languages, and words that nobody knows", "[import]") {
+  for (const char* good : {"Good",
+                           "good",
+                           "OK",
+                           "Good, clamped",
+                           "GoodLocalOverride",
+                           "Good_Unspecified",
+                           "gut",
+                           "G\u00fcltig",
+                           "bon",
+                           "Valide",
+                           "Bueno",
+                           "v\u00e1lido",
+                           "buona",
+                           "goed",
+                           "\u826f\u597d",
+                           "\u6b63\u5e38",
+                           "\u0425\u043e\u0440\u043e\u0448\u0435\u0435",
+                           "No Error",
+                           "Valid",
+                           "true",
+                           "192 - Good",
+                           "0x00000000 (Good)"}) {
+    INFO(good);
+    CHECK(qualities(QualityKind::state, {good, "Bad"}) == "gb");
+  }
+  for (const char* bad : {"Bad",
+                          "Bad Input",
+                          "BadNoCommunication",
+                          "Not Good",
+                          "Invalid",
+                          "I/O Timeout",
+                          "No Data",
+                          "Comm Fail",
+                          "schlecht",
+                          "Ung\u00fcltig",
+                          "Gest\u00f6rt",
+                          "mauvais",
+                          "invalide",
+                          "malo",
+                          "no v\u00e1lido",
+                          "\u574f",
+                          "\u65e0\u6548",
+                          "false",
+                          "Validation failed",
+                          "Scan Off"}) {
+    INFO(bad);
+    CHECK(qualities(QualityKind::state, {"Good", bad}) == "gb");
+  }
+  for (const char* doubt :
+       {"Uncertain", "Questionable", "UncertainLastUsableValue", "unsicher", "Suspect", "incertain",
+        "dudoso", "\u4e0d\u786e\u5b9a", "Substituted"}) {
+    INFO(doubt);
+    CHECK(qualities(QualityKind::state, {"Good", doubt}) == "gq");
+  }
+  std::vector<std::string> said;
+  CHECK(qualities(QualityKind::state, {"Good", "Wartung", "Good", "Wartung"}, &said) == "gbgb");
+  CHECK(said == std::vector<std::string>{"'Wartung' in 2 cells: not known, taken as bad"});
+  CHECK(qualities(QualityKind::state, {"Jo", "Jo", "Jo", "Na"}, &said) == "gggb");
+  REQUIRE(said.size() == 2);
+  CHECK(said.front() == "'Jo' in 3 cells: not known, taken as good because most cells have it");
+}
+
+TEST_CASE("units behind numbers and names", "[import]") {
+  for (const auto& [text, unit] : {std::pair{"12.51 \u00b0C", "\u00b0C"},
+                                   {"45%", "%"},
+                                   {"45\u00a0%", "%"},
+                                   {"1,234.5 kg/h", "kg/h"},
+                                   {"-3.2 bar", "bar"},
+                                   {"7 inH2O", "inH2O"},
+                                   {"1e3 Nm\u00b3/h", "Nm\u00b3/h"}}) {
+    INFO(text);
+    const CellValue cell = parse_value(text, '.', {});
+    CHECK(cell.cell == Cell::number);
+    CHECK(cell.unit == unit);
+  }
+  CHECK(parse_value("3,2 bar", ',', {}).value == 3.2);
+  for (const char* none : {"12 Wartung", "12 3", "bar", "FIC 12", "12..5 bar"})
+    CHECK(parse_value(none, '.', {}).cell == Cell::unknown);
+  const TagName tag = read_tag("FIC-40B/PID1/PV.CV GPM");
+  CHECK(tag.loop == "FIC-40B/PID1");
+  CHECK(tag.role == Role::pv);
+  CHECK(tag.unit == "GPM");
+  CHECK(read_tag("LIC-40A/PID1/OUT.CV %").role == Role::co);
+  CHECK(read_tag("LIC-40A/PID1/SP.CV inH2O").unit == "inH2O");
+  CHECK(read_tag("TIC1.PV deg C").role == Role::pv);
+  CHECK(read_tag("TIC1.PV No EngUnits").role == Role::pv);
+  CHECK(read_tag("FIC101.PV mV").unit == "mV");
+  CHECK(read_tag("FIC101 MV").role == Role::co);
+  CHECK_FALSE(read_tag("FIC101.PV Quality").role);
+}
+
+TEST_CASE("marks before three digits have two readings, others one", "[import]") {
+  for (const auto& [text, marks] : {std::pair{"1.045", Marks::point_open},
+                                    {"-12,500", Marks::comma_open},
+                                    {"0,123", Marks::comma_decimal},
+                                    {"1.04", Marks::point_decimal},
+                                    {"1234,567", Marks::comma_decimal},
+                                    {"1,234.567", Marks::point_decimal},
+                                    {"1.234,567", Marks::comma_decimal},
+                                    {"1,234,567", Marks::point_decimal},
+                                    {"1,23,456", Marks::point_decimal},
+                                    {"1 234,567", Marks::comma_decimal},
+                                    {"1'234.567", Marks::point_decimal},
+                                    {"1.5e3", Marks::point_decimal},
+                                    {"896", Marks::whole},
+                                    {"1 045", Marks::whole},
+                                    {"Bad", Marks::none}}) {
+    INFO(text);
+    CHECK(marks_of(text) == marks);
+  }
+  const auto by_jumps = [](std::initializer_list<const char*> cells) {
+    MarkEvidence evidence;
+    for (const char* cell : cells) evidence.add(cell);
+    return evidence.by_jumps();
+  };
+  CHECK(by_jumps({"896", "1,045", "1,101", "998"}) == '.');
+  CHECK(by_jumps({"896", "1.045", "998"}) == ',');
+  CHECK(by_jumps({"2", "1,998", "2,002", "2"}) == ',');
+  CHECK(by_jumps({"12", "1,045"}) == '\0');
+  CHECK(by_jumps({"1,045", "1,046"}) == '\0');
+  CHECK(by_jumps({"0", "1,045"}) == '\0');
+}
+
+TEST_CASE("what a column of times counts, by its name", "[import]") {
+  for (const auto& [name, form] : {std::pair{"time_ms", TimeForm::milliseconds},
+                                   {"t[ms]", TimeForm::milliseconds},
+                                   {"Time (ms)", TimeForm::milliseconds},
+                                   {"Time in ms", TimeForm::milliseconds},
+                                   {"TimeMs", TimeForm::milliseconds},
+                                   {"millis", TimeForm::milliseconds},
+                                   {"elapsed_msec", TimeForm::milliseconds},
+                                   {"Zeit [ms]", TimeForm::milliseconds},
+                                   {"timestamp_us", TimeForm::microseconds},
+                                   {"t (\u00b5s)", TimeForm::microseconds},
+                                   {"micros", TimeForm::microseconds},
+                                   {"time_ns", TimeForm::nanoseconds},
+                                   {"time_s", TimeForm::seconds},
+                                   {"Time (min)", TimeForm::minutes},
+                                   {"t_h", TimeForm::hours},
+                                   {"time", TimeForm::automatic},
+                                   {"timestamp", TimeForm::automatic},
+                                   {"Timestamps", TimeForm::automatic}}) {
+    INFO(name);
+    CHECK(time_unit_of(name) == form);
+    CHECK(is_time_name(name));
+  }
+  for (const char* name : {"std", "min", "us_gallons", "PV ms", "mass", "stem"})
+    CHECK_FALSE(is_time_name(name));
+  const auto counted = [](const char* name, double from, double step) {
+    std::vector<double> times;
+    for (int k = 0; k < 50; ++k) times.push_back(from + step * k);
+    return count_times(name, times);
+  };
+  CHECK(counted("time_ms", 87754496.0, 1000.0).form == TimeForm::milliseconds);
+  CHECK(counted("time_ms", 1.79e12, 1000.0).form == TimeForm::epoch_ms);
+  CHECK(counted("timestamp_us", 1.79e15, 1e6).form == TimeForm::epoch_us);
+  CHECK(counted("time", 1.79e9, 1.0).form == TimeForm::epoch_s);
+  CHECK(counted("time", 0.0, 1000.0).question.find("--time milliseconds (1 s)") !=
+        std::string::npos);
+  CHECK(counted("time", 0.0, 100.0).question.find("--time seconds (100 s)") != std::string::npos);
+  CHECK(counted("time", 5.0, 1e6).question.find("--time microseconds (1 s)") != std::string::npos);
+  for (const double step : {0.001, 1.0, 5.0, 10.0, 60.0, 120.0, 300.0, 600.0, 900.0, 3600.0, 137.0})
+    CHECK(counted("time", 0.0, step).question.empty());
+  CHECK(counted("time_s", 0.0, 1000.0).question.empty());
 }
 
 TEST_CASE("the loop and the signal that a name stands for", "[import]") {

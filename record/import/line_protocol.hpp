@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// InfluxDB line protocol as a table: a row per field, with the columns time, series and value.
+//
+//   plant,unit=1 FIC101.PV=36.8,FIC101.OP=35i 1793599200000000000
+//
+// A series is called MEASUREMENT.TAGS.FIELD, without a field `value`, as in annotated CSV. Tags that
+// have the same value in all of the first lines are left out of the name. Numbers may end in i or u,
+// true and false become 1 and 0, strings stay as they are.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "record/import/text_source.hpp"
+
+namespace loopwarden::record {
+
+inline constexpr const char* kLineProtocol = "InfluxDB line protocol";
+
+struct ProtocolLine {
+  std::string measurement;
+  std::vector<std::pair<std::string, std::string>> tags;
+  std::vector<std::pair<std::string, std::string>> fields;  // values as a table has them
+  std::string time;                                         // empty: none
+};
+// Returns false if `text` is no line of the protocol. Clears `line` first.
+bool parse_protocol_line(std::string_view text, ProtocolLine& line);
+
+// Whether the first lines are of the protocol; comments and empty lines do not count.
+bool is_line_protocol(std::string_view head);
+
+// The table as text, tabs between cells. Throws RecordError for a line that is none of the protocol,
+// and for one without a time.
+std::unique_ptr<TextSource> protocol_table(std::unique_ptr<TextSource> text);
+
+}  // namespace loopwarden::record

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Columns of qualities: their names, and what their words and codes say. Vocabulary of OPC DA and
+// OPC UA, PI, AVEVA, Siemens, Honeywell PHD, Aspen IP.21, Ignition and eWON, in several languages.
+//
+// Codes are judged together, as a column has one scheme:
+//
+//   0 and 1         by the column's name (Valid, Questionable, ...); otherwise the more frequent is good
+//   percent         Confidence, or codes up to 100 with 100 among them: 100 good, 0 bad
+//   OPC UA          codes from 0x40000000, below 0, or written 0x........: the two highest bits
+//   AVEVA           0, 1, 133: good, bad, doubtful
+//   eWON            3 is good, if the column is IQuality or 3 is the most frequent code
+//   OPC DA, Siemens the two highest bits of the low byte: 0xC0 and 0x80 good, 0x40 doubtful, else bad
+//
+// A word or code that is not known is bad and reported with its count. If no cell has a known good
+// state and one unknown state has more than half of the cells, this state is taken as good, and reported.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace loopwarden::record {
+
+enum class SampleQuality : std::uint8_t { good, questionable, bad };
+
+// What a column's name says of its cells.
+enum class QualityKind : std::uint8_t {
+  none,          // no column of qualities
+  state,         // Quality, OPCQuality, StatusCode
+  status,        // Status, State: may be anything else
+  flags,         // bits of a vendor
+  good_flag,     // Validity, IsGood
+  bad_flag,      // IsBad, Error
+  doubt_flag,    // Questionable, Substituted
+  percent,       // Confidence, PercentGood
+  industrial_pc  // IQuality of eWON
+};
+QualityKind quality_kind(std::string_view column_name);
+
+// Of a word alone; nullopt: not known.
+std::optional<SampleQuality> quality_of_word(std::string_view word);
+
+// The cells of one column: add all of them, then settle, then ask for each.
+class QualityCells {
+ public:
+  explicit QualityCells(QualityKind kind) : kind_(kind) {}
+
+  using Id = std::uint16_t;
+  Id add(std::string_view cell);
+  // Returns what people should know, a sentence each: "'Gestört' in 12 cells: not known, taken as bad".
+  std::vector<std::string> settle();
+  SampleQuality quality(Id id) const { return states_[id].quality; }
+
+ private:
+  struct State {
+    std::string text;
+    std::size_t cells = 0;
+    std::optional<std::int64_t> code;
+    bool hexadecimal = false;
+    bool known = false;
+    SampleQuality quality = SampleQuality::good;
+  };
+  void settle_words();
+  void settle_codes();
+  void settle_flags();
+  SampleQuality by_name(bool flag) const;
+
+  QualityKind kind_;
+  std::vector<State> states_;
+  std::unordered_map<std::string, Id> ids_;
+  Id last_ = 0;
+  bool more_frequent_taken_ = false;
+};
+
+}  // namespace loopwarden::record

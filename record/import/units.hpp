@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Units of measurement, in cells ("12.51 °C") and after names ("PV.CV GPM").
+#pragma once
+
+#include <string_view>
+
+namespace loopwarden::record {
+
+// Returns whether `text` is a unit: %, m3/h, °C, inH2O, kg/cm², ...
+bool is_unit(std::string_view text);
+
+struct WithUnit {
+  std::string_view text;  // the number or the name
+  std::string_view unit;  // empty if there is none
+};
+// Splits "12.51 °C" and "45%" into the number's text and its unit. Without a known unit, `text` is all.
+WithUnit split_cell(std::string_view cell);
+// Splits "PV.CV GPM" and "GAIN.CV No EngUnits" at the blank. Brackets are not looked at.
+WithUnit split_name(std::string_view name);
+
+}  // namespace loopwarden::record
