@@ -218,13 +218,19 @@ class LoopReader {
                          3.0 * config().sample_time_s);
     pv.max_age_s = max_age_;
     in.set_number("range_margin",
-                  {"", between(0.0, 1.0), "share of the span that PV may lie outside its range"},
+                  {"", between(0.0, 1.0),
+                   "share of the span that PV, SP, CO and stem may lie outside their range; CO and "
+                   "stem at least 0.05"},
                   pv.range_margin);
-    pv.frozen_after_s = in.number("frozen_after",
-                                  {"s", at_least(0.0),
-                                   "without any change of PV while CO moves: PV is "
-                                   "doubtful; 0: not checked"},
-                                  0.0);
+    const Value<double> frozen_after = in.maybe_number(
+        "frozen_after",
+        {"s", at_least(0.0),
+         "that PV has to change after CO has moved by 10 % of its span; later it is "
+         "frozen; 0: not checked",
+         "60 s or 30 sample times, whichever is longer"});
+    pv.frozen_acts = !watched_ && frozen_after.given;
+    pv.frozen_after_s =
+        frozen_after.given ? frozen_after.value : hal::usual_frozen_after_s(config().sample_time_s);
     pv.max_held_s = in.number("max_held",
                               {"s", at_least(0.0),
                                "a value of a feeder without a new sample for so long is bad, also "

@@ -33,11 +33,13 @@ PROTOCOL_JSON(Condition, valve, control_performance, actuator, positioner, envir
 PROTOCOL_JSON(LoadRemark, size, since_s)
 PROTOCOL_JSON(UntestedRemark, change, for_s, tested)
 PROTOCOL_JSON(TwinRemarks, judging, load_outside, controller_not_watched, untested)
+PROTOCOL_JSON(RoutineLevel, window_s, windows, verdict, probability, severity_percent, evidence,
+              next_in_s)
 PROTOCOL_JSON(Monitor, window_state, source, windows, windows_suppressed, probability,
               severity_percent, oscillation_index, oscillation_period_s, variability_percent,
               mean_error_percent, saturated_percent, bridged_cycles, travel_percent_per_hour,
               reversals_per_hour, stick_percent, stick_source, condition, corrective_action,
-              hours_automatic, hours_manual, hours_at_limit, twin)
+              hours_automatic, hours_manual, hours_at_limit, twin, routine)
 PROTOCOL_JSON(Io, connected, transactions, timeouts, device_exceptions, invalid_replies,
               stale_replies_discarded, reconnects, writes, write_errors, old_commands_withheld)
 PROTOCOL_JSON(Recording, rows, dropped, waiting, queue_dropped, bytes, rows_lost, disk_errors,

@@ -140,6 +140,18 @@ struct Condition {
   double environment = kNone;
 };
 
+// Routine evidence of one length of window, see docs/watch.md.
+struct RoutineLevel {
+  double window_s = 0.0;      // the length of one window
+  std::uint64_t windows = 0;  // judged since the start
+  // Of the newest judgement: an effect, or the reason for no effect. Empty: not judged yet.
+  std::string verdict{};
+  double probability = kNone;       // of a valve effect, by the newest judgement
+  double severity_percent = kNone;  // % of the CO span, if the verdict is an effect
+  double evidence = 0.0;            // gathered so far; from 1 on the alarm is raised
+  double next_in_s = kNone;         // until the next judgement, in automatic with a good PV
+};
+
 struct Monitor {
   std::string window_state{};
   std::string source{};  // of a watched loop: what it reports on change alone, and what that hides
@@ -155,7 +167,8 @@ struct Monitor {
   Condition condition{};
   std::string corrective_action{};
   double hours_automatic = 0.0, hours_manual = 0.0, hours_at_limit = 0.0;
-  std::optional<TwinRemarks> twin{};  // nothing: it has none
+  std::optional<TwinRemarks> twin{};    // nothing: it has none
+  std::vector<RoutineLevel> routine{};  // the shortest windows first; empty: not weighed
 };
 
 struct Io {

@@ -30,6 +30,12 @@ struct Range {
   friend bool operator==(const Range&, const Range&) = default;
 };
 
+struct FrozenAfter {
+  double seconds = 0.0;
+  bool acts = false;
+  friend bool operator==(const FrozenAfter&, const FrozenAfter&) = default;
+};
+
 const char* name_of(control::Action action) {
   return action == control::Action::direct ? "direct" : "reverse";
 }
@@ -63,6 +69,8 @@ std::string shown(const T& value) {
     return value.empty() ? "none" : value;
   } else if constexpr (std::is_same_v<T, Range>) {
     return fmt::format("[{}, {}]", value.low, value.high);
+  } else if constexpr (std::is_same_v<T, FrozenAfter>) {
+    return fmt::format("{}{}", value.seconds, value.acts ? "" : " (alarm only)");
   } else if constexpr (std::is_same_v<T, control::OutputAction>) {
     return value.kind == control::OutputAction::Kind::hold ? "hold" : shown(value.value);
   } else if constexpr (std::is_same_v<T, config::SocketRights>) {
@@ -119,7 +127,7 @@ constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("process_variable.range", kKept, [](const LoopConfig& l) { return Range{l.pv.low, l.pv.high}; }),
     loop_row("process_variable.max_age", kApplied, [](const LoopConfig& l) { return l.pv.max_age_s; }),
     loop_row("process_variable.range_margin", kApplied, [](const LoopConfig& l) { return l.pv.range_margin; }),
-    loop_row("process_variable.frozen_after", kApplied, [](const LoopConfig& l) { return l.pv.frozen_after_s; }),
+    loop_row("process_variable.frozen_after", kApplied, [](const LoopConfig& l) { return FrozenAfter{l.pv.frozen_after_s, l.pv.frozen_acts}; }),
     loop_row("process_variable.max_held", kApplied, [](const LoopConfig& l) { return l.pv.max_held_s; }),
     loop_row("controller.action", kApplied, [](const LoopConfig& l) { return l.controller.pid.action; }),
     loop_row("controller.kp", kApplied, [](const LoopConfig& l) { return l.controller.pid.gains.kp; }),

@@ -67,7 +67,7 @@ void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures&
     const std::int64_t since_ms = alarm.memory().raised_ms;
     const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
                        alarm.state() == model::AlarmState::acknowledged;
-    // Also if a clock that was ahead raised it: then nobody knows for how long it has been shown.
+    // Also if the clock was ahead when it was raised: then its age is not known.
     if (shown && std::abs(now_ms - since_ms) > model::kStale_ms) {
       figures.stale.push_back({source, name, since_ms});
     }

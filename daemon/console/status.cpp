@@ -277,6 +277,24 @@ std::optional<protocol::TwinRemarks> remarks_of(const monitor::LoopWatch& watch)
   return told;
 }
 
+std::vector<protocol::RoutineLevel> routine_of(const monitor::LoopWatch& watch) {
+  std::vector<protocol::RoutineLevel> levels;
+  for (const model::RoutineWatch::Progress& one : watch.routine) {
+    if (one.window_s <= 0.0) continue;
+    protocol::RoutineLevel& level = levels.emplace_back();
+    level.window_s = one.window_s;
+    level.windows = one.windows;
+    level.evidence = one.sum / model::RoutineWatch::kRaise;
+    level.next_in_s = one.window_s - one.filled_s;
+    if (one.windows == 0) continue;
+    const bool effect = one.verdict == diagnosis::DiagnosisVerdict::valve_effect;
+    level.verdict = effect ? model::to_text(one.fault) : diagnosis::to_text(one.verdict);
+    level.probability = one.probability;
+    if (effect) level.severity_percent = one.severity_percent;
+  }
+  return levels;
+}
+
 protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
   const model::WindowMeasures& m = watch.measures;
   const analysis::ConditionIndices& condition = watch.condition;
@@ -312,7 +330,8 @@ protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::Loop
           .hours_automatic = watch.times.seconds_in(control::Mode::automatic) / 3600.0,
           .hours_manual = watch.times.seconds_in(control::Mode::manual) / 3600.0,
           .hours_at_limit = watch.times.seconds_at_limit() / 3600.0,
-          .twin = remarks_of(watch)};
+          .twin = remarks_of(watch),
+          .routine = routine_of(watch)};
 }
 
 protocol::JudgedWindow window_of(const monitor::LoggedWindow& window) {

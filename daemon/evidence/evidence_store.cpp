@@ -38,8 +38,8 @@ std::string loop_in(const std::string& name) {
   return name.substr(kStamp + 1, name.rfind('-') - kStamp - 1);
 }
 
-// Sorts by the stamps of the names, the oldest first. A stamp in the future is from before the clock was set back, and
-// older than all others.
+// Sorts by the stamps of the names, the oldest first. A stamp in the future is from before the
+// clock was set back, and older than all others.
 void put_in_order(std::vector<fs::path>& folders) {
   const std::string now = stamp_of(base::utc_ms());
   const auto key = [&](const fs::path& folder) {
@@ -147,7 +147,8 @@ std::optional<fs::path> EvidenceStore::newest(const std::string& loop,
   return newest == of_loop.rend() ? std::nullopt : std::optional(*newest);
 }
 
-// Of an incident the first alarm was raised as it opened; what joins it was raised later, unless the clock was set back.
+// The first alarm of an incident was raised when it opened, the others later, unless the clock was
+// set back.
 fs::path EvidenceStore::place_of(const evidence::Evidence& e) const {
   const std::string name = folder_name(e);
   if (e.incident_ms == 0) return settings_.folder / name;

@@ -21,7 +21,8 @@ EventText fault_text(const rt::Event& event, const config::LoopConfig& loop) {
     return {Severity::info, fmt::format("fault over; {}", output_text(event.value, loop))};
   }
   if (fault == control::Fault::output_unknown && config::is_watched(loop.io)) {
-    return {Severity::warning, "fault: output unknown; the source does not tell CO"};
+    return {Severity::warning,
+            fmt::format("fault: output unknown; CO is not known ({})", hal::to_text(reason))};
   }
   if (fault == control::Fault::output_unknown) {
     return {Severity::warning,

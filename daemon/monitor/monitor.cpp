@@ -33,6 +33,10 @@ model::Cycle cycle_of(const RecordRow& row) {
           .pv_good = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::good};
 }
 
+bool is_frozen(const RecordRow& row) {
+  return static_cast<hal::Reason>(row.pv_reason) == hal::Reason::frozen;
+}
+
 bool is_silence(hal::Reason reason) {
   return reason == hal::Reason::never_received || reason == hal::Reason::stale ||
          reason == hal::Reason::link_lost;
@@ -45,6 +49,7 @@ model::ProcessCycle process_cycle_of(const RecordRow& row) {
           .pv = row.pv,
           .pv_good = quality == hal::Quality::good,
           .pv_bad = quality == hal::Quality::bad,
+          .pv_frozen = is_frozen(row),
           .pv_silent =
               quality == hal::Quality::bad && is_silence(static_cast<hal::Reason>(row.pv_reason)),
           .output_arrives = (row.flags & record::kOutputLost) == 0,
@@ -187,8 +192,10 @@ bool Monitor::take_turn(std::size_t index) {
     track.times.add(static_cast<control::Mode>(row.mode), at_limit);
     watch_process(index, row);
     const model::Cycle cycle = cycle_of(row);
-    track.condition.add(cycle, static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
-                        (row.flags & (record::kLateCycle | record::kOutputLost)) != 0);
+    track.condition.add(
+        cycle, {.pv_bad = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
+                .pv_frozen = is_frozen(row),
+                .cycle_bad = (row.flags & (record::kLateCycle | record::kOutputLost)) != 0});
     const model::MonitorStep step = track.monitor.add(cycle);
     if (track.history) {
       track.history->add(cycle);
@@ -214,7 +221,8 @@ bool Monitor::take_turn(std::size_t index) {
     board_.twin_says(index, *remarks,
                      track.monitor.settings().sample_time_s * static_cast<double>(taken));
   }
-  board_.set_progress(index, track.times, track.condition.indices(), track.monitor.state());
+  board_.set_progress(index, track.times, track.condition.indices(), track.monitor.state(),
+                      track.monitor.routine_levels());
   board_.set_flaps(index, track.process);
   return window || taken == kCyclesATurn;
 }

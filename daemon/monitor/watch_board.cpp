@@ -238,10 +238,12 @@ void WatchBoard::suppressed(std::size_t loop, WindowState why) {
 }
 
 void WatchBoard::set_progress(std::size_t loop, const model::ModeTimes& times,
-                              const analysis::ConditionIndices& condition, WindowState state) {
+                              const analysis::ConditionIndices& condition, WindowState state,
+                              const model::RoutineWatch::Levels& routine) {
   const std::lock_guard lock(mutex_);
   watches_[loop].times = times;
   watches_[loop].condition = condition;
+  watches_[loop].routine = routine;
   if (state != WindowState::valid) watches_[loop].window_state = state;
 }
 

@@ -68,6 +68,7 @@ struct LoopWatch {
   // What the source keeps of PV and CO, by the newest routine judgement.
   loopwarden::diagnosis::Archived source;
   double sees_from_percent = 0.0;  // % of the CO span
+  loopwarden::monitor::RoutineWatch::Levels routine{};
 };
 
 // The condition of a process alarm came or went; `why` is for the journal.
@@ -139,7 +140,8 @@ class WatchBoard {
   // `state`: of the window that is being gathered; valid leaves that of the newest window.
   void set_progress(std::size_t loop, const loopwarden::monitor::ModeTimes& times,
                     const loopwarden::analysis::ConditionIndices& condition,
-                    loopwarden::monitor::WindowState state);
+                    loopwarden::monitor::WindowState state,
+                    const loopwarden::monitor::RoutineWatch::Levels& routine = {});
   void controller_not_watched(std::size_t loop, std::string why);
   // What the twin says by now. `passed_s`: of the loop's time after the last call.
   void twin_says(std::size_t loop, const loopwarden::monitor::TwinRemarks& remarks,

@@ -169,7 +169,8 @@ void ReportDesk::load() {
     }
     found.push_back({std::move(*report), true});
   }
-  // The oldest first. A time in the future is from before the clock was set back, and older than all others.
+  // The oldest first. A time in the future is from before the clock was set back, and older than
+  // all others.
   if (found.size() > 1) {
     const auto key = [now_ms = ends_.now_ms()](const Entry& e) {
       return std::pair(e.report.asked_ms <= now_ms, e.report.asked_ms);

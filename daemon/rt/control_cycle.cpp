@@ -21,9 +21,14 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
 
   // Newest sample, its age and quality.
   io_.read(time, inputs_);
+  inputs_.valve_position =
+      checked_as_output(inputs_.valve_position, settings_.pv_check, settings_.controller.pid);
   const control::OutputLimits& limits = settings_.controller.output;
-  const hal::Sample pv = pv_guard_.check(inputs_.process_variable, controller_.output_applied(),
-                                         limits.high - limits.low, now_ns_);
+  const hal::Sample pv = pv_guard_.check(inputs_.process_variable,
+                                         {.value = controller_.output_applied(),
+                                          .span = limits.high - limits.low,
+                                          .automatic = controller_.mode() == Mode::automatic},
+                                         now_ns_);
 
   // Mode: may the loop run, and if not, what does the output do?
   const Conditions found = conditions(pv, missed, stop);
@@ -218,8 +223,11 @@ void ControlCycle::publish_standing() noexcept {
 
 control::Conditions ControlCycle::conditions(const hal::Sample& pv, std::uint64_t missed,
                                              bool stop) const noexcept {
-  const bool good = pv.quality == hal::Quality::good ||
-                    (pv.quality == hal::Quality::uncertain && settings_.safety.uncertain_is_good);
+  // A frozen PV moves no valve unless the loop's file has `frozen_after`.
+  const bool bearable = pv.reason == hal::Reason::frozen && !settings_.pv_check.frozen_acts;
+  const bool good =
+      pv.quality == hal::Quality::good ||
+      (pv.quality == hal::Quality::uncertain && (settings_.safety.uncertain_is_good || bearable));
   // In manual the operator needs no PV: a dead transmitter does not take the valve out of his hands.
   const bool needed = controller_.requested_mode() == Mode::automatic;
   return {.stop = stop,

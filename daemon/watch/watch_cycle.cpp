@@ -18,6 +18,11 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
+// NaN where it is not known.
+double known(const hal::Sample& sample) noexcept {
+  return sample.quality != hal::Quality::bad ? sample.value : kNone;
+}
+
 }  // namespace
 
 WatchCycle::WatchCycle(std::uint32_t loop, const rt::LoopSettings& settings, Wiring wiring,
@@ -47,12 +52,20 @@ double WatchCycle::age_ns(const hal::SourceSample& value) const noexcept {
   return static_cast<double>(now_ns_ - std::max(value.sample.time_ns, value.alive_ns));
 }
 
-double WatchCycle::known(const hal::SourceSample& value) const noexcept {
-  const bool fresh = age_ns(value) <= settings_.pv_check.max_age_s * 1e9;
-  return fresh && value.sample.quality != hal::Quality::bad ? value.sample.value : kNone;
+hal::Sample WatchCycle::fresh(const hal::SourceSample& value) const noexcept {
+  hal::Sample sample = value.sample;
+  if (sample.quality != hal::Quality::bad && age_ns(value) > settings_.pv_check.max_age_s * 1e9) {
+    sample.quality = hal::Quality::bad;
+    sample.reason = hal::Reason::stale;
+  }
+  return sample;
 }
 
-hal::Sample WatchCycle::checked_pv(const hal::SourceSample& pv) noexcept {
+hal::Sample WatchCycle::as_output(const hal::SourceSample& value) const noexcept {
+  return rt::checked_as_output(fresh(value), settings_.pv_check, settings_.controller.pid);
+}
+
+hal::Sample WatchCycle::checked_pv(const hal::SourceSample& pv, double co, Mode mode) noexcept {
   const control::PidSettings& pid = settings_.controller.pid;
   hal::Sample judged = pv.sample;
   const double held_s = static_cast<double>(now_ns_ - pv.sample.time_ns) * 1e-9;
@@ -60,7 +73,10 @@ hal::Sample WatchCycle::checked_pv(const hal::SourceSample& pv) noexcept {
   if (max_held_s == 0.0 || held_s <= max_held_s) {
     judged.time_ns = std::max(judged.time_ns, pv.alive_ns);
   }
-  judged = pv_guard_.check(judged, last_co_, pid.output_high - pid.output_low, now_ns_);
+  judged = pv_guard_.check(
+      judged,
+      {.value = co, .span = pid.output_high - pid.output_low, .automatic = mode == Mode::automatic},
+      now_ns_);
   judged.time_ns = pv.sample.time_ns;
   const double age = static_cast<double>(now_ns_ - judged.time_ns);
   if (judged.quality == hal::Quality::good && age > settings_.pv_check.max_age_s * 1e9) {
@@ -71,7 +87,7 @@ hal::Sample WatchCycle::checked_pv(const hal::SourceSample& pv) noexcept {
 
 Mode WatchCycle::mode_now() const noexcept {
   if (!wiring_.mode) return Mode::automatic;
-  const double number = known(inputs_.mode);
+  const double number = known(fresh(inputs_.mode));
   if (!std::isfinite(number)) return Mode::fallback;
   if (hal::holds(wiring_.mode_values.automatic, number)) return Mode::automatic;
   return hal::holds(wiring_.mode_values.manual, number) ? Mode::manual : Mode::fallback;
@@ -81,16 +97,18 @@ void WatchCycle::run(const hal::CycleTime& time, std::uint64_t missed) noexcept 
   now_ns_ = time.now_ns;
   take_settings();
   source_.read(inputs_);
-  const double co = known(inputs_.output);
-  if (std::isfinite(co)) last_co_ = co;
-  const hal::Sample pv = checked_pv(inputs_.process_variable);
-  const double sp = wiring_.set_point ? known(inputs_.set_point) : kNone;
-  const bool pv_bad = pv.quality == hal::Quality::bad;
+  const hal::Sample output = as_output(inputs_.output);
+  const double co = known(output);
   const Mode mode = mode_now();
   if (mode != Mode::fallback) last_mode_ = mode;
-  const Fault fault = pv_bad               ? Fault::bad_pv
-                      : !std::isfinite(co) ? Fault::output_unknown
-                                           : Fault::none;
+  const hal::Sample pv = checked_pv(inputs_.process_variable, co, mode);
+  const double sp = wiring_.set_point
+                        ? known(rt::checked_as_pv(fresh(inputs_.set_point), settings_.pv_check))
+                        : kNone;
+  const bool pv_bad = pv.quality == hal::Quality::bad;
+  const Fault fault = pv_bad || pv.reason == hal::Reason::frozen ? Fault::bad_pv
+                      : !std::isfinite(co)                       ? Fault::output_unknown
+                                                                 : Fault::none;
 
   const control::PidSettings& pid = settings_.controller.pid;
   const auto flag = [](bool set, unsigned bit) { return set ? bit : 0U; };
@@ -100,7 +118,7 @@ void WatchCycle::run(const hal::CycleTime& time, std::uint64_t missed) noexcept 
       .sp = sp,
       .pv = pv_bad ? kNone : pv.value,
       .co = co,
-      .stem = wiring_.stem ? known(inputs_.stem) : kNone,
+      .stem = wiring_.stem ? known(as_output(inputs_.stem)) : kNone,
       .calculated = static_cast<float>(co),
       .mode = static_cast<std::uint8_t>(mode),
       .fault = static_cast<std::uint8_t>(fault),
@@ -122,14 +140,14 @@ void WatchCycle::run(const hal::CycleTime& time, std::uint64_t missed) noexcept 
   channels_.set_point_wanted.store(sp, std::memory_order_relaxed);
   channels_.standing.store(rt::packed({.mode = last_mode_, .output_known = std::isfinite(co)}),
                            std::memory_order_release);
-  report(pv, fault, mode, co);
+  report(fault, fault == Fault::output_unknown ? output.reason : pv.reason, mode, co);
 }
 
-void WatchCycle::report(const hal::Sample& pv, Fault fault, Mode mode, double co) noexcept {
+void WatchCycle::report(Fault fault, hal::Reason reason, Mode mode, double co) noexcept {
   if (fault != reported_fault_) {
     reported_fault_ = fault;
     event(rt::EventCode::fault_changed, static_cast<std::uint8_t>(fault),
-          static_cast<std::uint8_t>(pv.reason), co);
+          static_cast<std::uint8_t>(reason), co);
   }
   if (mode != reported_mode_) {
     reported_mode_ = mode;

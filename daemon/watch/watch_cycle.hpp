@@ -10,11 +10,12 @@
 //   age       of a value: since its time, or since its source's newest sign of life, whichever is less. Within max_age it
 //             counts; PV older than max_age by its own time alone is `held`: the source sends on change
 //   PV        checked as that of a loop controlled here; quality from the source, made worse by the checks
-//   SP, CO,   not a number while not known, or not wired (SP, stem)
+//   SP, CO,   not a number while not known, out of range (pv_guard.hpp), or not wired (SP, stem)
 //   stem
 //   mode      automatic or manual by the numbers of the loop's file, else, and while it is not known, fallback; automatic
 //             where none is wired
-//   fault     `bad PV`, else `output unknown` while CO is not known, else none
+//   fault     `bad PV` while PV is bad or frozen; otherwise `output unknown` while CO is not known;
+//             otherwise none
 //
 // What it can't do: know what happened between two periods.
 #pragma once
@@ -53,12 +54,13 @@ class WatchCycle {
 
  private:
   void take_settings() noexcept;
-  hal::Sample checked_pv(const hal::SourceSample& pv) noexcept;
-  // NaN where it is not known.
-  double known(const hal::SourceSample& value) const noexcept;
+  hal::Sample checked_pv(const hal::SourceSample& pv, double co, control::Mode mode) noexcept;
+  // Bad if it is too old.
+  hal::Sample fresh(const hal::SourceSample& value) const noexcept;
+  hal::Sample as_output(const hal::SourceSample& value) const noexcept;
   double age_ns(const hal::SourceSample& value) const noexcept;
   control::Mode mode_now() const noexcept;
-  void report(const hal::Sample& pv, control::Fault fault, control::Mode mode, double co) noexcept;
+  void report(control::Fault fault, hal::Reason reason, control::Mode mode, double co) noexcept;
   void event(rt::EventCode code, std::uint8_t a, std::uint8_t b, double value) noexcept;
 
   std::uint32_t loop_;
@@ -72,7 +74,6 @@ class WatchCycle {
   rt::SettingsOffer offer_;
   hal::SourceInputs inputs_;
   std::int64_t now_ns_ = 0;
-  double last_co_ = 0.0;                             // CO units, the newest that was known
   control::Mode last_mode_ = control::Mode::manual;  // the newest of automatic and manual
   control::Fault reported_fault_ = control::Fault::none;
   control::Mode reported_mode_ = control::Mode::fallback;

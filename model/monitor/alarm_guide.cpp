@@ -41,7 +41,8 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // bad_pv
     {"PV can't be used: its transmitter, its wiring or the link to it has failed; the journal's "
      "line has the reason",
-     "the loop can't control; the output does what `safe_actions.bad_pv` says",
+     "the loop can't control; the output does what `safe_actions.bad_pv` says; with a frozen PV "
+     "only if the file has `frozen_after`",
      "watch the process by another measurement; check transmitter, wiring and link",
      "minutes: nothing controls PV"},
     // output_lost

@@ -25,7 +25,8 @@ ConditionWatch::ConditionWatch(const WindowSettings& settings, double resolution
       length_(kWindowSamples * std::max<std::size_t>(settings.decimation, 1)),
       block_(length_ / kBlocks) {}
 
-void ConditionWatch::add(const Cycle& cycle, bool pv_bad, bool cycle_bad) noexcept {
+void ConditionWatch::add(const Cycle& cycle, const Troubles& troubles) noexcept {
+  pv_frozen_ = troubles.pv_frozen;
   const std::uint64_t missing =
       any_ && cycle.period_index > last_period_ ? cycle.period_index - last_period_ - 1 : 0;
   // The move across a gap is of unknown duration.
@@ -35,8 +36,8 @@ void ConditionWatch::add(const Cycle& cycle, bool pv_bad, bool cycle_bad) noexce
   const bool read_back = std::isfinite(cycle.stem);
   read_back_seen_ = read_back_seen_ || read_back;
   sums_.cycles += missing + 1;
-  sums_.cycle_bad += missing + (cycle_bad ? 1U : 0U);
-  sums_.pv_bad += pv_bad ? 1U : 0U;
+  sums_.cycle_bad += missing + (troubles.cycle_bad ? 1U : 0U);
+  sums_.pv_bad += troubles.pv_bad ? 1U : 0U;
   sums_.read_back_bad += read_back_seen_ && !read_back ? 1U : 0U;
   // While nobody knows where the output stands, there is nothing that the stem could be off.
   if (read_back && std::isfinite(cycle.co)) {

@@ -40,8 +40,12 @@ class ConditionWatch {
  public:
   explicit ConditionWatch(const WindowSettings& settings, double resolution_percent = 0.2) noexcept;
 
-  // `pv_bad`: not even uncertain. `cycle_bad`: late, or the command did not reach the device.
-  void add(const Cycle& cycle, bool pv_bad, bool cycle_bad) noexcept;
+  struct Troubles {
+    bool pv_bad = false;     // not even uncertain
+    bool pv_frozen = false;  // does not change although CO moves
+    bool cycle_bad = false;  // late, or the command did not reach the device
+  };
+  void add(const Cycle& cycle, const Troubles& troubles) noexcept;
   // `conditions`: of a window that was judged, else null. It ends with the newest cycle.
   void window(const WindowMeasures& measures, const AlarmConditions* conditions) noexcept;
   // What is known apart from windows, by routine evidence or a twin. True where it is another verdict than before.
@@ -49,8 +53,9 @@ class ConditionWatch {
   // Of a window that ends with the newest cycle: without its stick, where it began before the last change.
   WindowMeasures told(WindowMeasures measures) const noexcept;
 
+  // No index is known while PV is frozen, because its samples do not show valve and loop.
   analysis::ConditionIndices indices() const noexcept {
-    return analysis::condition_indices(inputs_);
+    return pv_frozen_ ? analysis::ConditionIndices{} : analysis::condition_indices(inputs_);
   }
   const analysis::ConditionInputs& inputs() const noexcept { return inputs_; }
 
@@ -84,6 +89,7 @@ class ConditionWatch {
   std::uint64_t changed_ = 0;    // first cycle behind the last change of verdict; 0: there was none
   bool any_ = false;             // a cycle has been seen
   bool read_back_seen_ = false;  // and a read-back
+  bool pv_frozen_ = false;       // by the newest cycle
   AlarmConditions conditions_{};  // the newest
   analysis::ConditionInputs inputs_;
 };

@@ -11,8 +11,9 @@
 // It is acknowledged when none of its alarms waits for the operator: one that joins later makes it wait again.
 // Process alarms stand by themselves.
 //
-// Time is the caller's, ms on a clock that means the same after a restart (UTC). If the clock is set back, kJoin_ms and
-// kQuiet_ms start again, and the incident keeps the time at which it opened, because its id is made from it.
+// Time is the caller's, ms on a clock that means the same after a restart (UTC). If the clock is
+// set back, kJoin_ms and kQuiet_ms start again, and the incident keeps the time at which it opened,
+// because its id is made from it.
 //
 // Errors: none.
 // What it can't do: keep two changes of one loop apart while the first lasts; join those of several loops.
@@ -60,8 +61,8 @@ struct Incident {
   bool open() const noexcept { return there() && ended_ms == 0; }
   bool has(AlarmKind kind) const noexcept { return ((alarms >> index_of(kind)) & 1U) != 0; }
   bool explained() const noexcept { return confidence >= kSureName; }
-  // Whether an alarm that was raised at `raised_ms` is one of this incident. An alarm with a time in the
-  // future was raised before the clock was set back, and so was its incident.
+  // Whether an alarm that was raised at `raised_ms` is one of this incident. An alarm with a time
+  // in the future was raised before the clock was set back, and so was its incident.
   bool covers(std::int64_t raised_ms, std::int64_t now_ms) const noexcept {
     return raised_ms >= since_ms && (raised_ms <= now_ms || opened_ms > now_ms);
   }

@@ -85,6 +85,10 @@ class LoopMonitor {
   RoutineWatch::Samples routine_samples() const noexcept {
     return routine_ ? routine_->samples() : RoutineWatch::Samples{};
   }
+  // The present state of routine evidence. No allocation.
+  RoutineWatch::Levels routine_levels() const noexcept {
+    return routine_ ? routine_->levels() : RoutineWatch::Levels{};
+  }
   const WindowSettings& settings() const noexcept { return builder_.settings(); }
   // Null: there is no twin.
   const TwinWatch* twin() const noexcept { return twin_ ? &*twin_ : nullptr; }

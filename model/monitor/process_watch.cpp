@@ -50,7 +50,7 @@ ProcessChanges ProcessWatch::add(const ProcessCycle& cycle) noexcept {
   ever_ran_ = ever_ran_ || cycle.requested_mode == Mode::automatic ||
               cycle.mode == Mode::automatic ||
               (cycle.mode == Mode::fallback && cycle.fault != Fault::starting);
-  limits_.add(cycle.period_index, cycle.sp, cycle.pv_bad ? kNone : cycle.pv,
+  limits_.add(cycle.period_index, cycle.sp, cycle.pv_bad || cycle.pv_frozen ? kNone : cycle.pv,
               cycle.mode == Mode::automatic);
   ProcessChanges changes;
   for (const AlarmKind kind : kProcessAlarms) {
@@ -104,7 +104,8 @@ bool ProcessWatch::is_due(const Delayed& condition, const ProcessRule& rule,
 
 std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycle) const noexcept {
   switch (kind) {
-    case AlarmKind::bad_pv: return cycle.pv_bad || (!cycle.pv_good && cycle.fault == Fault::bad_pv);
+    case AlarmKind::bad_pv:
+      return cycle.pv_bad || cycle.pv_frozen || (!cycle.pv_good && cycle.fault == Fault::bad_pv);
     case AlarmKind::output_lost: return output_lost(cycle);
     case AlarmKind::output_unknown:
       if (cycle.fault == Fault::output_unknown) return true;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether a loop does its work: the conditions of its process alarms, from its cycles.
 //
-//   bad_pv           PV is bad, in every mode, while the loop starts too; or it is uncertain and that is the loop's fault
+//   bad_pv           PV is bad or frozen, in every mode, while the loop starts too; or it is
+//                    uncertain and that is the loop's fault
 //   output_lost      commands don't reach the device. Before the first one has, only a loop that has its PV and still can't
 //                    start tells; a loop that has nothing to write yet has lost nothing
 //   output_unknown   where the output stands is not known; a graver fault hides it
@@ -97,6 +98,7 @@ struct ProcessCycle {
   double pv = std::numeric_limits<double>::quiet_NaN();  // PV units; NaN: bad
   bool pv_good = false;
   bool pv_bad = false;          // neither: uncertain
+  bool pv_frozen = false;       // does not change although CO moves
   bool pv_silent = false;       // bad, because nothing brings it
   bool output_arrives = false;  // the device has confirmed the newest command
   control::Fault fault = control::Fault::none;

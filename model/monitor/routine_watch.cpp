@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace loopwarden::monitor {
 namespace {
@@ -25,6 +26,22 @@ bool speaks(diagnosis::DiagnosisVerdict verdict) noexcept {
   return false;
 }
 
+// Whether the band is that of a healthy valve.
+bool is_small(const RoutineWatch::Judgement& judgement) noexcept {
+  return judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect &&
+         judgement.severity_percent < RoutineWatch::kHealthyBand;
+}
+
+// Whether two windows as one record suffice; `lowest`: of the probabilities of each by itself.
+bool raises(const RoutineWatch::Judgement& both, double lowest) noexcept {
+  if (both.verdict != diagnosis::DiagnosisVerdict::valve_effect || is_small(both) || !both.whole) {
+    return false;
+  }
+  const bool likely_stiction = both.fault == AlarmKind::stiction && lowest >= 0.5 &&
+                               both.evidence.standing > diagnosis::kStandsFrom;
+  return both.grade == diagnosis::Grade::seen || likely_stiction;
+}
+
 }  // namespace
 
 RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
@@ -35,6 +52,7 @@ RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
   if (source.any()) diagnosis::mind_archive(found, source, sees_from, span);
   RoutineWatch::Judgement judgement{
       .window_s = record.sample_time_s * static_cast<double>(record.pv.size()),
+      .whole = found.prepared.used == record.pv.size(),
       .verdict = found.verdict,
       .grade = found.grade,
       .probability = found.probability,
@@ -61,9 +79,9 @@ RoutineWatch::RoutineWatch(const WindowSettings& settings)
     Level& level = levels_.emplace_back();
     level.decimation = decimation;
     level.sample_time_s = static_cast<double>(decimation) * cycle_s;
-    level.sp.resize(kSamples);
-    level.pv.resize(kSamples);
-    level.co.resize(kSamples);
+    level.sp.resize(2 * kSamples);
+    level.pv.resize(2 * kSamples);
+    level.co.resize(2 * kSamples);
   }
 }
 
@@ -72,6 +90,7 @@ void RoutineWatch::leave_out(Level& level, std::uint64_t cycles, bool manual) no
   level.left_out = static_cast<std::size_t>(std::min(longest, level.left_out + cycles));
   if (level.left_out < longest) return;
   level.count = 0;
+  level.has_before = level.full = false;
   level.in_sample = 0;
   level.sum_sp = level.sum_pv = level.sum_co = 0.0;
   level.from_specialists = 0.0;
@@ -86,10 +105,17 @@ bool RoutineWatch::take(Level& level, const Cycle& cycle) noexcept {
   level.sum_pv += cycle.pv;
   level.sum_co += cycle.co;
   if (++level.in_sample < level.decimation) return false;
+  if (std::exchange(level.full, false)) {
+    for (std::vector<float>* column : {&level.sp, &level.pv, &level.co}) {
+      std::copy_n(column->begin() + kSamples, kSamples, column->begin());
+    }
+    level.has_before = true;
+  }
   const double n = static_cast<double>(level.in_sample);
-  level.sp[level.count] = static_cast<float>(level.sum_sp / n);
-  level.pv[level.count] = static_cast<float>(level.sum_pv / n);
-  level.co[level.count] = static_cast<float>(level.sum_co / n);
+  const std::size_t at = kSamples + level.count;
+  level.sp[at] = static_cast<float>(level.sum_sp / n);
+  level.pv[at] = static_cast<float>(level.sum_pv / n);
+  level.co[at] = static_cast<float>(level.sum_co / n);
   level.in_sample = 0;
   level.sum_sp = level.sum_pv = level.sum_co = 0.0;
   return ++level.count == kSamples;
@@ -114,6 +140,8 @@ bool RoutineWatch::add(const Cycle& cycle) {
       if (!judged || of_level.sum > judgement_.sum) {
         judgement_ = of_level;
         judged_ = i;
+        judged_samples_ =
+            static_cast<std::size_t>(std::lround(of_level.window_s / levels_[i].sample_time_s));
       }
       judged = true;
     }
@@ -123,8 +151,34 @@ bool RoutineWatch::add(const Cycle& cycle) {
 }
 
 RoutineWatch::Samples RoutineWatch::samples() const noexcept {
-  const Level& level = levels_[judged_];
-  return {.sample_time_s = level.sample_time_s, .sp = level.sp, .pv = level.pv, .co = level.co};
+  return samples_of(levels_[judged_], judged_samples_);
+}
+
+RoutineWatch::Samples RoutineWatch::samples_of(const Level& level,
+                                               std::size_t count) const noexcept {
+  const auto newest = [count](const std::vector<float>& column) {
+    return std::span<const float>(column).last(count);
+  };
+  return {.sample_time_s = level.sample_time_s,
+          .sp = newest(level.sp),
+          .pv = newest(level.pv),
+          .co = newest(level.co)};
+}
+
+RoutineWatch::Levels RoutineWatch::levels() const noexcept {
+  Levels all;
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    const Level& level = levels_[i];
+    all[i] = {.window_s = level.sample_time_s * static_cast<double>(kSamples),
+              .filled_s = level.sample_time_s * static_cast<double>(level.count),
+              .windows = level.windows,
+              .sum = level.sum,
+              .probability = level.newest.probability,
+              .verdict = level.newest.verdict,
+              .fault = level.newest.fault,
+              .severity_percent = level.newest.severity_percent};
+  }
+  return all;
 }
 
 void RoutineWatch::restore(AlarmKind kind, bool on, double severity_percent) noexcept {
@@ -143,51 +197,71 @@ void RoutineWatch::specialists(const WindowJudgement& judgement) noexcept {
   }
 }
 
+// Judges the newest `count` samples.
+RoutineWatch::Judgement RoutineWatch::judge_newest(const Level& level, std::size_t count) const {
+  const Samples newest = samples_of(level, count);
+  const std::vector<double> sp(newest.sp.begin(), newest.sp.end());
+  const std::vector<double> pv(newest.pv.begin(), newest.pv.end());
+  const std::vector<double> co(newest.co.begin(), newest.co.end());
+  return judge_routine(
+      {.pv = pv,
+       .co = co,
+       .sp = has_set_point_ ? std::span<const double>(sp) : std::span<const double>(),
+       .sample_time_s = level.sample_time_s,
+       .co_low = co_low_,
+       .co_high = co_high_},
+      source_);
+}
+
 RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
-  const std::vector<double> sp(level.sp.begin(), level.sp.end());
-  const std::vector<double> pv(level.pv.begin(), level.pv.end());
-  const std::vector<double> co(level.co.begin(), level.co.end());
-  if (on_change_ && &level == levels_.data()) learn(pv, co);
-  Judgement judgement =
-      judge_routine({.pv = pv,
-                     .co = co,
-                     .sp = has_set_point_ ? std::span<const double>(sp) : std::span<const double>(),
-                     .sample_time_s = level.sample_time_s,
-                     .co_low = co_low_,
-                     .co_high = co_high_},
-                    source_);
-  judgement.sum_before = level.sum;
+  if (on_change_ && &level == levels_.data()) learn(level);
+  Judgement judgement = judge_newest(level, kSamples);
+  const double probability_before = std::exchange(level.probability, judgement.probability);
+  const double sum_before = level.sum;
+  double from_specialists = 0.0;
+  if (level.specialist_windows > 0) {
+    const double mean = level.from_specialists / static_cast<double>(level.specialist_windows);
+    from_specialists = std::clamp(0.5 * logit(mean), -kMostFromSpecialists, kMostFromSpecialists);
+  }
   if (speaks(judgement.verdict)) {
-    if (level.specialist_windows > 0) {
-      const double mean = level.from_specialists / static_cast<double>(level.specialist_windows);
-      judgement.from_specialists =
-          std::clamp(0.5 * logit(mean), -kMostFromSpecialists, kMostFromSpecialists);
-    }
-    const bool effect = judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect;
-    const bool small = effect && judgement.severity_percent < kHealthyBand;
+    const bool small = is_small(judgement);
     const double of_alarm = small ? 1.0 - judgement.probability : judgement.probability;
-    level.sum =
-        std::clamp(level.sum + logit(of_alarm) + judgement.from_specialists - kDrift, 0.0, kMost);
-    if (effect && !small) {
-      level.fault = judgement.fault;
-      level.severity_percent = judgement.severity_percent;
-    }
-    if (level.sum >= kRaise) level.on = true;
-    if (level.sum <= kClear) {
-      level.on = false;
-      restored_ = {};
+    level.sum = std::clamp(level.sum + logit(of_alarm) + from_specialists - kDrift, 0.0, kMost);
+  }
+  if (level.has_before && from_specialists >= 0.0) {
+    const Judgement both = judge_newest(level, 2 * kSamples);
+    if (raises(both, std::min(probability_before, level.probability))) {
+      judgement = both;
+      level.sum = std::max(level.sum, kRaise);
     }
   }
+  if (judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect && !is_small(judgement)) {
+    level.fault = judgement.fault;
+    level.severity_percent = judgement.severity_percent;
+  }
+  if (level.sum >= kRaise) level.on = true;
+  if (level.sum <= kClear && speaks(judgement.verdict)) {
+    level.on = false;
+    restored_ = {};
+  }
+  judgement.sum_before = sum_before;
+  judgement.from_specialists = speaks(judgement.verdict) ? from_specialists : 0.0;
   judgement.sum = level.sum;
   judgement.fault = level.fault;
   judgement.severity_percent = level.severity_percent;
+  level.newest = judgement;
+  ++level.windows;
+  level.full = true;
   level.count = 0;
   level.from_specialists = 0.0;
   level.specialist_windows = 0;
   return judgement;
 }
 
-void RoutineWatch::learn(std::span<const double> pv, std::span<const double> co) {
+void RoutineWatch::learn(const Level& level) {
+  const Samples newest = samples_of(level, kSamples);
+  const std::vector<double> pv(newest.pv.begin(), newest.pv.end());
+  const std::vector<double> co(newest.co.begin(), newest.co.end());
   constexpr double kMostAreNew = 0.5;        // of the samples
   constexpr std::size_t kFewestStored = 20;  // stored values that a rule is recognised by
   const auto learn_of = [](std::span<const double> values, analysis::ArchivedSignal& kept) {

@@ -365,7 +365,10 @@ Evidence read_evidence(const fs::path& folder) {
     record::Record record = record::read_record(folder / "record.csv");
     const std::size_t samples =
         evidence.routine ? monitor::RoutineWatch::kSamples : monitor::kWindowSamples;
-    if ((!evidence.by_twin && record.size() != samples) || !record.has_sp || !record.has_co) {
+    // Routine evidence is also two windows as one record.
+    const bool fits =
+        record.size() == samples || (evidence.routine && record.size() == 2 * samples);
+    if ((!evidence.by_twin && !fits) || !record.has_sp || !record.has_co) {
       throw EvidenceError(fmt::format("{}: it is no window of {} samples with sp, pv and co",
                                       (folder / "record.csv").string(), samples));
     }

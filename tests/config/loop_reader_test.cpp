@@ -58,7 +58,8 @@ TEST_CASE("What a loop file leaves out has its default", "[config][loop]") {
   const LoopConfig loop = read(with(kModbusLoop, ", output: 1}", "}"));
   CHECK(loop.pv.max_age_s == Approx(0.3));  // three sample times
   CHECK(loop.pv.range_margin == 0.05);
-  CHECK(loop.pv.frozen_after_s == 0.0);
+  CHECK(loop.pv.frozen_after_s == 60.0);
+  CHECK_FALSE(loop.pv.frozen_acts);
   CHECK(loop.pv.max_held_s == 0.0);
   CHECK(loop.controller.pid.anti_windup == control::AntiWindup::back_calculation);
   CHECK(loop.controller.set_point_tracks_in_manual);

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "config/config_reader.hpp"
+#include "hal/contract/pv_check_settings.hpp"
 
 namespace loopwarden::workbench::discover {
 namespace {
@@ -131,6 +132,9 @@ LoopFile loop_file(const FoundLoop& loop, const LoopFileSettings& settings) {
   out.line("process_variable:");
   out.unit("process_variable", "PV", loop.pv_unit);
   out.range("process_variable", "PV", loop.pv_range);
+  const double sample_time_s = settings.sample_time_s.value_or(kUsualSampleTime_s);
+  out.line(fmt::format("  frozen_after: {}  # s, after CO has moved by 10 %",
+                       hal::usual_frozen_after_s(sample_time_s)));
   out.line("output:");
   out.unit("output", "CO", loop.co_unit);
   out.range("output", "CO", loop.co_range);

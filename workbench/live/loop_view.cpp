@@ -104,6 +104,27 @@ std::string age(double seconds) {
   return fmt::format("{:.1f} d", seconds / 86'400.0);
 }
 
+// State of routine evidence and its next judgement: of the shortest windows, and of those that were
+// judged.
+std::vector<std::string> routine_lines(const protocol::LoopStatus& loop) {
+  std::vector<std::string> lines;
+  for (const protocol::RoutineLevel& level : loop.monitor.routine) {
+    if (level.windows == 0 && !lines.empty()) continue;
+    std::string line = fmt::format("routine evidence, windows of {}: ", age(level.window_s));
+    if (level.windows == 0) {
+      line += "none judged yet";
+    } else {
+      line += fmt::format(
+          "{} judged, the newest {}, probability of a valve effect {:.2f}   {:.0f} % of what "
+          "raises an alarm",
+          level.windows, base::in_words(level.verdict), level.probability,
+          100.0 * std::min(level.evidence, 1.0));
+    }
+    lines.push_back(line + fmt::format("   next in {} of automatic", age(level.next_in_s)));
+  }
+  return lines;
+}
+
 // Kinds of change that would not have shown for an hour or more.
 std::string untested_text(const protocol::TwinRemarks& twin) {
   constexpr double kWorthSaying_s = 3600.0;
@@ -277,6 +298,7 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
 std::vector<std::string> loop_details(const protocol::LoopStatus& loop) {
   std::vector<std::string> lines{valve_line(loop), condition_line(loop)};
   if (loop.out_of_service) lines.push_back("out of service: " + *loop.out_of_service);
+  for (std::string& line : routine_lines(loop)) lines.push_back(std::move(line));
   if (loop.commissioning) lines.push_back(commissioning_line(*loop.commissioning));
   if (loop.monitor.twin) lines.push_back(twin_line(loop));
   lines.push_back(record_and_bus_line(loop));

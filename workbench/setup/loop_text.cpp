@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "hal/contract/pv_check_settings.hpp"
 #include "workbench/setup/questions.hpp"
 
 namespace loopwarden::workbench::setup {
@@ -145,8 +146,19 @@ std::string loop_text(const Answered& of, const std::string& link) {
   std::string text = "loop: " + quoted(of("tag")) + "\n";
   if (!of("description").empty()) text += "description: " + quoted(of("description")) + "\n";
   if (elsewhere) text += "control: elsewhere  # nothing of this loop is ever written\n";
-  text += fmt::format("sample_time: {}  # s\nprocess_variable: {{unit: {}, range: {}}}\n",
-                      of("sample_time"), quoted(of("pv.unit")), list_of(of("pv.range"), 2));
+  const auto seconds = [](const std::string& answer) {
+    return numbers_in(answer, 1).value_or(std::vector{0.0}).front();
+  };
+  // If a frozen PV may move the valve, a slow loop has long to answer.
+  const double frozen_after_s = hal::usual_frozen_after_s(
+      seconds(of("sample_time")), elsewhere ? 0.0 : 3.0 * seconds(of("ti")));
+  text += fmt::format(
+      "sample_time: {}  # s\n"
+      "process_variable:\n"
+      "  unit: {}\n"
+      "  range: {}\n"
+      "  frozen_after: {}  # s, after CO has moved by 10 %\n",
+      of("sample_time"), quoted(of("pv.unit")), list_of(of("pv.range"), 2), plain(frozen_after_s));
   if (!elsewhere) return text + controlled_text(of, link);
   return text +
          fmt::format("output: {{unit: {}, range: {}}}\n", quoted(of("co.unit")),

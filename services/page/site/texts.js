@@ -146,6 +146,8 @@ const en = {
     reversals: 'Reversals', stick: 'Stick', stickBy: '{value}, from {source}', perHour: '{value} /h', percentPerHour: '{value} %/h',
     state: 'Window', windows: 'Windows judged', suppressed: '{n}, of them {m} not fit', hours: 'Time in automatic, in manual, at a limit',
     bridged: 'Cycles stood in for',
+    routine: 'Routine evidence, windows of {window}', routineSays: '{n} judged, the newest {verdict}, probability of a valve effect {probability}; {share} of what raises an alarm; next in {next} of automatic',
+    routineFirst: 'none judged yet; first in {next} of automatic',
   },
   windows: {
     caption: 'Newest windows, the newest first: probability of each class, and small what its specialist leaves unexplained, (% of span)²', time: 'Ended', verdict: 'Verdict', severity: 'Size',

@@ -240,11 +240,11 @@ TEST_CASE("an alarm of routine evidence is raised once, with the samples that it
   CHECK(e.sample_time_s == 2.0);
   CHECK(e.pv_low == -50.0);
   CHECK(e.co_high == 80.0);
-  REQUIRE(e.pv.size() == model::RoutineWatch::kSamples);
-  // The second full window of samples of one cycle.
-  const std::size_t first = model::RoutineWatch::kSamples;
-  CHECK(e.pv.front() == Approx(run.pv[first]).epsilon(1e-6));
-  CHECK(e.co.back() == Approx(run.co[2 * first - 1]).epsilon(1e-6));
+  // The first two full windows of samples of one cycle.
+  const std::size_t both = 2 * model::RoutineWatch::kSamples;
+  REQUIRE(e.pv.size() == both);
+  CHECK(e.pv.front() == Approx(run.pv.front()).epsilon(1e-6));
+  CHECK(e.co.back() == Approx(run.co[both - 1]).epsilon(1e-6));
 }
 
 TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is repaired",

@@ -45,6 +45,49 @@ TEST_CASE("taking over where the valve stands is no movement that PV would have 
   CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::none);
 }
 
+TEST_CASE("a frozen PV is an alarm; it moves the valve only where the file has frozen_after") {
+  const bool acts = GENERATE(false, true);
+  daemon::rt::LoopSettings settings = plain_settings();
+  settings.pv_check.frozen_after_s = 2.0;
+  settings.pv_check.frozen_acts = acts;
+  settings.controller.output.rate_per_s = 1000.0;
+  Loop loop(settings);
+  loop.io.set_read_back(63.0);
+  loop.run(1);
+  const double span = settings.pv_check.high - settings.pv_check.low;
+  loop.io.set_pv(settings.pv_check.low + 0.3 * span);
+  double lowest = loop.row.co;
+  double highest = loop.row.co;
+  bool frozen = false;
+  for (int i = 0; i < 2000 && !frozen; ++i) {
+    loop.run(1);
+    lowest = std::min(lowest, loop.row.co);
+    highest = std::max(highest, loop.row.co);
+    frozen = static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::frozen;
+    if (!frozen) CHECK(loop.fault() == Fault::none);
+  }
+  REQUIRE(frozen);
+  CHECK(highest - lowest >= 10.0);
+  CHECK(static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::uncertain);
+  loop.run(100);
+  CHECK(loop.fault() == (acts ? Fault::bad_pv : Fault::none));
+  CHECK(loop.mode() == (acts ? Mode::fallback : Mode::automatic));
+}
+
+TEST_CASE("a read-back out of its range is not known") {
+  const double code = GENERATE(3.4e38, -9999.0, 6553.5, 106.0);
+  Loop loop(plain_settings(), {.mode = Mode::automatic, .set_point = 50.0, .output = {}});
+  loop.io.set_read_back(code);
+  loop.run(5);
+  CHECK(loop.fault() == Fault::output_unknown);
+  CHECK(std::isnan(loop.row.stem));
+  CHECK(std::isnan(loop.row.co));
+  loop.io.set_read_back(-1.0);
+  loop.run(1);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.row.stem == -1.0);
+}
+
 TEST_CASE("a PV at the end of what its transmitter can measure is good, and says so") {
   Loop loop;
   const auto limit = [&] { return static_cast<hal::Limit>(loop.run(1).pv_limit); };

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "daemon/watch/sampler.hpp"
@@ -96,6 +97,72 @@ TEST_CASE("a watched loop leaves the same row as one that is controlled here", "
   FakeSource::set(rig.source.inputs.output, 100.0, rig.now_ns);
   CHECK(rig.run().flags == record::kAtHigh);
   CHECK(rig.run(2).flags == (record::kAtHigh | record::kLateCycle));
+}
+
+TEST_CASE("SP, CO and stem out of their range are not known", "[watch]") {
+  constexpr double kMax = std::numeric_limits<float>::max();
+  for (const double code : {kMax, -kMax, 1e38, -9999.0, 6553.5, 107.0, -7.0}) {
+    INFO(code);
+    Rig rig;
+    hal::SourceInputs& in = rig.source.inputs;
+    FakeSource::set(in.set_point, code, rig.now_ns);
+    rig.run();
+    CHECK(std::isnan(rig.row.sp));
+    CHECK(rig.fault() == Fault::none);
+    FakeSource::set(in.set_point, 41.0, rig.now_ns);  // within the margin
+    FakeSource::set(in.stem, code, rig.now_ns);
+    rig.run();
+    CHECK(rig.row.sp == 41.0);
+    CHECK(std::isnan(rig.row.stem));
+    FakeSource::set(in.stem, -3.0, rig.now_ns);
+    rt::Event event;
+    while (rig.events.try_pop(event)) {
+    }
+    FakeSource::set(in.output, code, rig.now_ns);
+    rig.run();
+    CHECK(rig.row.stem == -3.0);
+    CHECK(std::isnan(rig.row.co));
+    CHECK(rig.row.flags == 0);
+    CHECK(rig.fault() == Fault::output_unknown);
+    CHECK_FALSE(rt::unpacked(rig.channels.standing.load()).output_known);
+    REQUIRE(rig.events.try_pop(event));
+    CHECK(static_cast<Reason>(event.b) == Reason::out_of_range);
+    CHECK(std::isnan(event.value));
+  }
+}
+
+TEST_CASE("a watched PV that repeats one value while CO moves is frozen", "[watch]") {
+  const bool on_change = GENERATE(false, true);
+  Rig rig;
+  rt::LoopSettings with = settings();
+  with.pv_check.frozen_after_s = 60.0;
+  rt::SettingsOffer offer;
+  offer.settings = with;
+  offer.number = 1;
+  rig.channels.settings.publish(offer);
+  const auto step = [&](double co) {
+    rig.now_ns += kSecond;
+    if (on_change) {
+      rig.all_alive();
+    } else {
+      rig.all_fresh();
+    }
+    FakeSource::set(rig.source.inputs.output, co, rig.now_ns);
+    rig.run();
+  };
+  for (int i = 0; i < 200; ++i) step(50.0);
+  CHECK(rig.fault() == Fault::none);
+  for (int i = 0; i < 50; ++i) step(50.0 - i);
+  CHECK(rig.fault() == Fault::none);
+  for (int i = 0; i < 40; ++i) step(0.0);
+  CHECK(rig.fault() == Fault::bad_pv);
+  CHECK(rig.reason() == Reason::frozen);
+  CHECK(rig.quality() == Quality::uncertain);
+  CHECK(rig.row.pv == 20.0);  // for the record
+  CHECK(rig.mode() == Mode::automatic);
+  FakeSource::set(rig.source.inputs.process_variable, 20.5, rig.now_ns);
+  rig.run();
+  CHECK(rig.fault() == Fault::none);
 }
 
 TEST_CASE("the mode is what the other controller's number means", "[watch]") {

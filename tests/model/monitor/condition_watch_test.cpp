@@ -38,9 +38,9 @@ AlarmConditions raised(AlarmKind kind, double severity_percent) {
 TEST_CASE("before a stretch is full, and without read-back and judge, nothing is claimed",
           "[monitor][condition]") {
   ConditionWatch watch(kSettings);
-  for (std::uint64_t k = 1; k < kStretch; ++k) watch.add(cycle(k, kNan), false, false);
+  for (std::uint64_t k = 1; k < kStretch; ++k) watch.add(cycle(k, kNan), {});
   CHECK(std::isnan(watch.indices().environment));
-  watch.add(cycle(kStretch, kNan), false, false);
+  watch.add(cycle(kStretch, kNan), {});
   WindowMeasures measures;
   // The upper bound from PV and CO is none.
   measures.stick_percent = 9.0;
@@ -66,7 +66,7 @@ TEST_CASE("the lag of a first-order stem, and how far it is from CO", "[monitor]
       for (std::uint64_t k = 0; k < kStretch; ++k) {
         stem += (1.0 - std::exp(-kSampleTime / lag_s)) * (steps(k) - stem);
         const double read_back = stem + noise * random.normal();
-        watch.add(cycle(k, read_back), false, false);
+        watch.add(cycle(k, read_back), {});
         deviation += std::abs(steps(k) - read_back) / static_cast<double>(kStretch);
       }
       INFO("lag " << lag_s << " noise " << noise);
@@ -77,12 +77,26 @@ TEST_CASE("the lag of a first-order stem, and how far it is from CO", "[monitor]
   }
 }
 
+TEST_CASE("no index is known while PV is frozen", "[monitor][condition]") {
+  ConditionWatch watch(kSettings);
+  for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, steps(k)), {});
+  REQUIRE(watch.indices().environment == 100.0);
+  watch.add(cycle(kStretch, steps(kStretch)), {.pv_frozen = true});
+  const ConditionIndices frozen = watch.indices();
+  for (const double index : {frozen.control_performance, frozen.valve, frozen.actuator,
+                             frozen.positioner, frozen.environment}) {
+    CHECK(std::isnan(index));
+  }
+  watch.add(cycle(kStretch + 1, steps(kStretch)), {});
+  CHECK(watch.indices().environment == 100.0);
+}
+
 TEST_CASE("a CO that is not known compares with no stem", "[monitor][condition]") {
   ConditionWatch watch(kSettings);
   for (std::uint64_t k = 0; k < kStretch; ++k) {
     Cycle one = cycle(k, steps(k) - 0.4);
     if (k < kStretch / 2) one.co = kNan;
-    watch.add(one, false, false);
+    watch.add(one, {});
   }
   CHECK(watch.inputs().stem_deviation_percent == Approx(100.0 * 0.4 / 20.0));
   CHECK(std::isfinite(watch.inputs().stem_lag_s));
@@ -90,7 +104,7 @@ TEST_CASE("a CO that is not known compares with no stem", "[monitor][condition]"
   for (std::uint64_t k = 0; k < kStretch; ++k) {
     Cycle one = cycle(kStretch + k, steps(k));
     one.co = kNan;
-    watch.add(one, false, false);
+    watch.add(one, {});
   }
   CHECK(std::isnan(watch.inputs().stem_deviation_percent));
   CHECK(std::isnan(watch.inputs().stem_lag_s));
@@ -99,7 +113,7 @@ TEST_CASE("a CO that is not known compares with no stem", "[monitor][condition]"
 TEST_CASE("a stem at rest has no lag that could be known; CO away from it counts",
           "[monitor][condition]") {
   ConditionWatch watch(kSettings);
-  for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.7), false, false);
+  for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.7), {});
   CHECK(std::isnan(watch.indices().actuator));
   // 0.7 and 1.3 of 20 in turn: 5 %, beyond the limit.
   CHECK(watch.inputs().stem_deviation_percent == Approx(5.0).margin(0.1));
@@ -116,17 +130,17 @@ TEST_CASE("bad read-backs, bad PV, late and missing cycles are shares of the str
                        : k < 48 ? steps(k)
                        : k < 96 ? kNan
                                 : steps(k)),
-              k < 48, k < 5);
+              {.pv_bad = k < 48, .cycle_bad = k < 5});
   }
   k += 5;  // five are missing
-  for (; k < kStretch; ++k) watch.add(cycle(k, steps(k)), false, false);
+  for (; k < kStretch; ++k) watch.add(cycle(k, steps(k)), {});
   CHECK(watch.inputs().read_back_bad_share == Approx(48.0 / 961.0));
   CHECK(watch.inputs().pv_bad_share == Approx(48.0 / 961.0));
   CHECK(watch.inputs().cycle_bad_share == Approx(10.0 / 961.0));
   CHECK(watch.indices().positioner == Approx(100.0 * (1.0 - 480.0 / 961.0)));
   CHECK(watch.indices().environment == Approx(100.0 * (1.0 - 500.0 / 961.0)));
   // The next stretch forgets it.
-  for (; k < 2 * kStretch; ++k) watch.add(cycle(k, steps(k)), false, false);
+  for (; k < 2 * kStretch; ++k) watch.add(cycle(k, steps(k)), {});
   CHECK(watch.indices().environment == 100.0);
   CHECK(watch.indices().positioner == 100.0);
 }
@@ -181,7 +195,7 @@ TEST_CASE("valve and stick are not known until a window lies behind the last cha
       last_co = c.co;
       if (!sticks || std::abs(c.co - turn) > kStuck) stem = c.co;
       c.stem = stem;
-      watch.add(c, false, false);
+      watch.add(c, {});
       if (builder.add(c) != WindowBuilder::Progress::full) continue;
       measures = measure(builder.window());
       watch.window(measures, nullptr);
@@ -238,7 +252,7 @@ TEST_CASE("that no alarm is raised is no measurement of valve or actuator",
           "[monitor][condition]") {
   ConditionWatch watch(kSettings);
   // Judged, with a read-back whose stem never turned: nothing was measured of its stick.
-  for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.0), false, false);
+  for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.0), {});
   AlarmConditions conditions{};
   WindowMeasures measures;
   watch.window(measures, &conditions);

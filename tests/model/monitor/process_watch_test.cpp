@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/monitor/process_watch.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <utility>
@@ -89,6 +90,22 @@ TEST_CASE("a process alarm comes after 10 s without a break, and goes after a mi
   CHECK(loop.take().empty());
   loop.run(healthy(), 1);
   CHECK(loop.take() == went(AlarmKind::bad_pv));
+}
+
+TEST_CASE("a frozen PV raises bad_pv, whether the loop goes on or not", "[monitor]") {
+  ProcessCycle frozen = healthy();
+  frozen.pv_good = false;
+  frozen.pv_frozen = true;
+  if (GENERATE(false, true)) {
+    frozen.fault = Fault::bad_pv;
+    frozen.mode = Mode::fallback;
+  }
+  Loop loop;
+  loop.run(frozen, kDelay + 1);
+  CHECK(loop.take().front() == ProcessChange{AlarmKind::bad_pv, true});
+  loop.run(healthy(), 2 * kMinute);
+  const Changes gone = loop.take();
+  CHECK(std::find(gone.begin(), gone.end(), ProcessChange{AlarmKind::bad_pv, false}) != gone.end());
 }
 
 TEST_CASE("what comes and goes within 10 s raises nothing, and ends nothing", "[monitor]") {

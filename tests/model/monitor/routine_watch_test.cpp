@@ -66,6 +66,43 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
   CHECK(condition.severity_percent == Approx(4.0).epsilon(0.5));
 }
 
+TEST_CASE("what routine evidence holds, and when it judges next, can be asked at any time",
+          "[routine]") {
+  const auto run = sticky(2 * RoutineWatch::kSamples);
+  RoutineWatch watch(kSettings);
+  auto feed = [&, k = std::size_t{0}](std::size_t cycles) mutable {
+    for (const std::size_t end = k + cycles; k < end; ++k) watch.add(cycle_of(run, k, k));
+    return watch.levels().front();
+  };
+  const RoutineWatch::Progress begun = feed(300);
+  CHECK(begun.window_s == 1500.0);
+  CHECK(begun.filled_s == 600.0);
+  CHECK(begun.windows == 0);
+  const RoutineWatch::Progress judged = feed(500);
+  CHECK(judged.windows == 1);
+  CHECK(judged.filled_s == 100.0);
+  CHECK(judged.verdict == diagnosis::DiagnosisVerdict::valve_effect);
+  CHECK(judged.fault == AlarmKind::stiction);
+  CHECK(judged.probability > 0.6);
+  CHECK(judged.severity_percent == Approx(4.0).epsilon(0.5));
+  CHECK(judged.sum > 0.0);
+  CHECK(judged.sum < RoutineWatch::kRaise);
+  CHECK(feed(700).sum >= RoutineWatch::kRaise);
+  CHECK(watch.levels().back().window_s == 64.0 * 750.0);
+  CHECK(watch.levels().back().windows == 0);
+}
+
+TEST_CASE("two windows with a break between are no record", "[routine]") {
+  const auto run = sticky(2 * RoutineWatch::kSamples);
+  RoutineWatch watch(kSettings);
+  std::vector<double> lengths;
+  for (std::size_t k = 0; k < run.pv.size(); ++k) {
+    const std::size_t gap = k < RoutineWatch::kSamples ? 0 : 10;
+    if (watch.add(cycle_of(run, k, k + gap))) lengths.push_back(watch.judgement().window_s);
+  }
+  CHECK(lengths == std::vector<double>{1500.0, 1500.0});
+}
+
 // The same of a source that reports a value when it has changed by more than a band.
 SmallLoop::Run on_change(SmallLoop::Run run, double pv_band, double co_band) {
   const auto hold = [](std::vector<double>& values, double band) {

@@ -66,7 +66,9 @@ TEST_CASE("the file of a loop is what was found of it", "[discover]") {
   CHECK(file.guessed[0].first == "sample_time");
   CHECK(file.guessed[1].first == "output.unit");
   CHECK(file.guessed[2].first == "co");
-  CHECK(std::count(file.text.begin(), file.text.end(), '#') == 3 + 1 + 1 + 1);
+  CHECK(std::count(file.text.begin(), file.text.end(), '#') == 3 + 1 + 1 + 1 + 1);
+  CHECK(file.text.find("  frozen_after: 60  # s") != std::string::npos);
+  CHECK(loop->pv.frozen_after_s == 60.0);
   CHECK(file.sure == std::vector<std::string>{"loop", "process_variable.unit",
                                               "process_variable.range", "output.range", "pv",
                                               "mode", "mode.automatic", "mode.manual"});

@@ -77,6 +77,8 @@ TEST_CASE("the files are what was answered", "[setup]") {
   CHECK(loop.safety.on_stop.kind == control::OutputAction::Kind::hold);
   CHECK(loop.safety.on_bad_pv.kind == control::OutputAction::Kind::value);
   CHECK(loop.safety.on_bad_pv.value == 5.0);
+  CHECK(loop.pv.frozen_after_s >= 60.0);
+  CHECK(loop.pv.frozen_acts);
   CHECK(loop.start.mode == control::Mode::manual);
   const auto& io = std::get<hal::modbus::LoopModbusSettings>(loop.io);
   CHECK(io.positioner_link.port == 1502);

@@ -20,6 +20,14 @@ export function conditionTable(condition) {
   }), {class: 'as-cards'}));
 }
 
+// State of routine evidence and its next judgement: of the shortest windows, and of those that were judged.
+function routineRows(levels) {
+  const t = texts.measures;
+  return levels.filter((one, i) => i === 0 || one.windows > 0).map((one) => [fill(t.routine, {window: duration(one.window_s)}),
+    fill(one.windows ? t.routineSays : t.routineFirst, {n: count(one.windows), verdict: texts.alarms[one.verdict] ?? one.verdict.replaceAll('_', ' '),
+      probability: fixed(one.probability, 2), share: percent(100 * Math.min(one.evidence, 1), 0), next: duration(one.next_in_s)})]);
+}
+
 export function measureTable(m) {
   const t = texts.measures, index = significant(m.oscillation_index, 2), of = (text) => (m.windows ? text : NONE); // without a window nothing is measured
   const rows = [
@@ -30,6 +38,7 @@ export function measureTable(m) {
     [t.travel, of(fill(t.percentPerHour, {value: count(m.travel_percent_per_hour)}))], [t.reversals, of(fill(t.perHour, {value: count(m.reversals_per_hour)}))],
     [t.bridged, of(count(m.bridged_cycles))],
     [t.hours, [m.hours_automatic, m.hours_manual, m.hours_at_limit].map((h) => duration(3600 * h)).join(', ')],
+    ...routineRows(m.routine ?? []),
   ];
   return table(t.caption, [{head: t.measure, row: true}, {head: t.value, class: 'number'}], rows, {captionHidden: true, class: 'pairs'});
 }
