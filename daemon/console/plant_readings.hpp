@@ -21,8 +21,7 @@ class PlantReadings final : public gateway::PlantView {
     return parts_.loops[loop].watched();
   }
   bool read_only(std::size_t loop) const override {
-    return controlled_elsewhere(loop) ||
-           parts_.loops[loop].channels->commissioned.load(std::memory_order_relaxed);
+    return controlled_elsewhere(loop) || parts_.loops[loop].commissioning->holder().has_value();
   }
   gateway::LoopReading read(std::size_t loop) override;
   gateway::BoxReading box() override { return parts_.box(); }

@@ -116,7 +116,11 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
     point.state.publish(point.output);
   };
 
-  if (const BusCommand& command = point.newest.newest(); command.id == 0 || !command.write) return;
+  if (const BusCommand& command = point.newest.newest(); command.id == 0 || !command.write) {
+    // A silence that the loop asks for is no silence of the bus.
+    point.output.confirmed_ns = BusWaiter::now_ns();
+    return;
+  }
   if (point.watchdog && !ensure_watchdog(task, point)) {
     TaskCounters::add(task.counters.write_errors);
     const bool refused =
