@@ -286,10 +286,11 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
   order.ends_commissioning = !request.session && order.mode == control::Mode::manual &&
                              !order.set_point && !may_repeat &&
                              loop.commissioning->holder().has_value();
-  const std::optional<control::Mode> mode = order.mode;
-  rt::leave_out_in_force(order, now, orders.standing(), loop.settings->get());
+  // What is in force already is no command. An order with one that is not is given whole: it has the last word.
+  rt::Order command = order;
+  rt::leave_out_in_force(command, now, orders.standing(), loop.settings->get());
   if (order.ends_commissioning) {
-    order.mode = mode;
+    command.mode = order.mode;
   } else {
     loop.commissioning->check_order(request.session, Commissioning::Clock::now());
     orders.for_each_waiting([&](const rt::Order& waiting) {
@@ -298,7 +299,10 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
       }
     });
   }
-  return send(index, order, lines_of(order, index, sender.peer), sender.peer, json(request).dump());
+  if (command.empty()) order = command;
+  const bool refused = !why_not(index, order).empty();
+  return send(index, order, lines_of(refused ? order : command, index, sender.peer), sender.peer,
+              json(request).dump());
 }
 
 protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
