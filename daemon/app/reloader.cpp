@@ -192,7 +192,7 @@ void Reloader::take(const ReadFiles& read) {
   current_.hash_before = config_hash();
   current_.replaces_gains = !lost.empty();
   current_.taking_since = Clock::now();
-  // What may fail comes first.
+  // Steps that may fail come first.
   config::Configuration kept = wanted;
   offers_.make(plan, wanted);
   wanted_ = std::move(kept);

@@ -286,7 +286,7 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
   order.ends_commissioning = !request.session && order.mode == control::Mode::manual &&
                              !order.set_point && !may_repeat &&
                              loop.commissioning->holder().has_value();
-  // What is in force already is no command. An order with one that is not is given whole: it has the last word.
+  // Parts that are in force already are no command. An order with at least one command is given whole: it has the last word.
   rt::Order command = order;
   rt::leave_out_in_force(command, now, orders.standing(), loop.settings->get());
   if (order.ends_commissioning) {

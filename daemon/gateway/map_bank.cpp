@@ -337,7 +337,7 @@ void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
   if (wish.is(Field::calm)) return calm(wish, peer);
   monitor::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.is(Field::shelve_minutes)) {
-    // What is left of a shelving, read and written back: up to a minute has passed since.
+    // A master may write back the minutes that it has read: up to a minute has passed since.
     const double left = snapshot.value(*wish.reg, wish.loop);
     if (left > 0.0 && (wish.value == left || wish.value == left + 1.0)) return;
     order.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;

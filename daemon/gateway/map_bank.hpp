@@ -55,7 +55,7 @@ class MapBank final : public RegisterBank {
   LoopsView& loops_;
   ServerState& server_;
   std::uint64_t ticket_ = 0;
-  // What masters hold in momentary registers and coils, by host and address; without those that hold 0.
+  // Values that masters hold in momentary registers and coils, by host and address; never 0.
   struct Held {
     std::uint16_t value = 0;
     double written_s = 0.0;  // uptime of the newest write

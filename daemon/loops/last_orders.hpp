@@ -18,7 +18,7 @@ namespace loopwarden::daemon {
 struct LastOrder {
   control::Mode mode = control::Mode::manual;  // manual or automatic
   double set_point = 0.0;                      // PV units
-  // What the numbers mean.
+  // Meaning of the set point.
   std::string pv_unit{};
   std::pair<double, double> pv_range{};
   bool commissioned = false;        // somebody commissioned the loop

@@ -17,7 +17,8 @@ using OrderDone = std::function<void(const rt::Order&, const journal::JournalEnt
 orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal,
                           OrderDone done = {});
 
-// What the sender's next order will find in force: the loop's values, with the sender's orders that it has not taken yet.
+// Returns the values that the sender's next order will find in force: the loop's, with the sender's orders that it has not
+// taken yet.
 rt::InForce in_force(const LoopRuntime& loop, orders::OrderDesk& desk);
 
 // The journal's line of a commissioning that this peer has begun or ended.

@@ -53,7 +53,7 @@ void OrderKeeper::run() {
   }
 }
 
-// What the loop goes by. In manual a set point that follows PV is nobody's order.
+// Notes the values that the loop goes by. In manual a set point that follows PV is not an order.
 void OrderKeeper::see(std::size_t loop) {
   const LoopRuntime& runtime = loops_[loop];
   LastOrder& now = tracks_[loop].now;

@@ -82,7 +82,7 @@ void ControlCycle::take_settings() noexcept {
     if (fresh) channels_.settings_waiting.store(0, std::memory_order_release);
     return;
   }
-  // What a test moves a loop with must not change under it.
+  // The settings must not change in the middle of a test.
   if (channels_.commissioned.load(std::memory_order_acquire)) {
     channels_.settings_waiting.store(offer_.number, std::memory_order_release);
     return;
@@ -165,7 +165,7 @@ void ControlCycle::apply(const Order& order) noexcept {
     controller_.configure(settings_.controller);
     publish_in_force();
   }
-  // Who wants an output wants commands to go out.
+  // An order for an output ends the withholding of commands.
   if (order.output) channels_.withheld_until_ns.store(0, std::memory_order_relaxed);
   if (order.mode) controller_.request_mode(*order.mode);
   if (order.set_point) controller_.request_set_point(*order.set_point);

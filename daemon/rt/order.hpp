@@ -160,9 +160,9 @@ Refusal judge(const Expectation& expected, const InForce& now,
 // Whether `value` is `is`, for numbers of the range `low` to `high`; false if one is not known.
 bool is_same(double value, double is, double low, double high) noexcept;
 
-// Takes out of an order what asks for the value in force: that is no command. `now` and `standing` are what the order will
-// find. What only the order's own mode keeps in force stays: the set point on the way to automatic, the output on the way
-// to manual.
+// Takes the parts out of an order that ask for the value in force: they are no command. `now` and `standing` are those
+// that the order will find. Values that only the new mode keeps in force stay: the set point on the way to automatic, the
+// output on the way to manual.
 void leave_out_in_force(Order& order, const InForce& now, const Standing& standing,
                         const LoopSettings& settings) noexcept;
 
