@@ -32,6 +32,14 @@ namespace loopwarden::config {
 struct Start {
   control::Mode mode = control::Mode::manual;
   double set_point = 0.0;  // PV units
+  // After a restart, when orders from before it are known.
+  enum class AfterRestart : std::uint8_t {
+    resume,  // mode and set point as they were last ordered
+    manual,  // waits in manual
+    file     // mode and set_point of the file
+  };
+  AfterRestart after_restart = AfterRestart::manual;
+  bool output_is_told = false;  // a read-back or `output` tells where the output stands
   // Where the output stands when there is no read-back to take it from. Hold: the first command is
   // the operator's.
   control::OutputAction output;

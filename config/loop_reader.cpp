@@ -31,6 +31,10 @@ using RangeValue = Value<std::pair<double, double>>;
 
 constexpr auto kStartModes =
     std::to_array<Choice<Mode>>({{"manual", Mode::manual}, {"automatic", Mode::automatic}});
+constexpr auto kAfterRestart =
+    std::to_array<Choice<Start::AfterRestart>>({{"continue", Start::AfterRestart::resume},
+                                                {"manual", Start::AfterRestart::manual},
+                                                {"file", Start::AfterRestart::file}});
 constexpr auto kRecoveries = std::to_array<Choice<Recovery>>(
     {{"manual", Recovery::manual}, {"previous_mode", Recovery::previous_mode}});
 constexpr auto kUncertain = std::to_array<Choice<bool>>({{"bad", false}, {"good", true}});
@@ -375,10 +379,27 @@ class LoopReader {
         in.need_number("set_point", {"PV units", any_number(), "to begin with"});
     start.set_point = set_point;
     require_within(in, set_point, sp_limits_, "the set point's limits");
+    read_after_restart(in);
     start.output = read_action(
         in, "output", Presence::optional,
         "the CO to begin with where there is no read-back; `hold`: nothing is written, a "
         "watchdog register neither, until an operator sets an output");
+  }
+
+  void read_after_restart(MapReader& in) {
+    constexpr const char* kKey = "after_restart";
+    constexpr const char* kMeaning =
+        "when the daemon starts again: with the mode and set point that were last ordered, in "
+        "manual, or with mode and set_point of this file";
+    Start& start = config().start;
+    start.after_restart =
+        start.mode == Mode::automatic ? Start::AfterRestart::resume : Start::AfterRestart::manual;
+    if (!in.given(kKey)) {
+      in.declare(kKey, "continue, manual or file", Presence::optional,
+                 "continue where `mode` is automatic, otherwise manual", kMeaning);
+      return;
+    }
+    start.after_restart = in.need_one_of(kKey, kAfterRestart, kMeaning);
   }
 
   void read_safe_actions(MapReader& in) {
@@ -478,6 +499,8 @@ class LoopReader {
 
   // Without a read-back only a stated value or the operator can tell where the output stands.
   void check_start(MapReader& in, const IoSection& io) {
+    config().start.output_is_told =
+        io.has_read_back || config().start.output.kind != OutputAction::Kind::hold;
     if (!io.known || io.has_read_back || in.describing()) return;
     if (config().start.output.kind != OutputAction::Kind::hold) return;
     if (config().start.mode == Mode::automatic) {

@@ -16,6 +16,7 @@ enum RecordFlag : std::uint8_t {
   kJacketActs = 0x10,
   kOutputLost = 0x20,
   kCompensatorActs = 0x40,
+  kOutOfService = 0x80,  // somebody commissions the loop
 };
 
 struct RecordRow {

@@ -15,6 +15,7 @@
 #include "daemon/app/reports_in_use.hpp"
 #include "daemon/app/status.hpp"
 #include "daemon/loops/loop_orders.hpp"
+#include "daemon/loops/warm_start.hpp"
 #include "model/commission/explain.hpp"
 #include "model/monitor/specialist_judge.hpp"
 
@@ -137,8 +138,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
               rights_of(configuration.daemon)),
       readers(configuration.daemon.runtime_directory, console_parts()) {
   if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
-  loops.make(configuration);
-  elsewhere.make(configuration, loops.backends(), loops.all());
+  make_loops();
   const journal::AlarmStates remembered = journal.open();
   board.restore(remembered);
   box_alarms.restore(remembered);
@@ -148,6 +148,26 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
     modbus = std::make_unique<ModbusServer>(*configuration.daemon.modbus_server, console_parts(),
                                             loops.clock());
   }
+}
+
+// Mode and set point as before a restart, where a loop's file says so.
+void Assembly::make_loops() {
+  const LastOrdersFile file(std::filesystem::path(configuration.daemon.state_directory) /
+                            "last-orders.json");
+  LastOrders last = file.load();
+  if (!last.damaged.empty()) spdlog::error("last orders are not known: {}", last.damaged);
+  loops.make(configuration, [&](const config::LoopConfig& loop) {
+    WarmStart warm = warm_start(loop, last);
+    if (warm.line) {
+      spdlog::info("loop {}: starts with {} (before: {}); {}", loop.name, warm.line->new_value,
+                   warm.line->old_value, warm.line->reason);
+      warm.line->utc_ms = base::utc_ms();
+      journal.post(std::move(*warm.line));
+    }
+    return warm.start;
+  });
+  elsewhere.make(configuration, loops.backends(), loops.all());
+  keeper = std::make_unique<OrderKeeper>(loops.all(), file, std::move(last));
 }
 
 void Assembly::make_monitor(const config::Specialists& specialists) {
@@ -222,26 +242,27 @@ ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
 
 // References; what is behind them is asked for when it is needed.
 console::Parts Assembly::console_parts() {
-  return {.loops = loops.all(),
-          .historian = historian,
-          .board = board,
-          .box_alarms = box_alarms,
-          .journal = journal,
-          .evidence = evidence.store(),
-          .reports = reports,
-          .severe_percent = configuration.daemon.alarms.severe_percent,
-          .daemon_status = [this] { return status_of(*this); },
-          .box_description = [this] { return description_of(*this); },
-          .links = [this] { return links_of(*this); },
-          .configuration = origin.configuration,
-          .config_hash = [this] { return reloader.config_hash(); },
-          .reload = [this](const std::string& peer, bool dry_run,
-                           bool take_file) { return reloader.post(peer, dry_run, take_file); },
-          .reload_state = [this](std::uint64_t number) { return reloader.state(number); },
-          .twin = [this](std::size_t loop) { return evidence.twin(loop); },
-          .box = [this] { return box_reading_of(*this); },
-          .modbus_server =
-              [this] { return modbus ? modbus->gateway.state() : gateway::ServerState{}; }};
+  return {
+      .loops = loops.all(),
+      .historian = historian,
+      .board = board,
+      .box_alarms = box_alarms,
+      .journal = journal,
+      .evidence = evidence.store(),
+      .reports = reports,
+      .severe_percent = configuration.daemon.alarms.severe_percent,
+      .daemon_status = [this] { return status_of(*this); },
+      .box_description = [this] { return description_of(*this); },
+      .links = [this] { return links_of(*this); },
+      .configuration = origin.configuration,
+      .config_hash = [this] { return reloader.config_hash(); },
+      .reload = [this](const std::string& peer, bool dry_run,
+                       bool take_file) { return reloader.post(peer, dry_run, take_file); },
+      .reload_state = [this](std::uint64_t number) { return reloader.state(number); },
+      .twin = [this](std::size_t loop) { return evidence.twin(loop); },
+      .box = [this] { return box_reading_of(*this); },
+      .modbus_server = [this] { return modbus ? modbus->gateway.state() : gateway::ServerState{}; },
+      .order_kept = [this](std::size_t loop) { return keeper->kept(loop); }};
 }
 
 }  // namespace loopwarden::daemon

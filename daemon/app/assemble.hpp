@@ -24,6 +24,7 @@
 #include "daemon/console/status_server.hpp"
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/journal/journal.hpp"
+#include "daemon/loops/order_keeper.hpp"
 #include "daemon/monitor/monitor.hpp"
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/orders/order_desk.hpp"
@@ -81,11 +82,13 @@ struct Assembly {
   ControlServer control;
   StatusServer readers;
   std::unique_ptr<ModbusServer> modbus;  // null: none is configured
+  std::unique_ptr<OrderKeeper> keeper;
 
  private:
   reports::DeskEnds report_ends(const std::filesystem::path& folder);
   console::Parts console_parts();
   ReloaderEnds reloader_ends(ServiceManager& service);
+  void make_loops();
   void make_monitor(const config::Specialists& specialists);
 };
 

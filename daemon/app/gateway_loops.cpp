@@ -14,23 +14,21 @@ GatewayLoops::GatewayLoops(console::Parts parts) : parts_(std::move(parts)) {
 
 gateway::LoopReading GatewayLoops::read(std::size_t loop) {
   gateway::LoopReading reading = readings_.read(loop);
-  reading.standing = desks_[loop].standing();
   // What was ordered reads back at once.
-  desks_[loop].for_each_waiting(
-      [&](const rt::Order& order) { rt::set_gains(order, reading.settings.controller.pid.gains); });
+  const rt::InForce now = in_force(parts_.loops[loop], desks_[loop]);
+  reading.standing = desks_[loop].standing();
+  reading.set_point_wanted = now.set_point;
+  reading.output_wanted = now.output;
+  control::PidGains& gains = reading.settings.controller.pid.gains;
+  gains.kp = now.kp;
+  gains.ki = now.ki;
+  gains.kd = now.kd;
   return reading;
 }
 
 void GatewayLoops::order(std::size_t loop, const rt::Order& order,
                          std::vector<journal::JournalEntry> lines) {
   desks_[loop].send(order, std::move(lines));
-}
-
-void GatewayLoops::take_back(std::size_t loop, const std::string& peer) {
-  LoopRuntime& one = parts_.loops[loop];
-  if (one.commissioning->give_back()) {
-    put_out_of_service(one, false, parts_.journal, parts_.board.now_ms(), peer);
-  }
 }
 
 bool GatewayLoops::collect_answers() {

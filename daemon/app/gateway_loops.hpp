@@ -31,7 +31,6 @@ class GatewayLoops final : public gateway::LoopsView {
   void order(std::size_t loop, const rt::Order& order,
              std::vector<journal::JournalEntry> lines) override;
   bool collect_answers() override;
-  void take_back(std::size_t loop, const std::string& peer) override;
   void close_orders() override;
   std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) override;
   std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,

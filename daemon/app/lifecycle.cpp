@@ -45,6 +45,7 @@ App::~App() {
   parts_.evidence.store().stop();
   parts_.evidence.explainer().stop();
   parts_.historian.stop();
+  parts_.keeper->stop();
   parts_.journal.stop();
   for (LoopRuntime& loop : parts_.loops.all()) loop.device().close();
 }
@@ -75,6 +76,7 @@ void App::start() {
   const std::string missing = parts_.loops.rights_missing();
   if (!missing.empty()) spdlog::warn("without real-time rights: {}", missing);
   wait_for_first_cycles();
+  parts_.keeper->start();
   // Only now are there values to be read.
   if (parts_.modbus) {
     parts_.modbus->gateway.start();
@@ -238,6 +240,7 @@ void App::log_events() {
 void App::stop() {
   base::Clock& clock = parts_.loops.clock();
   service_.stopping();
+  parts_.keeper->freeze();
   parts_.loops.stop();
   const std::int64_t deadline_ns =
       clock.now_ns() + std::llround(parts_.configuration.daemon.stop_timeout_s * 1e9);
@@ -273,6 +276,7 @@ void App::end_threads() {
   end("control socket", parts_.control);
   end("status socket", parts_.readers);
   end("recorder", parts_.historian);
+  end("last orders", *parts_.keeper);
   end("box", parts_.box_looker);
   end("evidence", parts_.evidence.store());
   end("explanations", parts_.evidence.explainer());

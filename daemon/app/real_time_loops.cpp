@@ -57,7 +57,7 @@ std::int64_t period_ns(const config::LoopConfig& loop, double accelerate) {
 
 void RealTimeLoops::lock_memory() { rights_missing_ = base::lock_memory(); }
 
-void RealTimeLoops::make(const config::Configuration& configuration) {
+void RealTimeLoops::make(const config::Configuration& configuration, const Starts& start) {
   const double accelerate = configuration.daemon.accelerate;
   std::int64_t tick_ns = 0;
   for (const config::LoopConfig& loop : configuration.loops) {
@@ -76,10 +76,10 @@ void RealTimeLoops::make(const config::Configuration& configuration) {
     loop.io = backends_.make(config);
     loop.channels =
         std::make_unique<rt::LoopChannels>(room_of(config, configuration.loops.size(), accelerate));
+    loop.commissioning = std::make_unique<Commissioning>(*loop.channels);
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.cycle = std::make_unique<rt::ControlCycle>(
-        static_cast<std::uint32_t>(loops_.size()), config.sample_time_s, settings,
-        rt::StartSettings{config.start.mode, config.start.set_point, config.start.output},
+        static_cast<std::uint32_t>(loops_.size()), config.sample_time_s, settings, start(config),
         source_of(config.valve_position), valve_model_of(config), *loop.io, *loop.channels,
         events_);
     loops_.push_back(std::move(loop));

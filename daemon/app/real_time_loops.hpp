@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -30,7 +31,9 @@ class RealTimeLoops {
   void lock_memory();
   // The loops that are controlled here, with room for the others behind them. Throws std::runtime_error for a backend
   // that can't work.
-  void make(const config::Configuration& configuration);
+  // `start`: how a loop begins.
+  using Starts = std::function<rt::StartSettings(const config::LoopConfig&)>;
+  void make(const config::Configuration& configuration, const Starts& start);
   void start(const config::RealTime& rights);
   // Outputs go to their stop actions, within their rate limits.
   void stop() noexcept { stop_ = true; }

@@ -153,7 +153,7 @@ constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("controller.jacket.max_mean_error", kApplied, [](const LoopConfig& l) { return l.controller.jacket.max_mean_error; }),
     loop_row("controller.jacket.mean_error_time", kApplied, [](const LoopConfig& l) { return l.controller.jacket.mean_error_time_s; }),
     loop_row("controller.jacket.valve_position", kKept, [](const LoopConfig& l) { return l.valve_position; }),
-    loop_row("start", kWaits, [](const LoopConfig& l) { return std::tuple(l.start.mode, l.start.set_point, l.start.output); }, kNextStart),
+    loop_row("start", kWaits, [](const LoopConfig& l) { return std::tuple(l.start.mode, l.start.set_point, l.start.output, l.start.after_restart); }, kNextStart),
     loop_row("safe_actions.stop", kApplied, [](const LoopConfig& l) { return l.safety.on_stop; }),
     loop_row("safe_actions.bad_pv", kApplied, [](const LoopConfig& l) { return l.safety.on_bad_pv; }),
     loop_row("safe_actions.bad_pv.hold_for", kApplied, [](const LoopConfig& l) { return l.safety.bad_pv_hold_s; }),

@@ -55,6 +55,15 @@ void ReloadQueue::by_signal() {
   add(std::move(job));
 }
 
+void ReloadQueue::again(const Kept& kept) {
+  const std::lock_guard lock(mutex_);
+  ReloadJob job;
+  job.peer = kept.peer;
+  job.take_file = kept.take_file;
+  job.kept = kept.why;
+  add(std::move(job));
+}
+
 std::optional<protocol::ReloadState> ReloadQueue::state(std::uint64_t number) const {
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(jobs_.begin(), jobs_.end(),

@@ -21,6 +21,7 @@ struct ReloadJob {
   bool by_signal = false;
   bool dry_run = false;
   bool take_file = false;  // also where a person's gains are not in the file
+  std::string kept{};      // why it was not carried out when it was requested; empty: it is
   State state = State::waiting;
   protocol::ReloadOutcome result;  // once it is done
   std::uint64_t journal_ticket = 0;
@@ -34,6 +35,13 @@ class ReloadQueue {
   std::uint64_t post(const std::string& peer, bool dry_run, bool take_file);
   // SIGHUP. One that has not begun yet reads the files of after this one, too.
   void by_signal();
+  // One that was refused for the moment, once more.
+  struct Kept {
+    std::string peer;
+    bool take_file = false;
+    std::string why;
+  };
+  void again(const Kept& kept);
   // Nothing: there is no such reload any more.
   std::optional<protocol::ReloadState> state(std::uint64_t number) const;
 

@@ -69,8 +69,7 @@ constexpr const char* kTakeFile =
 std::string being_commissioned(const std::vector<LoopRuntime>& loops) {
   for (const LoopRuntime& loop : loops) {
     if (const auto holder = loop.commissioning->holder()) {
-      return fmt::format("{} is being commissioned by {}: the files are taken when that has ended",
-                         loop.config.name, holder->by);
+      return fmt::format("{} is being commissioned by {}", loop.config.name, holder->by);
     }
   }
   return {};
@@ -129,7 +128,15 @@ void Reloader::step() {
   }
 }
 
+// Reloads that were requested since read the files of now, too.
+void Reloader::resume_kept() {
+  if (!kept_ || !being_commissioned(loops_).empty()) return;
+  const ReloadQueue::Kept kept = *std::exchange(kept_, std::nullopt);
+  if (!queue_.next()) queue_.again(kept);
+}
+
 void Reloader::begin() {
+  resume_kept();
   std::shared_ptr<ReloadJob> job = queue_.next();
   if (!job || !files_.begin()) return;
   current_.job = std::move(job);
@@ -152,12 +159,15 @@ void Reloader::look_at_files() {
 void Reloader::take(const ReadFiles& read) {
   current_.diagnostics = reload::told(read.files.diagnostics);
   const config::Configuration& wanted = *read.files;
-  std::vector<reload::Output> outputs;
-  for (std::size_t i = 0; i < loops_.size(); ++i) outputs.push_back(output(i));
-  reload::Plan plan = reload::plan(in_force(), wanted, outputs);
+  reload::Plan plan = reload::plan(in_force(), wanted, outputs());
   const std::vector<std::string> lost = gains_lost(plan, loops_);
   const bool refused = !lost.empty() && !current_.job->take_file;
-  const std::string not_now = being_commissioned(loops_);
+  const std::string who = being_commissioned(loops_);
+  std::string not_now = who;
+  if (!who.empty()) {
+    not_now += current_.job->dry_run ? ": a reload waits until that has ended"
+                                     : ": the files are taken when that has ended";
+  }
   if (current_.job->dry_run) {
     // With the plan in any case: who commissions a loop looks whether its file is in force.
     std::vector<std::string> lines = reload::to_lines(plan);
@@ -175,6 +185,7 @@ void Reloader::take(const ReadFiles& read) {
     return;
   }
   if (!not_now.empty()) {
+    kept_ = {.peer = current_.job->peer, .take_file = current_.job->take_file, .why = who};
     refuse(not_now, {not_now}, {.not_now = true});
     return;
   }
@@ -188,11 +199,14 @@ void Reloader::take(const ReadFiles& read) {
   current_.hash_before = config_hash();
   current_.replaces_gains = !lost.empty();
   current_.taking_since = Clock::now();
-  status_.taken(hash_of(wanted.text));
+  // Steps that may fail come first.
+  config::Configuration kept = wanted;
   offers_.make(plan, wanted);
-  note_gains_of_file(wanted);
+  wanted_ = std::move(kept);
   plan_ = std::move(plan);
   queue_.set(*current_.job, State::taking);
+  status_.taken(hash_of(wanted.text));
+  note_gains_of_file(wanted);
   reload::apply(wanted.daemon, running_.daemon);
   ends_.take_over(wanted.daemon);
 }
@@ -200,7 +214,7 @@ void Reloader::take(const ReadFiles& read) {
 void Reloader::follow_offers() {
   // Than their reload was told to be done.
   const bool later = !current_.job || current_.job->state != State::taking;
-  const bool changed = offers_.follow(
+  const SettingsOffers::Followed followed = offers_.follow(
       plan_, [this](std::size_t loop) { return output(loop); },
       [&](const std::string& loop) {
         if (!later) return;
@@ -213,7 +227,14 @@ void Reloader::follow_offers() {
         line.result = "done: what had waited is in force";
         journal_.post(std::move(line));
       });
-  if (changed && later) status_.publish(plan_);
+  if (followed.taken_after) {
+    spdlog::warn("reload: an offer was taken as it was withdrawn; the files are compared again");
+    reload::Plan plan = reload::plan(in_force(), wanted_, outputs());
+    offers_.make(plan, wanted_);
+    plan_ = std::move(plan);
+    if (later) offers_.hold_unjudged(plan_);
+  }
+  if ((followed.changed || followed.taken_after) && later) status_.publish(plan_);
 }
 
 void Reloader::finish_taking() {
@@ -228,9 +249,10 @@ void Reloader::finish_taking() {
                                             : "not everything in the files is in force");
   status_.publish(plan_);
   const std::uint64_t ticket = write_down(
-      what_was_done(plan_) + (current_.replaces_gains
-                                  ? "; the files' gains take the place of those that were not there"
-                                  : ""));
+      what_was_done(plan_) +
+      (current_.job->kept.empty() ? "" : "; it had waited: " + current_.job->kept) +
+      (current_.replaces_gains ? "; the files' gains take the place of those that were not there"
+                               : ""));
   finish({.outcome = in_force ? "in_force" : "waits",
           .lines = std::move(lines),
           .plan = reload::told(plan_)},
@@ -304,6 +326,12 @@ config::Configuration Reloader::in_force() const {
     all.loops[i].safety = settings.safety;
     all.loops[i].pv = settings.pv_check;
   }
+  return all;
+}
+
+std::vector<reload::Output> Reloader::outputs() const {
+  std::vector<reload::Output> all;
+  for (std::size_t i = 0; i < loops_.size(); ++i) all.push_back(output(i));
   return all;
 }
 

@@ -2,6 +2,9 @@
 // Carries reloads out, one after the other: SIGHUP and `loopwarden reload` alike. The files are read by
 // lw-reload, which may hang on the disk; the main thread plans (reload.hpp), offers the settings to the
 // loops' cycles and takes down what each of them says.
+//
+// While a loop is being commissioned no files are taken. The newest such reload is kept, and carried out when the
+// commissioning has ended: its files are read then.
 #pragma once
 
 #include <chrono>
@@ -75,8 +78,10 @@ class Reloader {
   };
 
   void begin();
+  void resume_kept();
   void look_at_files();
   void take(const ReadFiles& read);
+  std::vector<reload::Output> outputs() const;
   void follow_offers();
   void finish_taking();
   void refuse(const ReadFiles& read);
@@ -97,8 +102,10 @@ class Reloader {
   SettingsOffers offers_;
   ReloadQueue queue_;
   ReloadStatus status_;
-  reload::Plan plan_;  // of the last good reload, as far as it has come
+  reload::Plan plan_;             // of the last good reload, as far as it has come
+  config::Configuration wanted_;  // of the last good reload
   Current current_;
+  std::optional<ReloadQueue::Kept> kept_;  // until no loop is being commissioned
 };
 
 }  // namespace loopwarden::daemon

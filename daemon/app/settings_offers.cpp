@@ -32,11 +32,18 @@ void SettingsOffers::make(const reload::Plan& plan, const config::Configuration&
                       .number = 0,
                       .judged = false,
                       .taken = false,
+                      .out_of_service = false,
                       .wanted = *config});
   }
+  withdrawn_.reserve(withdrawn_.size() + offers_.size());
   for (const Offer& old : std::exchange(offers_, {})) {
+    const std::uint32_t number = ++newest_[old.loop];
     loops_[old.loop].channels->settings.publish(
-        {.settings = {}, .number = ++newest_[old.loop], .withdrawn = true});
+        {.settings = {}, .number = number, .withdrawn = true});
+    withdrawn_.push_back({.loop = old.loop,
+                          .number = old.number,
+                          .after = number,
+                          .gains = old.wanted.controller.pid.gains});
   }
   for (Offer& offer : offers) {
     const LoopRuntime& loop = loops_[offer.loop];
@@ -48,10 +55,31 @@ void SettingsOffers::make(const reload::Plan& plan, const config::Configuration&
   offers_ = std::move(offers);
 }
 
-bool SettingsOffers::follow(reload::Plan& plan,
-                            const std::function<reload::Output(std::size_t loop)>& output,
-                            const std::function<void(const std::string& loop)>& in_force) {
-  bool changed = false;
+std::string SettingsOffers::why_held(const Offer& offer, const reload::Output& output) const {
+  if (const auto holder = loops_[offer.loop].commissioning->holder()) {
+    return fmt::format("until its commissioning by {} has ended", holder->by);
+  }
+  return reload::why_held(offer.wanted, output);
+}
+
+bool SettingsOffers::withdrawn_taken() {
+  bool taken = false;
+  std::erase_if(withdrawn_, [&](const Withdrawn& old) {
+    const rt::LoopChannels& channels = *loops_[old.loop].channels;
+    // In this order: what has seen the newer one takes no older one any more.
+    const bool seen = channels.settings_seen.load(std::memory_order_acquire) >= old.after;
+    if (channels.settings_taken.load(std::memory_order_acquire) != old.number) return seen;
+    loops_[old.loop].settings->gains_of_file(old.gains);
+    taken = true;
+    return true;
+  });
+  return taken;
+}
+
+SettingsOffers::Followed SettingsOffers::follow(
+    reload::Plan& plan, const std::function<reload::Output(std::size_t loop)>& output,
+    const std::function<void(const std::string& loop)>& in_force) {
+  Followed followed{.taken_after = withdrawn_taken()};
   for (Offer& offer : offers_) {
     const rt::LoopChannels& channels = *loops_[offer.loop].channels;
     LoopPlan& planned = plan.loops[offer.plan_loop];
@@ -61,16 +89,18 @@ bool SettingsOffers::follow(reload::Plan& plan,
       loops_[offer.loop].settings->gains_of_file(offer.wanted.controller.pid.gains);
       if (waited) in_force(planned.loop);
       offer.taken = true;
-      changed = true;
-    } else if (!offer.judged &&
-               channels.settings_waiting.load(std::memory_order_acquire) == offer.number) {
+      followed.changed = true;
+    } else if (channels.settings_waiting.load(std::memory_order_acquire) == offer.number) {
+      const bool out_of_service = loops_[offer.loop].commissioning->holder().has_value();
+      if (offer.judged && offer.out_of_service == out_of_service) continue;
       offer.judged = true;
-      reload::hold(planned, reload::why_held(offer.wanted, output(offer.loop)));
-      changed = true;
+      offer.out_of_service = out_of_service;
+      reload::hold(planned, why_held(offer, output(offer.loop)));
+      followed.changed = true;
     }
   }
   std::erase_if(offers_, [](const Offer& offer) { return offer.taken; });
-  return changed;
+  return followed;
 }
 
 bool SettingsOffers::all_judged() const noexcept {

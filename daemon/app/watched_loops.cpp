@@ -41,6 +41,7 @@ void WatchedLoops::make(const config::Configuration& configuration, BackendFacto
     loop.source = backends.make_source(config, board_);
     loop.channels =
         std::make_unique<rt::LoopChannels>(room_of(config, configuration.loops.size(), accelerate));
+    loop.commissioning = std::make_unique<Commissioning>(*loop.channels);
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.watch = std::make_unique<watch::WatchCycle>(static_cast<std::uint32_t>(loops.size()),
                                                      settings, wiring_of(config.io), *loop.source,

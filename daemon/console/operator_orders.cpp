@@ -143,8 +143,16 @@ LocalServer::Answer OperatorOrders::when_written(Reply reply, std::uint64_t tick
 orders::OrderDesk& OperatorOrders::desk(std::size_t loop) {
   // The loops come after the server.
   while (desks_.size() < parts_.loops.size()) {
-    LoopRuntime& next = parts_.loops[desks_.size()];
-    desks_.push_back(desk_of(next, next.channels->operator_orders, parts_.journal));
+    const std::size_t next = desks_.size();
+    LoopRuntime& loop_of_it = parts_.loops[next];
+    desks_.push_back(desk_of(
+        loop_of_it, loop_of_it.channels->operator_orders, parts_.journal,
+        [this, next](const rt::Order& order, const journal::JournalEntry& line) {
+          // What the operator does with the jacket is not undone behind his back.
+          if (!order.jacket || parts_.board.watch(next).corrective == model::CorrectiveState::off)
+            return;
+          parts_.board.set_veto(next, model::Veto::hands_off, line.peer, "jacket set by hand");
+        }));
   }
   return desks_[loop];
 }
@@ -161,14 +169,16 @@ void OperatorOrders::collect(Commissioning::Clock::time_point now) {
   end_records(now);
 }
 
-void OperatorOrders::put_out_of_service(std::size_t loop, bool is, const std::string& peer) {
-  daemon::put_out_of_service(parts_.loops[loop], is, parts_.journal, parts_.board.now_ms(), peer);
+void OperatorOrders::write_down_commissioning(std::size_t loop, bool begun,
+                                              const std::string& peer) {
+  daemon::write_down_commissioning(parts_.loops[loop], begun, parts_.journal, parts_.board.now_ms(),
+                                   peer);
 }
 
 // As at the daemon's end, but for the rate limit alone: the loop stays in manual there.
 rt::Order OperatorOrders::stop_order(std::size_t loop) const {
   const rt::LoopSettings settings = parts_.loops[loop].settings->get();
-  rt::Order order{.mode = control::Mode::manual};
+  rt::Order order{.mode = control::Mode::manual, .ends_commissioning = true};
   if (settings.safety.on_stop.kind == control::OutputAction::Kind::value) {
     const control::OutputLimits& limits = settings.controller.output;
     order.output = std::clamp(settings.safety.on_stop.value, limits.low, limits.high);
@@ -186,7 +196,6 @@ void OperatorOrders::end_silent(std::size_t loop, Commissioning::Clock::time_poi
     if (!outcome) return;
     ending.order.reset();
     if (outcome->why.empty()) {
-      if (parts_.loops[loop].commissioning->give_back()) put_out_of_service(loop, false, kPeer);
       endings_.erase(loop);
       return;
     }
@@ -203,6 +212,7 @@ void OperatorOrders::end_silent(std::size_t loop, Commissioning::Clock::time_poi
     if (!order.output) return;
     // A fault's action has the output; the mode is taken all the same.
     order.output.reset();
+    order.ends_commissioning = false;
     try {
       send(loop, order, lines_of(order, loop, kPeer), kPeer, "manual");
     } catch (const RequestError&) {  // both are in log and journal
@@ -265,35 +275,46 @@ void OperatorOrders::refuse_watched(std::size_t loop) const {
                      " is controlled elsewhere: nothing of it can be ordered from here");
 }
 
+// Nothing but the order itself has an effect here: what goes with it waits until the loop has taken it (desk()).
 protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
                                          const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
   refuse_watched(index);
-  const rt::Order order = wanted_order(request);
-  // Anybody takes the valve back: manual ends a commissioning.
-  if (!request.session && order.mode == control::Mode::manual && !order.set_point) {
-    if (parts_.loops[index].commissioning->give_back()) {
-      put_out_of_service(index, false, sender.peer);
-    }
+  LoopRuntime& loop = parts_.loops[index];
+  rt::Order order = wanted_order(request);
+  if (order.empty()) throw RequestError("set needs set_point, output, mode or jacket");
+  orders::OrderDesk& orders = desk(index);
+  const rt::InForce now = in_force(loop, orders);
+  // Anybody takes the valve back: manual ends a commissioning. A machine may repeat the manual that is in force.
+  const bool may_repeat = sender.socket == SocketName::edge && order.mode == now.mode;
+  order.ends_commissioning = !request.session && order.mode == control::Mode::manual &&
+                             !order.set_point && !may_repeat &&
+                             loop.commissioning->holder().has_value();
+  // Parts that are in force already are no command. An order with at least one command is given whole: it has the last word.
+  rt::Order command = order;
+  rt::leave_out_in_force(command, now, orders.standing(), loop.settings->get());
+  if (order.ends_commissioning) {
+    command.mode = order.mode;
+  } else {
+    loop.commissioning->check_order(request.session, Commissioning::Clock::now());
+    orders.for_each_waiting([&](const rt::Order& waiting) {
+      if (waiting.ends_commissioning) {
+        throw RequestError("the commissioning ends: somebody takes the loop back");
+      }
+    });
   }
-  parts_.loops[index].commissioning->check_order(request.session, Commissioning::Clock::now());
-  if (order.mode == control::Mode::automatic) parts_.loops[index].channels->withheld_until_ns = 0;
-  std::vector<journal::JournalEntry> lines = lines_of(order, index, sender.peer);
-  if (lines.empty()) throw RequestError("set needs set_point, output, mode or jacket");
-  const protocol::OrderTaken taken =
-      send(index, order, std::move(lines), sender.peer, json(request).dump());
-  // What the operator does with the jacket is not undone behind his back.
-  if (order.jacket && parts_.board.watch(index).corrective != model::CorrectiveState::off) {
-    parts_.board.set_veto(index, model::Veto::hands_off, sender.peer, "jacket set by hand");
-  }
-  return taken;
+  if (command.empty()) order = command;
+  const bool refused = !why_not(index, order).empty();
+  return send(index, order, lines_of(refused ? order : command, index, sender.peer), sender.peer,
+              json(request).dump());
 }
 
 protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
                                           const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
   refuse_watched(index);
-  parts_.loops[index].commissioning->check_order(std::nullopt, Commissioning::Clock::now());
+  LoopRuntime& loop = parts_.loops[index];
+  loop.commissioning->check_order(std::nullopt, Commissioning::Clock::now());
   // As the loop's file is read; that each is a number of at least 0 the order's own rule says.
   if (request.kp == 0.0 && request.ki == 0.0) {
     throw RequestError("kp and ki are both 0: the output would never move");
@@ -304,17 +325,22 @@ protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
     order.expected.ki = request.expect->ki;
     order.expected.kd = request.expect->kd;
   }
-  const control::PidGains in_force = parts_.loops[index].settings->get().controller.pid.gains;
-  journal::JournalEntry line = line_of(index, sender.peer);
-  line.what = "gains";
-  line.old_value = orders::gains_text(in_force);
-  line.new_value = orders::gains_text({request.kp, request.ki, request.kd});
-  const auto not_in_file = parts_.loops[index].settings->gains_not_in_file();
-  const control::PidGains file = not_in_file ? not_in_file->file : in_force;
-  if (request.kp != file.kp || request.ki != file.ki || request.kd != file.kd) {
-    line.reason = "not in file: a restart takes " + orders::gains_text(file);
+  const rt::InForce now = in_force(loop, desk(index));
+  rt::leave_out_in_force(order, now, desk(index).standing(), loop.settings->get());
+  std::vector<journal::JournalEntry> lines;
+  if (!order.empty()) {
+    journal::JournalEntry& line = lines.emplace_back(line_of(index, sender.peer));
+    line.what = "gains";
+    line.old_value = orders::gains_text({now.kp, now.ki, now.kd});
+    line.new_value = orders::gains_text({request.kp, request.ki, request.kd});
+    const auto not_in_file = loop.settings->gains_not_in_file();
+    const control::PidGains file =
+        not_in_file ? not_in_file->file : loop.settings->get().controller.pid.gains;
+    if (request.kp != file.kp || request.ki != file.ki || request.kd != file.kd) {
+      line.reason = "not in file: a restart takes " + orders::gains_text(file);
+    }
   }
-  return send(index, order, {std::move(line)}, sender.peer, json(request).dump());
+  return send(index, order, std::move(lines), sender.peer, json(request).dump());
 }
 
 std::string OperatorOrders::why_not(std::size_t loop, const rt::Order& order) {
@@ -330,8 +356,10 @@ protocol::OrderTaken OperatorOrders::send(std::size_t loop, const rt::Order& ord
                                           std::vector<journal::JournalEntry> lines,
                                           const std::string& peer, const std::string& text) {
   const std::string why = why_not(loop, order);
-  spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(loop), peer, text,
-               why.empty() ? "" : " refused: ", why);
+  if (!lines.empty()) {  // else all of it is in force
+    spdlog::info("loop {}: operator ({}) {}{}{}", parts_.board.name(loop), peer, text,
+                 why.empty() ? "" : " refused: ", why);
+  }
   if (!why.empty()) {
     for (journal::JournalEntry& line : lines) {
       line.result = "refused: " + why;
@@ -354,9 +382,7 @@ protocol::Commissioning OperatorOrders::commissioning(const protocol::Commission
   const bool ends = request.end.value_or(false);
   if (ends && !request.session) throw RequestError("end needs the session");
   if (request.withhold_s && !ends) {
-    const bool manual =
-        rt::unpacked(loop.channels->standing.load(std::memory_order_acquire)).mode ==
-        control::Mode::manual;
+    const bool manual = desk(index).standing().mode == control::Mode::manual;
     if (const char* why = Commissioning::no_withholding(loop.config, *request.withhold_s, manual)) {
       throw RequestError(fmt::format("{}: {}", request.loop, why));
     }
@@ -365,10 +391,10 @@ protocol::Commissioning OperatorOrders::commissioning(const protocol::Commission
       request.session, sender.peer, parts_.board.now_ms(), Commissioning::Clock::now());
   if (ends) {
     loop.commissioning->give_back();
-    put_out_of_service(index, false, sender.peer);
+    write_down_commissioning(index, false, sender.peer);
     return {session};
   }
-  if (!request.session) put_out_of_service(index, true, sender.peer);
+  if (!request.session) write_down_commissioning(index, true, sender.peer);
   if (request.withhold_s) {
     const auto for_ns = static_cast<std::int64_t>(*request.withhold_s * 1e9);
     loop.channels->withheld_until_ns = base::MonotonicClock().now_ns() + for_ns;
@@ -402,10 +428,16 @@ std::optional<protocol::InForce> changed_value(const orders::Outcome& outcome) {
 }  // namespace
 
 protocol::OrderState OperatorOrders::order(const protocol::OrderRequest& request) {
-  orders::OrderDesk& desk = this->desk(loop_index(parts_, request.loop));
+  const std::size_t index = loop_index(parts_, request.loop);
+  orders::OrderDesk& desk = this->desk(index);
   const std::uint64_t number = request.order.value_or(0);
   if (number < 1 || number > desk.newest()) throw RequestError("there is no such order");
   if (const std::optional<orders::Outcome> outcome = desk.outcome(number)) {
+    const bool patient =
+        std::chrono::steady_clock::now() - outcome->answered < kLimitedDiskPatience;
+    if (outcome->why.empty() && patient && parts_.order_kept && !parts_.order_kept(index)) {
+      return {.state = "waiting"};
+    }
     return {.state = outcome->why.empty() ? "done" : "refused",
             .outcome =
                 protocol::OrderOutcome{.why = outcome->why,

@@ -49,7 +49,7 @@ class OperatorOrders {
                             const std::string& text);
   protocol::Commissioning commissioning(const protocol::CommissioningRequest& request,
                                         const Sender& sender);
-  void put_out_of_service(std::size_t loop, bool is, const std::string& peer);
+  void write_down_commissioning(std::size_t loop, bool begun, const std::string& peer);
   // Of a loop whose commissioning shows no sign of life: it is given back once the stop action is taken.
   void end_silent(std::size_t loop, Commissioning::Clock::time_point now);
   rt::Order stop_order(std::size_t loop) const;

@@ -80,7 +80,7 @@ std::vector<Glance> glance_at(const Parts& parts) {
     Glance& glance = all[i];
     glance.known = parts.historian.latest(i, glance.row);
     glance.not_in_file = parts.loops[i].settings->gains_not_in_file().has_value();
-    glance.commissioned = parts.loops[i].channels->commissioned.load(std::memory_order_relaxed);
+    glance.commissioned = parts.loops[i].commissioning->holder().has_value();
     parts.board.look(i, [&](const monitor::LoopWatch& watch) {
       see_alarms(watch, glance);
       glance.condition = lowest_known(watch.condition);

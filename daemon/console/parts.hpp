@@ -42,6 +42,8 @@ struct Parts {
   std::function<std::string(std::size_t loop)> twin;    // its file's text; empty: it has none
   std::function<gateway::BoxReading()> box;             // for the registers
   std::function<gateway::ServerState()> modbus_server;  // the same
+  // Whether what the loop goes by is kept for the next start; empty: nothing is kept.
+  std::function<bool(std::size_t loop)> order_kept{};
 };
 
 }  // namespace loopwarden::daemon::console

@@ -23,8 +23,7 @@ class PlantReadings final : public gateway::PlantView {
            config::out_of_service(parts_.loops[loop].config.io) != nullptr;
   }
   bool read_only(std::size_t loop) const override {
-    return controlled_elsewhere(loop) ||
-           parts_.loops[loop].channels->commissioned.load(std::memory_order_relaxed);
+    return controlled_elsewhere(loop) || parts_.loops[loop].commissioning->holder().has_value();
   }
   gateway::LoopReading read(std::size_t loop) override;
   gateway::BoxReading box() override { return parts_.box(); }

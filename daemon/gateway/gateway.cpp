@@ -126,6 +126,7 @@ void Gateway::watch_master() {
     // What is being commissioned goes to manual as well: the safe one of both.
     const bool manual = order.mode == control::Mode::manual;
     if (manual ? loops_.controlled_elsewhere(i) : loops_.read_only(i)) continue;
+    if (loops_.read(i).standing.mode == order.mode) continue;  // in force: no command
     journal::JournalEntry line;
     line.kind = journal::JournalEntry::Kind::system;
     line.utc_ms = loops_.box().utc_ms;

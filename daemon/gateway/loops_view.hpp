@@ -27,8 +27,10 @@ struct LoopReading {
   record::RecordRow row;
   double last_good_pv = 0.0;      // PV units; 0 before the first
   double set_point_wanted = 0.0;  // PV units, where a ramp goes
-  rt::LoopSettings settings;      // in force, ranges and limits included
-  rt::Standing standing;          // what the next order will find
+  // CO units, what manual holds or goes to; NaN: not known
+  double output_wanted = rt::kOutputNotKnown;
+  rt::LoopSettings settings;  // in force, ranges and limits included
+  rt::Standing standing;      // what the next order will find
   std::uint32_t orders_refused = 0;
   std::optional<control::MovesState> moves;  // planned moves, where there are
   monitor::LoopWatch watch;
@@ -85,8 +87,6 @@ class LoopsView : public PlantView {
   virtual bool collect_answers() = 0;
   // The loops have ended: orders without an answer are written down as not taken.
   virtual void close_orders() = 0;
-  // Ends the loop's commissioning.
-  virtual void take_back(std::size_t loop, const std::string& peer) = 0;
   // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
   virtual std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
   // Of every loop, alarms of these kinds.

@@ -12,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/journal/repeated_refusals.hpp"
 #include "daemon/orders/order_text.hpp"
 #include "hal/contract/sample.hpp"
 #include "hal/modbus/register_codec.hpp"
@@ -79,7 +80,10 @@ struct MapBank::Wish {
   std::vector<std::uint16_t> words{};
   double value = 0.0;      // as it will be ordered
   double old_value = 0.0;  // as it reads
-  bool in_force = false;   // it writes what it would read
+  bool in_force = false;   // no command
+
+  bool is(Field field) const noexcept { return reg->field == field; }
+  bool is(Field field, Field scaled) const noexcept { return is(field) || is(scaled); }
 };
 
 // All that a request asks of one loop's cycle.
@@ -87,8 +91,6 @@ struct MapBank::LoopOrder {
   std::size_t loop = 0;
   rt::Order order{};
   std::vector<const Wish*> wishes{};  // that the order is made of
-  std::vector<const Wish*>
-      already{};  // that ask for what is so, where the mode would forbid to ask
 };
 
 Exception MapBank::collect(Table table, std::uint16_t address,
@@ -118,22 +120,18 @@ Exception MapBank::collect(Table table, std::uint16_t address,
                       .value = hal::modbus::decode(spec_of(*place.reg, server_.word_order), some)});
     i += words;
   }
-  for (const Wish& wish : wishes) {
-    if (wish.reg->area == map::Area::box || !loops_.read_only(wish.loop)) continue;
-    if (!takes_back(wishes, wish.loop)) return Exception::illegal_address;
-  }
   return Exception::none;
 }
 
-// Anybody takes a loop that is being commissioned back by manual, with or without an output.
+// Anybody takes a loop that is being commissioned back by manual, with or without an output. Manual that is in force takes
+// nothing back: masters repeat it.
 bool MapBank::takes_back(const std::vector<Wish>& wishes, std::size_t loop) {
   bool manual = false;
   for (const Wish& wish : wishes) {
-    if (wish.reg->area == map::Area::box || wish.loop != loop) continue;
-    const Field field = wish.reg->field;
-    if (field == Field::wanted_mode && wish.value == 0.0) {
+    if (wish.reg->area == map::Area::box || wish.loop != loop || wish.in_force) continue;
+    if (wish.is(Field::wanted_mode) && wish.value == 0.0) {
       manual = true;
-    } else if (field != Field::wanted_output && field != Field::wanted_output_scaled) {
+    } else if (!wish.is(Field::wanted_output, Field::wanted_output_scaled)) {
       return false;
     }
   }
@@ -144,9 +142,6 @@ bool MapBank::takes_back(const std::vector<Wish>& wishes, std::size_t loop) {
 Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
   for (Wish& wish : wishes) {
     wish.old_value = snapshot.value(*wish.reg, wish.loop);
-    hal::modbus::Registers reads;
-    hal::modbus::encode(spec_of(*wish.reg, server_.word_order), wish.old_value, reads);
-    wish.in_force = std::equal(wish.words.begin(), wish.words.end(), reads.words.begin());
     if (wish.reg->area == map::Area::box) continue;
     const control::PidSettings& pid = snapshot.loop(wish.loop).settings.controller.pid;
     const hal::PvCheckSettings& pv_range = snapshot.loop(wish.loop).settings.pv_check;
@@ -172,65 +167,84 @@ Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
   return Exception::none;
 }
 
+namespace {
+
+// Each write of these is a command; the others state what is to be so.
+bool is_momentary(const Register& reg) noexcept {
+  return reg.table == Table::coil || reg.field == Field::shelve_minutes ||
+         reg.field == Field::unshelve_process || reg.field == Field::calm;
+}
+
+// In manual the output in force is the one that was ordered: the device may round it, and it may be on its way.
+bool is_output_in_force(double value, bool reads_so, const LoopReading& loop) {
+  if (loop.standing.mode == Mode::automatic || loop.standing.output_in_fault) return reads_so;
+  const control::ControllerSettings& controller = loop.settings.controller;
+  const control::PidSettings& pid = controller.pid;
+  if (rt::is_same(value, loop.output_wanted, pid.output_low, pid.output_high)) return true;
+  const double rounding = std::max(pid.tolerance, controller.output.deadband);
+  return reads_so && std::abs(loop.row.co - loop.output_wanted) <= rounding;
+}
+
+}  // namespace
+
+void MapBank::find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) const {
+  std::map<std::size_t, Mode> new_modes;  // of loops whose mode the request changes
+  for (Wish& wish : wishes) {             // in the order of addresses: the mode comes first
+    if (wish.reg->area != map::Area::loop || is_momentary(*wish.reg)) continue;
+    const LoopReading& loop = snapshot.loop(wish.loop);
+    hal::modbus::Registers reads;
+    hal::modbus::encode(spec_of(*wish.reg, server_.word_order),
+                        snapshot.value(*wish.reg, wish.loop), reads);
+    const bool reads_so = std::isfinite(wish.value) &&
+                          (wish.value == wish.old_value ||
+                           std::equal(wish.words.begin(), wish.words.end(), reads.words.begin()));
+    const auto new_mode = new_modes.find(wish.loop);
+    const auto becomes = [&](Mode mode) {
+      return new_mode != new_modes.end() && new_mode->second == mode;
+    };
+    if (wish.is(Field::wanted_mode)) {
+      const Mode mode = wish.value == 0.0 ? Mode::manual : Mode::automatic;
+      wish.in_force = mode == loop.standing.mode;
+      if (!wish.in_force) new_modes[wish.loop] = mode;
+    } else if (wish.is(Field::wanted_sp, Field::wanted_sp_scaled)) {
+      const hal::PvCheckSettings& range = loop.settings.pv_check;
+      const bool same =
+          reads_so || rt::is_same(wish.value, loop.set_point_wanted, range.low, range.high);
+      // On the way to automatic a set point that followed PV is to stay where it is written.
+      wish.in_force = same && !becomes(Mode::automatic);
+    } else if (wish.is(Field::wanted_output, Field::wanted_output_scaled)) {
+      // On the way to manual the output that the controller moves is to stay where it is written.
+      wish.in_force = becomes(Mode::automatic) ? reads_so
+                                               : !becomes(Mode::manual) &&
+                                                     is_output_in_force(wish.value, reads_so, loop);
+    } else {
+      wish.in_force = reads_so;
+    }
+  }
+}
+
 std::vector<MapBank::LoopOrder> MapBank::orders_of(const std::vector<Wish>& wishes) {
   std::vector<LoopOrder> orders;
   for (const Wish& wish : wishes) {
-    if (wish.reg->table != Table::holding_register || wish.reg->area != map::Area::loop) continue;
-    if (wish.reg->field == Field::shelve_minutes) continue;
+    if (wish.reg->area != map::Area::loop || is_momentary(*wish.reg) || wish.in_force) continue;
     if (orders.empty() || orders.back().loop != wish.loop) orders.push_back({.loop = wish.loop});
     LoopOrder& of_loop = orders.back();
     of_loop.wishes.push_back(&wish);
-    const Field field = wish.reg->field;
-    if (field == Field::wanted_mode) {
+    if (wish.is(Field::wanted_mode)) {
       of_loop.order.mode = wish.value == 0.0 ? Mode::manual : Mode::automatic;
-    } else if (field == Field::wanted_sp || field == Field::wanted_sp_scaled) {
+    } else if (wish.is(Field::wanted_sp, Field::wanted_sp_scaled)) {
       of_loop.order.set_point = wish.value;
-    } else if (field == Field::wanted_output || field == Field::wanted_output_scaled) {
+    } else if (wish.is(Field::wanted_output, Field::wanted_output_scaled)) {
       of_loop.order.output = wish.value;
-    } else if (field == Field::kp) {
+    } else if (wish.is(Field::kp)) {
       of_loop.order.kp = wish.value;
-    } else if (field == Field::ki) {
+    } else if (wish.is(Field::ki)) {
       of_loop.order.ki = wish.value;
-    } else if (field == Field::kd) {
+    } else if (wish.is(Field::kd)) {
       of_loop.order.kd = wish.value;
     }
   }
   return orders;
-}
-
-// By the rule of the cycle. Where the mode forbids to order a value, one may write what is in force.
-rt::Refusal MapBank::judge(LoopOrder& asked, const LoopReading& loop) {
-  const auto refusal = [&] {
-    return rt::judge(asked.order, loop.standing, loop.settings,
-                     loop.settings.controller.jacket.form);
-  };
-  const auto leave_out = [&](Field field, Field scaled, std::optional<double>& part) {
-    const auto of_it = [&](const Wish* wish) {
-      return wish->reg->field == field || wish->reg->field == scaled;
-    };
-    const bool in_force =
-        std::all_of(asked.wishes.begin(), asked.wishes.end(),
-                    [&](const Wish* wish) { return !of_it(wish) || wish->in_force; });
-    if (!in_force) return false;
-    const auto kept = std::stable_partition(asked.wishes.begin(), asked.wishes.end(),
-                                            [&](const Wish* wish) { return !of_it(wish); });
-    asked.already.insert(asked.already.end(), kept, asked.wishes.end());
-    asked.wishes.erase(kept, asked.wishes.end());
-    part.reset();
-    return true;
-  };
-  rt::Refusal why = refusal();
-  if (why == rt::Refusal::output_in_automatic || why == rt::Refusal::output_in_fault) {
-    if (leave_out(Field::wanted_output, Field::wanted_output_scaled, asked.order.output)) {
-      why = refusal();
-    }
-  }
-  if (why == rt::Refusal::set_point_tracks) {
-    if (leave_out(Field::wanted_sp, Field::wanted_sp_scaled, asked.order.set_point)) {
-      why = refusal();
-    }
-  }
-  return why;
 }
 
 journal::JournalEntry MapBank::line_of(const Wish& wish, const Peer& peer, MapValues& snapshot) {
@@ -250,22 +264,27 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
   std::vector<Wish> wishes;
   if (const Exception e = collect(table, address, values, wishes); e != Exception::none) return e;
   MapValues snapshot(loops_, server_);
-  const auto write_down = [&](const Wish& wish, const std::string& result) {
-    journal::JournalEntry line = line_of(wish, peer, snapshot);
-    line.result = result;
-    loops_.write_down(std::move(line));
-  };
+  const Exception unsound = check(wishes, snapshot);
+  find_in_force(wishes, snapshot);
+  for (const Wish& wish : wishes) {
+    if (wish.reg->area == map::Area::box || !loops_.read_only(wish.loop)) continue;
+    if (!takes_back(wishes, wish.loop)) return Exception::illegal_address;
+  }
   const auto refuse = [&](Exception exception, const std::string& why) {
-    for (const Wish& wish : wishes) write_down(wish, "refused: " + why);
+    for (const Wish& wish : wishes) {
+      if (wish.in_force) continue;
+      journal::JournalEntry line = line_of(wish, peer, snapshot);
+      line.result = "refused: " + why;
+      loops_.write_down(std::move(line));
+    }
     return exception;
   };
-  if (const Exception unsound = check(wishes, snapshot); unsound != Exception::none) {
-    return refuse(unsound, "outside its limits");
-  }
+  if (unsound != Exception::none) return refuse(unsound, "outside its limits");
   std::vector<LoopOrder> orders = orders_of(wishes);
-  for (LoopOrder& asked : orders) {
+  for (const LoopOrder& asked : orders) {
     const LoopReading& loop = snapshot.loop(asked.loop);
-    const rt::Refusal refusal = judge(asked, loop);
+    const rt::Refusal refusal =
+        rt::judge(asked.order, loop.standing, loop.settings, loop.settings.controller.jacket.form);
     if (refusal != rt::Refusal::none) {
       return refuse(rt::is_out_of_limits(refusal) ? Exception::illegal_value : Exception::busy,
                     orders::why_refused(refusal, asked.order, loop.settings));
@@ -274,67 +293,75 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
       return refuse(Exception::busy, "too many commands at once");
     }
   }
-  for (const LoopOrder& asked : orders) {
-    for (const Wish* wish : asked.already) write_down(*wish, "in force already");
-    if (asked.wishes.empty()) continue;
+  for (LoopOrder& asked : orders) {
     std::vector<journal::JournalEntry> lines;
     for (const Wish* wish : asked.wishes) lines.push_back(line_of(*wish, peer, snapshot));
-    if (loops_.read_only(asked.loop)) loops_.take_back(asked.loop, peer.name);
+    asked.order.ends_commissioning = loops_.read_only(asked.loop);
     loops_.order(asked.loop, asked.order, std::move(lines));
   }
   for (const Wish& wish : wishes) {
-    if (wish.reg->field == Field::master_heartbeat) {
+    if (wish.is(Field::master_heartbeat)) {
       // Not for the journal: it comes each second.
       server_.master_heartbeat = static_cast<std::uint16_t>(wish.value);
       server_.master_beat = true;
-    } else if (wish.reg->table == Table::coil || wish.reg->field == Field::shelve_minutes ||
-               wish.reg->field == Field::unshelve_process || wish.reg->field == Field::calm) {
-      act(wish, peer);
+    } else if (is_momentary(*wish.reg) && is_new(wish, peer, snapshot.box().uptime_s)) {
+      act(wish, peer, snapshot);
     }
   }
   return Exception::none;
 }
 
-void MapBank::act(const Wish& wish, const Peer& peer) {
+// A master that writes the same again and again holds it: that is one command. Its 0 is the rest, and no command unless it
+// has held something.
+bool MapBank::is_new(const Wish& wish, const Peer& peer, double now_s) {
+  constexpr double kHeld_s = 30.0;  // between two writes
+  constexpr std::size_t kMostHeld = 10'000;
+  const auto key = std::make_tuple(journal::host_of(peer.name), wish.reg->table,
+                                   map::address(*wish.reg, wish.loop));
+  const std::uint16_t value = wish.words.front();
+  if (value == 0) return held_.erase(key) > 0;
+  if (held_.size() >= kMostHeld) {
+    std::erase_if(held_, [&](const auto& one) { return now_s - one.second.written_s >= kHeld_s; });
+  }
+  const auto [held, fresh] = held_.try_emplace(key);
+  const Held before = std::exchange(held->second, {value, now_s});
+  return fresh || before.value != value || now_s - before.written_s >= kHeld_s;
+}
+
+void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
   using model::AlarmAction;
   const auto done = [&](std::uint64_t ticket) { ticket_ = std::max(ticket_, ticket); };
-  if (wish.reg->field == Field::veto_corrective_action) {
+  if (wish.is(Field::veto_corrective_action)) {
     return done(loops_.veto(wish.loop, wish.value != 0.0, peer.name));
   }
-  if (wish.reg->field == Field::calm) return calm(wish, peer);
+  if (wish.is(Field::calm)) return calm(wish, peer);
   monitor::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
-  if (wish.reg->field == Field::shelve_minutes) {
+  if (wish.is(Field::shelve_minutes)) {
+    // A master may write back the minutes that it has read: up to a minute has passed since.
+    const double left = snapshot.value(*wish.reg, wish.loop);
+    if (left > 0.0 && (wish.value == left || wish.value == left + 1.0)) return;
     order.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;
     order.shelve_ms = static_cast<std::int64_t>(wish.value) * kMinute;
   } else {
     if (wish.value == 0.0) return;  // a momentary coil rests at 0
-    if (wish.reg->field == Field::acknowledge_all) {
+    if (wish.is(Field::acknowledge_all)) {
       return done(loops_.acknowledge_all(model::kAlarmKinds, peer.name));
     }
-    if (wish.reg->field == Field::acknowledge_process ||
-        wish.reg->field == Field::unshelve_process) {
+    if (wish.is(Field::acknowledge_process, Field::unshelve_process)) {
       return act_on_process_alarms(wish, peer);
     }
-    if (wish.reg->field == Field::reset) order.action = AlarmAction::reset;
-    if (wish.reg->field == Field::unshelve) order.action = AlarmAction::unshelve;
+    if (wish.is(Field::reset)) order.action = AlarmAction::reset;
+    if (wish.is(Field::unshelve)) order.action = AlarmAction::unshelve;
   }
-  // An order for which there is nothing to do is no error: masters repeat themselves.
   done(loops_.act(wish.loop, order));
 }
 
-// Only where something is offered, and by a fresh 1: one that a master repeats was not written for what is offered since.
+// Only where something is offered: what a master wrote before was not written for it.
 void MapBank::calm(const Wish& wish, const Peer& peer) {
-  constexpr double kHeld_s = 30.0;  // between two writes: the same 1
-  if (wish.value == 0.0) {
-    calm_written_s_.erase(wish.loop);
-    return;
-  }
+  if (wish.value == 0.0) return;
   MapValues now(loops_, server_);
-  const double now_s = now.box().uptime_s;
-  const auto [written, fresh] = calm_written_s_.try_emplace(wish.loop, now_s);
-  const bool held = !fresh && now_s - std::exchange(written->second, now_s) < kHeld_s;
   const monitor::LoopWatch& watch = now.loop(wish.loop).watch;
-  if (held || watch.ordered || watch.corrective != model::CorrectiveState::offered) return;
+  if (watch.ordered || watch.corrective != model::CorrectiveState::offered) return;
   ticket_ = std::max(ticket_, loops_.begin_offered(wish.loop, peer.name));
 }
 

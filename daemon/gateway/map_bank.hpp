@@ -4,12 +4,19 @@
 // All values of a request come from one reading of each loop it touches. Floats are always finite. A
 // value of two registers is written in one request or not at all (exception 3); so is everything else
 // that a request writes. Of what it asks of a loop, the mode takes effect first (daemon/rt/order.hpp).
+//
+// Masters repeat what they write. A write of the value in force is no command: it is left out of the request, has no effect
+// and no line in the journal. In force is what the loop's cycle, with the master's orders on their way, goes by; the
+// register may show it rounded. Coils, the shelve registers, `unshelve_process` and `calm` act on a new value only: a 1
+// (or a number of minutes) that the same master has not written within the last 30 s, and a 0 after its own 1.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <span>
+#include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -37,18 +44,23 @@ class MapBank final : public RegisterBank {
                     std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const;
   static bool takes_back(const std::vector<Wish>& wishes, std::size_t loop);
   Exception check(std::vector<Wish>& wishes, MapValues& snapshot);
+  void find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) const;
   static std::vector<LoopOrder> orders_of(const std::vector<Wish>& wishes);
-  static rt::Refusal judge(LoopOrder& asked, const LoopReading& loop);
   journal::JournalEntry line_of(const Wish& wish, const Peer& peer, MapValues& snapshot);
-  void act(const Wish& wish, const Peer& peer);
+  bool is_new(const Wish& wish, const Peer& peer, double now_s);
+  void act(const Wish& wish, const Peer& peer, MapValues& snapshot);
   void act_on_process_alarms(const Wish& wish, const Peer& peer);
   void calm(const Wish& wish, const Peer& peer);
 
   LoopsView& loops_;
   ServerState& server_;
   std::uint64_t ticket_ = 0;
-  std::map<std::size_t, double>
-      calm_written_s_;  // loops whose `calm` holds 1; uptime of the newest
+  // Values that masters hold in momentary registers and coils, by host and address; never 0.
+  struct Held {
+    std::uint16_t value = 0;
+    double written_s = 0.0;  // uptime of the newest write
+  };
+  std::map<std::tuple<std::string, register_map::Table, std::uint32_t>, Held> held_;
 };
 
 }  // namespace loopwarden::daemon::gateway

@@ -75,6 +75,7 @@ std::uint64_t Journal::post(JournalEntry entry) {
   std::uint64_t ticket = 0;
   {
     const std::lock_guard lock(mutex_);
+    if (refusals_.repeats(entry)) return posted_;
     ticket = ++posted_;
     queue_.push_back(std::move(entry));
     make_room();

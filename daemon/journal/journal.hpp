@@ -22,6 +22,7 @@
 #include "daemon/journal/alarm_state_file.hpp"
 #include "daemon/journal/journal_entry.hpp"
 #include "daemon/journal/journal_file.hpp"
+#include "daemon/journal/repeated_refusals.hpp"
 #include "base/disk_wait.hpp"
 #include "base/thread.hpp"
 
@@ -66,7 +67,8 @@ class Journal {
   // As stop(), for at most `patience`; false if the disk hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // Any thread but the real-time one. Returns a number to wait for.
+  // Any thread but the real-time one. Returns a number to wait for. Refusals that repeat are left out
+  // (repeated_refusals.hpp).
   std::uint64_t post(JournalEntry entry);
   // Of all lines up to `ticket`. Waits for nothing.
   Written written(std::uint64_t ticket) const;
@@ -101,6 +103,7 @@ class Journal {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
+  RepeatedRefusals refusals_;
   std::deque<JournalEntry> queue_;
   std::uint64_t posted_ = 0;   // tickets given
   std::uint64_t taken_ = 0;    // tickets up to this one left the queue

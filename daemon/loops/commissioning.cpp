@@ -25,14 +25,21 @@ std::uint64_t Commissioning::take(const std::optional<std::uint64_t>& session,
   } else {
     held_ =
         Held{.session = ++newest_, .peer = peer, .since_ms = utc_ms, .alive = now, .silent = false};
+    publish();
   }
   return held_->session;
+}
+
+void Commissioning::publish() noexcept {
+  channels_.withheld_until_ns.store(0, std::memory_order_relaxed);
+  channels_.commissioned.store(held_.has_value(), std::memory_order_release);
 }
 
 bool Commissioning::give_back() {
   const std::lock_guard lock(mutex_);
   const bool was = held_.has_value();
   held_.reset();
+  publish();
   return was;
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who commissions a loop: it is out of service for everybody else until he gives it back, or shows no sign of life for a
 // minute and the stop action is taken. Any thread.
+//
+// The holder is the one truth for ordinary threads. The cycle gets a copy in its channels, which is written with the holder
+// under the same lock.
 #pragma once
 
 #include <chrono>
@@ -10,6 +13,7 @@
 #include <string>
 
 #include "config/loop_config.hpp"
+#include "daemon/rt/control_cycle.hpp"
 
 namespace loopwarden::daemon {
 
@@ -17,6 +21,9 @@ class Commissioning {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::duration<double> kSilence{60.0};
+
+  // `channels`: of the loop; they outlive this.
+  explicit Commissioning(rt::LoopChannels& channels) noexcept : channels_(channels) {}
 
   // Takes the loop, or with its session shows a sign of life. Returns the session. Throws RequestError where another has
   // it, or the session has ended. `utc_ms`: of the beginning.
@@ -53,7 +60,9 @@ class Commissioning {
   };
   // With the mutex.
   void show_life(std::uint64_t session, Clock::time_point now);
+  void publish() noexcept;
 
+  rt::LoopChannels& channels_;
   mutable std::mutex mutex_;
   std::optional<Held> held_;
   // Sessions of a daemon before this one are no sessions.

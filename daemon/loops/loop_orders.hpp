@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "daemon/journal/journal.hpp"
@@ -10,11 +11,18 @@
 
 namespace loopwarden::daemon {
 
-// A sender's desk for a loop; `box` is his of the loop's channels.
-orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal);
+// A sender's queue of orders to a loop; `box` is the sender's of the loop's channels. `done` is called for each order that
+// the loop has taken, after what every order does.
+using OrderDone = std::function<void(const rt::Order&, const journal::JournalEntry&)>;
+orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal,
+                          OrderDone done = {});
 
-// The loop is out of service from now on, or in service again, by this peer, which the journal gets.
-void put_out_of_service(LoopRuntime& loop, bool is, journal::Journal& journal, std::int64_t utc_ms,
-                        const std::string& peer);
+// Returns the values that the sender's next order will find in force: the loop's, with the sender's orders that it has not
+// taken yet.
+rt::InForce in_force(const LoopRuntime& loop, orders::OrderDesk& desk);
+
+// The journal's line of a commissioning that this peer has begun or ended.
+void write_down_commissioning(const LoopRuntime& loop, bool begun, journal::Journal& journal,
+                              std::int64_t utc_ms, const std::string& peer);
 
 }  // namespace loopwarden::daemon

@@ -69,7 +69,7 @@ struct LoopRuntime {
   std::unique_ptr<CurrentSettings> settings;
   std::unique_ptr<rt::ControlCycle> cycle;
   std::unique_ptr<watch::WatchCycle> watch;
-  std::unique_ptr<Commissioning> commissioning = std::make_unique<Commissioning>();
+  std::unique_ptr<Commissioning> commissioning;
 
   bool watched() const noexcept { return source != nullptr; }
   hal::Device& device() const noexcept {

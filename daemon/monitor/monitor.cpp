@@ -53,6 +53,7 @@ model::ProcessCycle process_cycle_of(const RecordRow& row) {
           .pv_silent =
               quality == hal::Quality::bad && is_silence(static_cast<hal::Reason>(row.pv_reason)),
           .output_arrives = (row.flags & record::kOutputLost) == 0,
+          .out_of_service = (row.flags & record::kOutOfService) != 0,
           .fault = static_cast<control::Fault>(row.fault),
           .mode = static_cast<control::Mode>(row.mode),
           .requested_mode = static_cast<control::Mode>(row.requested_mode)};

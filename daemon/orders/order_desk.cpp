@@ -34,8 +34,11 @@ void OrderDesk::collect() {
     // Answers come in the order of the orders.
     Waiting waiting = std::move(waiting_.front());
     waiting_.pop_front();
-    Outcome outcome{
-        .number = answer.number, .refusal = answer.refusal, .now = answer.now, .why = {}};
+    Outcome outcome{.number = answer.number,
+                    .refusal = answer.refusal,
+                    .now = answer.now,
+                    .why = {},
+                    .answered = std::chrono::steady_clock::now()};
     if (answer.refusal != rt::Refusal::none) {
       outcome.why = ends_.why(answer, waiting.order);
     } else if (ends_.done && !waiting.lines.empty()) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -27,6 +28,7 @@ struct Outcome {
   rt::InForce now{};                 // as the cycle took it
   std::string why;                   // empty: it was done
   std::uint64_t journal_ticket = 0;  // of its last line
+  std::chrono::steady_clock::time_point answered{};
 };
 
 struct DeskEnds {

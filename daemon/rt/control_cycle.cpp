@@ -33,6 +33,7 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
   // Mode: may the loop run, and if not, what does the output do?
   const Conditions found = conditions(pv, missed, stop);
   Decision decision = supervisor_.step(found);
+  withhold(stop);
   learn_output(found, decision);
   decision = supervisor_.settle(decision, output_known_);
   const double output_before = controller_.output_applied();
@@ -42,10 +43,8 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
 
   // Finite and in range, or not written.
   const hal::Command command = checked(out, decision, output_before);
-  if (stop || now_ns_ >= channels_.withheld_until_ns.load(std::memory_order_relaxed)) {
-    const double applied = io_.write(time, command);
-    if (command.write) controller_.applied(applied);
-  }
+  const double applied = io_.write(time, command);
+  if (command.write) controller_.applied(applied);
   modelled_valve_ = valve_model_.step(controller_.output_applied(), 0.0);
   ever_written_ = ever_written_ || command.write;
   const bool goes_nowhere = decision.action.kind == control::OutputAction::Kind::hold;
@@ -79,10 +78,18 @@ ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettin
 
 void ControlCycle::take_settings() noexcept {
   const bool fresh = channels_.settings.fetch(offer_);
-  if (fresh) jacket_since_offer_.reset();
+  if (fresh) {
+    jacket_since_offer_.reset();
+    channels_.settings_seen.store(offer_.number, std::memory_order_release);
+  }
   offer_waits_ = (offer_waits_ || fresh) && !offer_.withdrawn;
   if (!offer_waits_) {
     if (fresh) channels_.settings_waiting.store(0, std::memory_order_release);
+    return;
+  }
+  // The settings must not change in the middle of a test.
+  if (channels_.commissioned.load(std::memory_order_acquire)) {
+    channels_.settings_waiting.store(offer_.number, std::memory_order_release);
     return;
   }
   // An action that began under the settings in force ends under them.
@@ -163,6 +170,8 @@ void ControlCycle::apply(const Order& order) noexcept {
     controller_.configure(settings_.controller);
     publish_in_force();
   }
+  // An order for an output ends the withholding of commands.
+  if (order.output) channels_.withheld_until_ns.store(0, std::memory_order_relaxed);
   if (order.mode) controller_.request_mode(*order.mode);
   if (order.set_point) controller_.request_set_point(*order.set_point);
   if (order.output) {
@@ -218,6 +227,10 @@ Standing ControlCycle::standing() const noexcept {
 }
 
 void ControlCycle::publish_standing() noexcept {
+  channels_.set_point_wanted.store(controller_.set_point_target(), std::memory_order_relaxed);
+  channels_.output_wanted.store(
+      output_known_ ? controller_.manual_output() : std::numeric_limits<double>::quiet_NaN(),
+      std::memory_order_relaxed);
   channels_.standing.store(packed(standing()), std::memory_order_release);
 }
 
@@ -246,6 +259,21 @@ bool ControlCycle::read_back_good() const noexcept {
          std::isfinite(position.value) && age_s <= settings_.pv_check.max_age_s;
 }
 
+// While no command goes out the device may move the valve: where the output stands is not known, and the loop asks for
+// nothing to be written. Then it goes on as after a loss. A stop action is never withheld.
+void ControlCycle::withhold(bool stop) noexcept {
+  const bool withheld = !stop && controller_.requested_mode() == Mode::manual &&
+                        now_ns_ < channels_.withheld_until_ns.load(std::memory_order_relaxed);
+  if (withheld) {
+    if (!withheld_) known_before_withheld_ = output_known_;
+    output_known_ = told_ = false;
+    unknown_since_ns_ = now_ns_;
+  } else if (withheld_ && !inputs_.valve_position_fitted) {
+    output_known_ = output_known_ || known_before_withheld_;
+  }
+  withheld_ = withheld;
+}
+
 // After commands did not reach the valve, or the process was stopped, the device's own watchdog may
 // have moved it. The loop then writes nothing until a read-back taken since then, or the operator,
 // tells where it stands, and goes on from there. The same at start, where anybody may move the valve
@@ -264,7 +292,7 @@ void ControlCycle::learn_output(const Conditions& found, const Decision& decisio
   }
   was_lost_ = lost;
   if ((in_doubt || starting) && fitted && !told_) output_known_ = false;
-  if (output_known_) return;
+  if (output_known_ || withheld_) return;
   using Kind = control::OutputAction::Kind;
   const double unknown_s = static_cast<double>(now_ns_ - unknown_since_ns_) * 1e-9;
   if (read_back_good() && inputs_.valve_position.time_ns >= unknown_since_ns_) {
@@ -359,7 +387,8 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
           flag(output_known_ && out.rate_limited, record::kRateLimited) |
           flag(missed > 0, record::kLateCycle) | flag(out.jacket_rate != 0.0, record::kJacketActs) |
           flag(out.correction != 0.0, record::kCompensatorActs) |
-          flag(!inputs_.output_ok, record::kOutputLost)),
+          flag(!inputs_.output_ok, record::kOutputLost) |
+          flag(channels_.commissioned.load(std::memory_order_relaxed), record::kOutOfService)),
       .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
       .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
       .pv_limit = static_cast<std::uint8_t>(pv_limit),
@@ -377,7 +406,6 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
   } else {
     channels_.moves.none();
   }
-  channels_.set_point_wanted.store(controller_.set_point_target(), std::memory_order_relaxed);
   publish_standing();
 }
 

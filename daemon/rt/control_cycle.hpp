@@ -100,16 +100,22 @@ struct LoopChannels {
   // Number of the offer in force, 0 before the first: each sets jacket and compensator as their file has them, whatever
   // was ordered; cycle -> reload, monitor
   std::atomic<std::uint32_t> settings_taken{0};
-  // Number of the offer that waits until the output is inside its limits; 0: none; cycle -> reload
+  // Number of the offer that waits until the output is inside its limits, or a commissioning has ended; 0: none;
+  // cycle -> reload
   std::atomic<std::uint32_t> settings_waiting{0};
-  std::atomic<double> set_point_wanted{0.0};  // cycle -> operator, Modbus server; PV units
+  // Number of the newest offer or withdrawal that the cycle has seen: an older one is not taken any more; cycle -> reload
+  std::atomic<std::uint32_t> settings_seen{0};
+  // Published with `standing`, before an order is answered; cycle -> operator, Modbus server
+  std::atomic<double> set_point_wanted{0.0};  // PV units
+  std::atomic<double> output_wanted{0.0};  // CO units, what manual holds or goes to; NaN: not known
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; below 0: none
   MovesBoard moves;                           // cycle -> monitor, status
   std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends
-  // Until then (CLOCK_MONOTONIC) no command goes out, so that the device's watchdog acts; commissioning -> cycle
+  // Until then (CLOCK_MONOTONIC) no command goes out in manual, so that the device's watchdog acts. Set by the
+  // commissioning; the cycle sets it to 0 when it takes an order for an output.
   std::atomic<std::int64_t> withheld_until_ns{0};
-  std::atomic<bool> commissioned{
-      false};  // out of service for everybody else; commissioning -> Modbus server
+  // Out of service for everybody else: offered settings wait. Written by Commissioning, together with its holder.
+  std::atomic<bool> commissioned{false};
 };
 
 // How the loop begins.
@@ -149,6 +155,7 @@ class ControlCycle {
   control::Conditions conditions(const hal::Sample& pv, std::uint64_t missed,
                                  bool stop) const noexcept;
   bool read_back_good() const noexcept;
+  void withhold(bool stop) noexcept;
   void learn_output(const control::Conditions& found, const control::Decision& decision) noexcept;
   void learn(double output) noexcept;
   double known_output() const noexcept;  // NaN: not known
@@ -186,6 +193,8 @@ class ControlCycle {
       false;  // commands did not reach the valve, or the process paused, in the cycle before
   bool ever_written_ = false;  // a command has gone out
   std::int64_t unknown_since_ns_ = 0;
+  bool withheld_ = false;  // no command goes out in this cycle
+  bool known_before_withheld_ = false;
   bool was_not_finite_ = false;  // result of the cycle before
   double modelled_valve_ = 0.0;  // CO units
   control::Fault reported_fault_ = control::Fault::starting;

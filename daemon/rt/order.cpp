@@ -58,10 +58,38 @@ Refusal judge(const Order& order, const Standing& standing, const LoopSettings& 
   return Refusal::none;
 }
 
+bool is_same(double value, double is, double low, double high) noexcept {
+  return std::abs(value - is) <= kSameShare * (high - low);
+}
+
+void leave_out_in_force(Order& order, const InForce& now, const Standing& standing,
+                        const LoopSettings& settings) noexcept {
+  using control::Mode;
+  const control::PidSettings& pid = settings.controller.pid;
+  if (order.mode == now.mode) order.mode.reset();
+  const Mode mode = order.mode.value_or(now.mode);
+  if (order.set_point && order.mode != Mode::automatic &&
+      is_same(*order.set_point, now.set_point, settings.pv_check.low, settings.pv_check.high)) {
+    order.set_point.reset();
+  }
+  if (order.output && mode == Mode::manual && !order.mode && !standing.output_in_fault &&
+      is_same(*order.output, now.output, pid.output_low, pid.output_high)) {
+    order.output.reset();
+  }
+  const control::PidGains gains{.kp = now.kp, .ki = now.ki, .kd = now.kd};
+  control::PidGains wanted = gains;
+  set_gains(order, wanted);
+  if (wanted.kp == gains.kp && wanted.ki == gains.ki && wanted.kd == gains.kd) {
+    order.kp.reset();
+    order.ki.reset();
+    order.kd.reset();
+  }
+}
+
 Refusal judge(const Expectation& expected, const InForce& now,
               const LoopSettings& settings) noexcept {
   const auto differs = [](const std::optional<double>& value, double is, double low, double high) {
-    return value && !(std::abs(*value - is) <= kSameShare * (high - low));
+    return value && !is_same(*value, is, low, high);
   };
   const control::PidSettings& pid = settings.controller.pid;
   if (expected.mode && *expected.mode != now.mode) return Refusal::mode_changed;

@@ -44,6 +44,13 @@ struct Order {
   std::optional<double> set_point{};    // PV units
   std::optional<double> output{};       // CO units, for manual
   Expectation expected{};
+  // Ends the loop's commissioning once the cycle has taken the order; for its sender, the cycle ignores it.
+  bool ends_commissioning = false;
+
+  // It asks for nothing: the cycle judges what is expected, and changes nothing.
+  bool empty() const noexcept {
+    return !(jacket || moves || kp || ki || kd || mode || set_point || output);
+  }
 };
 static_assert(std::is_trivially_copyable_v<Order>);
 
@@ -149,6 +156,15 @@ inline constexpr double kSameShare = 1e-6;
 
 Refusal judge(const Expectation& expected, const InForce& now,
               const LoopSettings& settings) noexcept;
+
+// Whether `value` is `is`, for numbers of the range `low` to `high`; false if one is not known.
+bool is_same(double value, double is, double low, double high) noexcept;
+
+// Takes the parts out of an order that ask for the value in force: they are no command. `now` and `standing` are those
+// that the order will find. Values that only the new mode keeps in force stay: the set point on the way to automatic, the
+// output on the way to manual.
+void leave_out_in_force(Order& order, const InForce& now, const Standing& standing,
+                        const LoopSettings& settings) noexcept;
 
 // The gains that an order asks for, put into those in force.
 constexpr void set_gains(const Order& order, control::PidGains& gains) noexcept {

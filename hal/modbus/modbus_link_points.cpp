@@ -202,7 +202,12 @@ void ModbusLink::note_unwritten(LinkTask& task, CommandPoint& point, Reason reas
 
 void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   const PointSettings& settings = point.settings;
-  if (const BusCommand& command = point.newest.newest(); command.id == 0 || !command.write) return;
+  if (const BusCommand& command = point.newest.newest(); command.id == 0 || !command.write) {
+    // A silence that the loop asks for is no silence of the bus.
+    point.output.confirmed_ns = BusWaiter::now_ns();
+    point.failing_since_ns = 0;
+    return;
+  }
   Reply reply;
   const auto failed = [&](Asked asked, std::uint8_t unit) {
     const bool exception = asked == Asked::exception;

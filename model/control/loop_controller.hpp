@@ -121,6 +121,10 @@ class LoopController {
   double output_applied() const noexcept { return applied_; }
   // The same before the device's rounding.
   double output_commanded() const noexcept { return commanded_; }
+  // CO units: what manual holds or goes to, as it was requested; in other modes the output.
+  double manual_output() const noexcept {
+    return requested_ == Mode::manual ? manual_output_ : applied_;
+  }
   double set_point_target() const noexcept { return law_.set_point.target(); }
   Mode requested_mode() const noexcept { return requested_; }
   Mode mode() const noexcept { return mode_; }

@@ -30,6 +30,12 @@ bool is_normal(Mode mode, NormalMode normal) noexcept {
   return true;
 }
 
+// A test of the loop causes it.
+bool is_of_test(AlarmKind kind) noexcept {
+  return kind == AlarmKind::output_lost || kind == AlarmKind::output_unknown ||
+         kind == AlarmKind::not_normal_mode || kind == AlarmKind::deviation;
+}
+
 }  // namespace
 
 ProcessWatch::ProcessWatch(double sample_time_s, const ProcessSettings& settings) noexcept
@@ -47,9 +53,10 @@ void ProcessWatch::restore(AlarmKind kind, bool on) noexcept {
 
 ProcessChanges ProcessWatch::add(const ProcessCycle& cycle) noexcept {
   ever_arrived_ = ever_arrived_ || cycle.output_arrives;
-  ever_ran_ = ever_ran_ || cycle.requested_mode == Mode::automatic ||
-              cycle.mode == Mode::automatic ||
-              (cycle.mode == Mode::fallback && cycle.fault != Fault::starting);
+  ever_ran_ =
+      ever_ran_ || (!cycle.out_of_service &&
+                    (cycle.requested_mode == Mode::automatic || cycle.mode == Mode::automatic ||
+                     (cycle.mode == Mode::fallback && cycle.fault != Fault::starting)));
   limits_.add(cycle.period_index, cycle.sp, cycle.pv_bad || cycle.pv_frozen ? kNone : cycle.pv,
               cycle.mode == Mode::automatic);
   ProcessChanges changes;
@@ -103,6 +110,7 @@ bool ProcessWatch::is_due(const Delayed& condition, const ProcessRule& rule,
 }
 
 std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycle) const noexcept {
+  if (cycle.out_of_service && is_of_test(kind)) return std::nullopt;
   switch (kind) {
     case AlarmKind::bad_pv:
       return cycle.pv_bad || cycle.pv_frozen || (!cycle.pv_good && cycle.fault == Fault::bad_pv);

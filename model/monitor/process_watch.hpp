@@ -24,6 +24,9 @@
 // its longer off-delay, and so it does the first time unless the off-delay is shorter; what comes the fifth time raises
 // its alarm although no single time outlasts the on-delay.
 //
+// While a loop is out of service for a test, output_lost, output_unknown, not_normal_mode and deviation change nothing:
+// the test causes them. Their delays start again when the test has ended. Alarms of PV and of the enable contact go on.
+//
 // Stepped once a cycle. No clock, no allocation.
 //
 // Errors: none.
@@ -101,6 +104,7 @@ struct ProcessCycle {
   bool pv_frozen = false;       // does not change although CO moves
   bool pv_silent = false;       // bad, because nothing brings it
   bool output_arrives = false;  // the device has confirmed the newest command
+  bool out_of_service = false;  // somebody tests the loop
   control::Fault fault = control::Fault::none;
   control::Mode mode = control::Mode::manual;            // in force
   control::Mode requested_mode = control::Mode::manual;  // by the operator

@@ -85,6 +85,23 @@ std::string with_start(const std::string& start) {
 
 }  // namespace
 
+TEST_CASE(
+    "A loop continues after a restart if it begins in automatic, unless its file says otherwise",
+    "[config][loop]") {
+  using AfterRestart = Start::AfterRestart;
+  const auto start = [](const std::string& keys) { return read(with_start(keys)).start; };
+  CHECK(start("{mode: automatic, set_point: 5, output: 4}").after_restart == AfterRestart::resume);
+  CHECK(start("{mode: manual, set_point: 5, output: 4}").after_restart == AfterRestart::manual);
+  CHECK(start("{mode: manual, set_point: 5, after_restart: continue}").after_restart ==
+        AfterRestart::resume);
+  CHECK(start("{mode: automatic, set_point: 5, output: 4, after_restart: file}").after_restart ==
+        AfterRestart::file);
+  CHECK(start("{mode: automatic, set_point: 5, output: 4}").output_is_told);
+  CHECK_FALSE(start("{mode: manual, set_point: 5}").output_is_told);
+  CHECK_THAT(said_of_loop(with_start("{mode: manual, set_point: 5, after_restart: warm}")),
+             Catch::Contains("start.after_restart") && Catch::Contains("continue, manual or file"));
+}
+
 TEST_CASE("Automatic needs something that tells where the output stands", "[config][loop]") {
   const auto refused = [](const std::string& hold) {
     return "loop.yaml:10:15: error: start.mode: automatic can't begin: output is hold" + hold +

@@ -33,6 +33,7 @@ class FakeLoopIo final : public hal::LoopIo {
   double write(const hal::CycleTime&, const hal::Command& command) noexcept override {
     last = command;
     ++commands;
+    if (command.write) ++writes;
     if (command.write) written = device ? device(command.output) : command.output;
     return written;
   }
@@ -58,6 +59,7 @@ class FakeLoopIo final : public hal::LoopIo {
   double written = -1.0;  // last value that was to be written; -1: none yet
   double driven = -1.0;
   std::uint64_t commands = 0;
+  std::uint64_t writes = 0;  // of them, to be written
 };
 
 }  // namespace loopwarden::tests

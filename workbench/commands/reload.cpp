@@ -50,8 +50,8 @@ void print(const protocol::ReloadOutcome& result, bool dry_run) {
   }
   if (result.take_file_needed) fmt::print(stderr, "loopwarden: {}\n", result.why.value_or(""));
   if (result.not_now) {
-    fmt::print(stderr, "loopwarden: not now; nothing {}\n",
-               dry_run ? "would change" : "has changed");
+    fmt::print(stderr, "loopwarden: not now; {}\n",
+               dry_run ? "nothing would change" : "nothing has changed yet");
   } else if (refused) {
     fmt::print(stderr, "loopwarden: the files {} refused; nothing {}\n",
                dry_run ? "would be" : "were", dry_run ? "would change" : "has changed");
@@ -108,7 +108,9 @@ void add_reload(Program& program) {
       "force;\n"
       "75: something waits for a restart, or for CO to come inside new limits; 78: the files have\n"
       "errors, nothing has changed; 65: the files would change gains that a person has set and no\n"
-      "file has, nothing has changed without --take-file; or a loop is being commissioned.\n"
+      "file has, nothing has changed without --take-file; or a loop is being commissioned, and "
+      "the\n"
+      "daemon reads the files when that has ended.\n"
       "Example: loopwarden reload --dry-run");
 }
 

@@ -114,9 +114,9 @@ Outcome test_watchdog(Setup& setup) {
     return Outcome::not_needed;
   }
   const double timeout_s = io->comm_loss.timeout_s;
-  // A command is repeated until it is too old; then the watchdog's time begins.
-  const double repeated_s = static_cast<double>(hal::modbus::max_command_age_ns(*io)) * 1e-9;
-  const double silent_s = timeout_s + repeated_s + 5.0;
+  // One command may be on its way.
+  const double on_its_way_s = static_cast<double>(io->poll_period_ns) * 1e-9;
+  const double silent_s = timeout_s + on_its_way_s + 5.0;
   constexpr double kLongest_s = 300.0;  // that the daemon withholds commands
   if (silent_s > kLongest_s) {
     dialogue.say(
@@ -163,7 +163,7 @@ Outcome test_watchdog(Setup& setup) {
     seen.emplace(
         Silence::Settings{.before = fitted ? stem_before : mean_at_end(rows, &BenchRow::pv),
                           .least = kShare * (fitted ? span : loop.pv.high - loop.pv.low),
-                          .written_s = repeated_s,
+                          .written_s = on_its_way_s,
                           .timeout_s = timeout_s});
     dialogue.say(fitted ? "  Commands cease now."
                         : "  Commands cease now. Nothing tells where the valve stands: watch it.");

@@ -41,6 +41,7 @@ struct Bench {
     io->set_pv(5.0);
     io->set_read_back(5.0);
     loop.channels = std::make_unique<rt::LoopChannels>(rt::LoopChannels::Room{});
+    loop.commissioning = std::make_unique<Commissioning>(*loop.channels);
     const rt::LoopSettings settings = settings_of(loop.config, config::backing_of(loop.config.io));
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.cycle = std::make_unique<rt::ControlCycle>(
@@ -187,6 +188,104 @@ TEST_CASE("no reload while a loop is being commissioned", "[app][reload]") {
   bench.loops[0].commissioning->give_back();
   CHECK(bench.reload().at("outcome") == "in_force");
   CHECK(bench.kp() == 0.5);
+}
+
+TEST_CASE("a reload that comes during a commissioning is carried out when it has ended",
+          "[app][reload]") {
+  Bench bench;
+  bench.loops[0].commissioning->take(std::nullopt, "uid 0", 0, Commissioning::Clock::now());
+  bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
+  bench.reload();
+  bench.done(bench.reloader->post("uid 1000", true, false));  // a dry run is not kept
+  CHECK_THAT(bench.reloader->status().refused, Catch::Contains("are taken when that has ended"));
+  CHECK_FALSE(bench.reloader->status().files_in_force);
+  const auto steps = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      bench.reloader->step();
+      bench.run(1);
+    }
+  };
+  steps(20);
+  CHECK(bench.kp() == 0.35);
+  const bool sound = GENERATE(true, false);
+  // The files of then count.
+  bench.write("loops.d/a.yaml", sound ? with(kLoop, "kp: 0.35", "kp: 0.7") : "loop: [\n");
+  bench.loops[0].commissioning->give_back();
+  REQUIRE(test::eventually([&] {
+    steps(1);
+    return bench.reloading == 2 && bench.ready == 2;
+  }));
+  if (sound) {
+    CHECK(bench.kp() == 0.7);
+    CHECK(bench.reloader->status().refused.empty());
+    CHECK(bench.reloader->status().files_in_force);
+  } else {
+    CHECK(bench.kp() == 0.35);
+    CHECK_THAT(bench.reloader->status().refused, !Catch::Contains("commissioned"));
+  }
+  // Once.
+  steps(50);
+  CHECK(bench.reloading == 2);
+}
+
+TEST_CASE("settings that wait for the output do not come into force during a commissioning",
+          "[app][reload]") {
+  Bench bench;
+  bench.write("loops.d/a.yaml",
+              with(with(kLoop, "limits: [1, 9]", "limits: [1, 4]"), "kp: 0.35", "kp: 0.5"));
+  CHECK(bench.reload().at("outcome") == "waits");
+  bench.loops[0].commissioning->take(std::nullopt, "uid 0", 0, Commissioning::Clock::now());
+  const auto move_output = [&](double to) {
+    bench.loops[0].channels->operator_orders.orders.try_push({.number = 1, .output = to});
+    bench.run(20);
+    bench.reloader->step();
+  };
+  move_output(3.0);
+  CHECK(bench.kp() == 0.35);
+  const auto waiting = [&] { return json(bench.reloader->status()).at("waiting_for_output"); };
+  REQUIRE(waiting().size() == 2);
+  CHECK(waiting()[0].at("why") == "until its commissioning by uid 0 has ended");
+  move_output(8.0);  // back where it stood
+  bench.loops[0].commissioning->give_back();
+  bench.run(5);
+  bench.reloader->step();
+  CHECK(bench.kp() == 0.35);
+  CHECK_THAT(waiting()[0].at("why").get<std::string>(), Catch::Contains("new limits [1, 4]"));
+  move_output(3.0);
+  CHECK(bench.kp() == 0.5);
+  CHECK(waiting().empty());
+  CHECK(bench.reloader->status().files_in_force);
+}
+
+TEST_CASE("an offer that the loop took as it was withdrawn does not stay in force unseen",
+          "[app][reload]") {
+  Bench bench;
+  const rt::LoopSettings before = bench.loops[0].settings->get();
+  bench.write("loops.d/a.yaml",
+              with(with(kLoop, "limits: [1, 9]", "limits: [1, 4]"), "kp: 0.35", "kp: 0.5"));
+  CHECK(bench.reload().at("outcome") == "waits");
+  // Back to the old files: nothing is to be applied, and the offer is withdrawn.
+  bench.write("loops.d/a.yaml", kLoop);
+  const std::uint64_t number = bench.reloader->post("uid 1000", false, false);
+  REQUIRE(test::eventually([&] {
+    bench.reloader->step();
+    const json state = *bench.reloader->state(number);
+    return state.at("state") == "taking" || state.at("state") == "done";
+  }));
+  // The cycle had taken it between the comparison and the withdrawal.
+  rt::LoopChannels& channels = *bench.loops[0].channels;
+  rt::LoopSettings taken = before;
+  taken.controller.pid.gains.kp = 0.5;
+  channels.in_force.publish(taken);
+  channels.settings_taken = 1;
+  bench.reloader->step();
+  REQUIRE(bench.kp() == 0.5);
+  CHECK_FALSE(bench.reloader->status().files_in_force);
+  bench.run(3);
+  bench.reloader->step();
+  CHECK(bench.kp() == 0.35);
+  CHECK(bench.reloader->status().files_in_force);
+  CHECK(bench.waiting("waiting_for_output") == 0);
 }
 
 TEST_CASE(

@@ -95,9 +95,111 @@ TEST_CASE("anybody takes a loop that is commissioned back by manual, and nothing
         std::string::npos);
   CHECK(bench.order({{"request", "set"}, {"mode", "auto"}}).at("ok") == false);
   REQUIRE(bench.order({{"request", "set"}, {"mode", "man"}}).at("ok") == true);
-  REQUIRE(bench.orders().size() == 1);
+  // Who had it orders nothing any more; the loop is given back once its cycle has taken manual.
+  CHECK(bench.order({{"request", "set"}, {"output", 42.0}, {"session", taken.at("session")}})
+            .at("error") == "the commissioning ends: somebody takes the loop back");
+  CHECK(bench.loops[0].channels->commissioned);
+  bench.run(1);
+  bench.operators.collect();
   CHECK_FALSE(bench.loops[0].channels->commissioned);
+  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::manual);
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
+}
+
+TEST_CASE("a person's manual ends a commissioning although the loop is in manual already") {
+  Bench bench;
+  bench.run(2);
+  const json taken = bench.commission();
+  bench.order({{"request", "set"}, {"mode", "man"}, {"session", taken.at("session")}});
+  bench.run(1);
+  bench.operators.collect();
+  CHECK(bench.loops[0].channels->commissioned);
+  SECTION("a person's") {
+    REQUIRE(bench.order({{"request", "set"}, {"mode", "man"}}).at("ok") == true);
+    bench.run(1);
+    bench.operators.collect();
+    CHECK_FALSE(bench.loops[0].channels->commissioned);
+  }
+  SECTION("but not that of a machine, which may repeat itself") {
+    const json asked{{"request", "set"}, {"mode", "man"}, {"loop", "FIC-101"}};
+    const json refused = json::parse(console::answer_line(asked.dump(), [&](const json& request) {
+      return std::get<std::string>(
+          bench.operators.answer("set", request, {console::SocketName::edge, "sparkplug"}));
+    }));
+    CHECK(refused.at("ok") == false);
+    bench.run(1);
+    bench.operators.collect();
+    CHECK(bench.loops[0].channels->commissioned);
+  }
+}
+
+TEST_CASE("a refused order leaves a commissioning as it was") {
+  Bench bench;
+  bench.run(2);
+  const json taken = bench.commission();
+  const json refused =
+      GENERATE(json{{"mode", "man"}, {"output", 999.0}}, json{{"mode", "man"}, {"jacket", "on"}},
+               json{{"mode", "man"}, {"expect", {{"set_point", 77.0}}}},
+               json{{"mode", "man"}, {"output", 20.0}, {"expect", {{"mode", "man"}}}});
+  bench.stop_action(control::OutputAction::hold());
+  json set = refused;
+  set["request"] = "set";
+  bench.order(set);
+  bench.run(2);
+  bench.operators.collect();
+  CHECK(bench.loops[0].channels->commissioned);
+  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::automatic);
+  CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == true);
+}
+
+TEST_CASE("an order that asks for what is in force is done, without a line") {
+  Bench bench;
+  bench.run(2);
+  const auto lines = [&] {
+    return bench.ask(R"({"request": "journal", "most": 50})").at("lines").size();
+  };
+  const auto done = [&](json set) {
+    set["request"] = "set";
+    const json answer = bench.order(set);
+    REQUIRE(answer.at("ok") == true);
+    bench.run(1);
+    const json state =
+        bench.order({{"request", "order"}, {"order", answer.at("order").get<int>()}});
+    CHECK(state.at("state") == "done");
+  };
+  done({{"mode", "auto"}, {"set_point", 60.0}});
+  done({{"mode", "man"}});
+  done({{"output", 33.0}});
+  bench.journal.wait_written(3, std::chrono::seconds(10));
+  const std::size_t before = lines();
+  REQUIRE(before == 3);
+  for (int second = 0; second < 5; ++second) {
+    done({{"mode", "man"}});
+    done({{"mode", "man"}, {"output", 33.0}});
+    const json tune{{"request", "tune"}, {"kp", 2.0}, {"ki", 0.5}, {"kd", 0.0}};
+    CHECK(bench.order(tune).at("ok") == true);
+    bench.run(1);
+  }
+  bench.run(20);
+  CHECK(bench.io().written == Approx(33.0));
+  CHECK(lines() == before);
+}
+
+TEST_CASE("commands are not withheld while an order for automatic is on its way") {
+  Bench bench;
+  bench.run(2);
+  std::get<hal::modbus::LoopModbusSettings>(bench.loops[0].config.io).comm_loss = {
+      .protection = hal::modbus::CommLossProtection::set_by_device,
+      .watchdog = std::nullopt,
+      .timeout_s = 2.0};
+  const json session = bench.commission().at("session");
+  bench.order({{"request", "set"}, {"mode", "man"}, {"session", session}});
+  bench.run(1);
+  CHECK(bench.order({{"request", "set"}, {"mode", "auto"}, {"session", session}}).at("ok") == true);
+  CHECK(bench.commission({{"session", session}, {"withhold_s", 30.0}}).at("ok") == false);
+  CHECK(bench.loops[0].channels->withheld_until_ns == 0);
+  bench.run(1);
+  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::automatic);
 }
 
 TEST_CASE("without a sign of life for a minute the output goes to the stop action") {
@@ -207,7 +309,12 @@ TEST_CASE("a master's manual ends a commissioning as a person's does") {
   bench.loops[0].channels->withheld_until_ns = INT64_MAX;
   GatewayLoops gateway(bench.all);
   CHECK(gateway.read_only(0));
-  gateway.take_back(0, "10.0.0.9");
+  journal::JournalEntry line;
+  line.peer = "10.0.0.9";
+  gateway.order(0, {.mode = control::Mode::manual, .ends_commissioning = true}, {line});
+  CHECK(gateway.read_only(0));  // its cycle has not taken it yet
+  bench.run(1);
+  gateway.collect_answers();
   CHECK_FALSE(gateway.read_only(0));
   CHECK(bench.loops[0].channels->withheld_until_ns == 0);
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
@@ -254,21 +361,21 @@ TEST_CASE("commands are withheld for their time alone, in manual, where a device
 TEST_CASE("while commands are withheld none goes out, but the last at a stop does") {
   Bench bench;
   auto& io = dynamic_cast<tests::FakeLoopIo&>(*bench.loops[0].io);
+  bench.order({{"request", "set"}, {"mode", "man"}});
   bench.run(3);
-  const auto writes = [&] { return io.commands; };
-  const std::uint64_t before = writes();
+  const std::uint64_t before = io.writes;
   REQUIRE(before > 0);
   bench.loops[0].channels->withheld_until_ns =
       static_cast<std::int64_t>(bench.cycles_run + 3) * tests::kPeriodNs;
   bench.run(2);
-  CHECK(writes() == before);
+  CHECK(io.writes == before);
   bench.run(1);
-  CHECK(writes() == before + 1);
+  CHECK(io.writes == before + 1);
   bench.loops[0].channels->withheld_until_ns = INT64_MAX;
   bench.cycle->run({.now_ns = static_cast<std::int64_t>(++bench.cycles_run) * tests::kPeriodNs,
                     .period_index = bench.cycles_run},
                    0, true);
-  CHECK(writes() == before + 2);
+  CHECK(io.writes == before + 2);
 }
 
 }  // namespace loopwarden::daemon::commissioned_orders_test

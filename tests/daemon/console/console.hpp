@@ -46,6 +46,7 @@ struct Console {
     if (recorded) leave_segment(loop.config.name);
     const rt::LoopSettings settings = settings_of(loop.config, config::backing_of(loop.config.io));
     loop.channels = std::make_unique<rt::LoopChannels>(rt::LoopChannels::Room{});
+    loop.commissioning = std::make_unique<Commissioning>(*loop.channels);
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     auto io = std::make_unique<tests::FakeLoopIo>();
     io->set_pv(50.0);

@@ -33,6 +33,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
       reading.row.requested_mode = 1;
       reading.row.pv_quality = 0xC0;
       reading.set_point_wanted = 60.0;
+      reading.output_wanted = 25.0;
       reading.standing = {.mode = control::Mode::automatic, .output_known = true};
       readings.push_back(reading);
     }
@@ -56,12 +57,12 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   void order(std::size_t loop, const daemon::rt::Order& order,
              std::vector<daemon::journal::JournalEntry> of_order) override {
     orders.emplace_back(loop, order);
+    if (order.ends_commissioning) commissioned.erase(loop);
     for (daemon::journal::JournalEntry& line : of_order) {
       line.result = "done";
       lines.push_back(std::move(line));
     }
   }
-  void take_back(std::size_t loop, const std::string&) override { commissioned.erase(loop); }
   bool collect_answers() override { return false; }
   void close_orders() override {}
   std::uint64_t act(std::size_t loop, const daemon::monitor::AlarmOrder& order) override {

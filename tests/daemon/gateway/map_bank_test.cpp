@@ -265,19 +265,19 @@ TEST_CASE("orders reach the loop, and the journal names peer, old and new value"
   CHECK(bench.plant.lines.back().old_value == "60");
   CHECK(bench.write("mode", {0}) == Exception::none);
   CHECK(last().mode == control::Mode::manual);
+  bench.plant.readings[0].standing.mode = control::Mode::manual;
   CHECK(bench.write("mode", {1}) == Exception::none);
   CHECK(last().mode == control::Mode::automatic);
-  bench.plant.readings[0].standing.mode = control::Mode::manual;
   CHECK(bench.write("output", Bench::words_of(12.5F)) == Exception::none);
   CHECK(last().output == 12.5);
   CHECK(bench.write("output_scaled", {1000}) == Exception::none);
   CHECK(*last().output == Approx(10.0));
   CHECK(bench.write("kp", Bench::words_of(0.25F)) == Exception::none);
   CHECK(last().kp == 0.25);
-  CHECK(bench.write("ki", Bench::words_of(0.5F)) == Exception::none);
-  CHECK(last().ki == 0.5);
-  CHECK(bench.write("kd", Bench::words_of(0.0F)) == Exception::none);
-  CHECK(last().kd == 0.0);
+  CHECK(bench.write("ki", Bench::words_of(0.75F)) == Exception::none);
+  CHECK(last().ki == 0.75);
+  CHECK(bench.write("kd", Bench::words_of(1.0F)) == Exception::none);
+  CHECK(last().kd == 1.0);
 }
 
 TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "[gateway][map]") {
@@ -352,18 +352,95 @@ TEST_CASE(
   CHECK(bench.write("output_scaled", {0x8000}) == Exception::illegal_value);
 }
 
-TEST_CASE("the value in force can be written in any mode, and does nothing where it can't act",
+TEST_CASE("a write of the value in force is no command: no order, no line", "[gateway][map]") {
+  Bench bench;
+  LoopReading& loop = bench.plant.readings[0];
+  loop.settings.controller.pid.gains = {.kp = 0.1, .ki = 0.3, .kd = 0.0};
+  const bool manual = GENERATE(false, true);
+  loop.standing.mode = manual ? control::Mode::manual : control::Mode::automatic;
+  const auto block = [&](std::uint32_t first, std::size_t count) {
+    return bench.bank.write(Table::holding_register, static_cast<std::uint16_t>(first),
+                            bench.read(Table::holding_register, first, count), kMaster);
+  };
+  const auto mode = static_cast<std::uint16_t>(manual ? 0 : 1);
+  loop.row.requested_mode = static_cast<std::uint8_t>(mode);
+  for (int second = 0; second < 3; ++second) {
+    CHECK(bench.write("mode", {mode}) == Exception::none);
+    CHECK(bench.write("sp", Bench::words_of(60.0F)) == Exception::none);
+    CHECK(bench.write("sp_scaled", {6000}) == Exception::none);
+    CHECK(bench.write("output", Bench::words_of(25.0F)) == Exception::none);
+    CHECK(bench.write("output_scaled", {2500}) == Exception::none);
+    CHECK(bench.write("kp", Bench::words_of(0.1F)) == Exception::none);
+    CHECK(bench.write("ki", Bench::words_of(0.3F)) == Exception::none);
+    CHECK(bench.write("kd", Bench::words_of(-0.0F)) == Exception::none);
+    // The whole of a loop's block as it reads: [mode, gap, sp, output, gains, scaled, shelves].
+    CHECK(block(32, 19) == Exception::none);
+  }
+  CHECK(bench.plant.orders.empty());
+  CHECK(bench.plant.actions.empty());
+  CHECK(bench.plant.lines.empty());
+  if (!manual) return;
+  CHECK(bench.write("sp", Bench::words_of(60.5F)) == Exception::busy);
+  CHECK(bench.plant.lines.size() == 1);
+}
+
+TEST_CASE("of a block only what differs from the values in force is a command", "[gateway][map]") {
+  Bench bench;
+  Words block = bench.read(Table::holding_register, 32, 14);
+  const Words sp = Bench::words_of(61.0F);
+  block[2] = sp[0];
+  block[3] = sp[1];
+  CHECK(bench.bank.write(Table::holding_register, 32, block, kMaster) == Exception::none);
+  REQUIRE(bench.plant.orders.size() == 1);
+  const rt::Order& order = bench.plant.orders[0].second;
+  CHECK(order.set_point == 61.0);
+  CHECK_FALSE((order.mode || order.output || order.kp || order.ki || order.kd));
+  REQUIRE(bench.plant.lines.size() == 1);
+  CHECK(bench.plant.lines[0].what == "sp");
+}
+
+TEST_CASE("in manual the output in force is the ordered one, which the device may round",
           "[gateway][map]") {
   Bench bench;
-  CHECK(bench.write("output", Bench::words_of(25.0F)) == Exception::none);
-  CHECK(bench.write("output_scaled", {2500}) == Exception::none);
+  LoopReading& loop = bench.plant.readings[0];
+  loop.standing.mode = control::Mode::manual;
+  loop.settings.controller.pid.tolerance = 0.02;
+  loop.output_wanted = 33.333;
+  loop.row.co = 33.32;
+  CHECK(bench.write("output", Bench::words_of(33.333F)) == Exception::none);
+  CHECK(bench.write("output", Bench::words_of(33.32F)) == Exception::none);  // as it reads
+  CHECK(bench.write("output_scaled", {3332}) == Exception::none);
   CHECK(bench.plant.orders.empty());
-  REQUIRE(bench.plant.lines.size() == 2);
-  CHECK(bench.plant.lines[0].result == "in force already");
-  bench.plant.readings[0].standing.mode = control::Mode::manual;
-  CHECK(bench.write("sp", Bench::words_of(60.0F)) == Exception::none);
-  CHECK(bench.plant.orders.empty());
-  CHECK(bench.write("sp", Bench::words_of(60.5F)) == Exception::busy);
+  CHECK(bench.plant.lines.empty());
+  // On its way to another output: to stop it here is a command.
+  loop.row.co = 20.0;
+  CHECK(bench.write("output", Bench::words_of(20.0F)) == Exception::none);
+  CHECK(bench.plant.orders.size() == 1);
+  CHECK(bench.write("output", Bench::words_of(33.333F)) == Exception::none);
+  CHECK(bench.plant.orders.size() == 1);
+}
+
+TEST_CASE("values that only the new mode keeps are ordered with it", "[gateway][map]") {
+  Bench bench;
+  LoopReading& loop = bench.plant.readings[0];
+  Words words{1, 0};
+  const Words sp = Bench::words_of(60.0F);
+  words.insert(words.end(), sp.begin(), sp.end());
+  SECTION("the set point that follows PV in manual, on the way to automatic") {
+    loop.standing.mode = control::Mode::manual;
+    CHECK(bench.write("mode", words) == Exception::none);
+    REQUIRE(bench.plant.orders.size() == 1);
+    CHECK(bench.plant.orders[0].second.set_point == 60.0);
+  }
+  SECTION("the output that the controller moves, on the way to manual") {
+    words[0] = 0;
+    const Words output = Bench::words_of(25.0F);
+    words.insert(words.end(), output.begin(), output.end());
+    CHECK(bench.write("mode", words) == Exception::none);
+    REQUIRE(bench.plant.orders.size() == 1);
+    CHECK(bench.plant.orders[0].second.output == 25.0);
+    CHECK_FALSE(bench.plant.orders[0].second.set_point);
+  }
 }
 
 TEST_CASE("one request that writes mode and output is judged by the mode that it asks for",
@@ -384,9 +461,9 @@ TEST_CASE("one request that writes mode and output is judged by the mode that it
     CHECK(order.mode == control::Mode::manual);
     CHECK(order.output == 30.0);
     CHECK_FALSE(order.set_point);
-    REQUIRE(bench.plant.lines.size() == 3);
-    CHECK(bench.plant.lines[0].what == "sp");
-    CHECK(bench.plant.lines[0].result == "in force already");
+    REQUIRE(bench.plant.lines.size() == 2);
+    CHECK(bench.plant.lines[0].what == "mode");
+    CHECK(bench.plant.lines[1].what == "output");
   }
   SECTION("manual, with a set point that would follow PV: nothing of it") {
     CHECK(bench.write("mode", block(0, 0, 55.0F, 30.0F)) == Exception::busy);
@@ -538,9 +615,19 @@ TEST_CASE("the veto of a corrective action is a coil that keeps what was written
   Bench bench;
   bench.plant.readings[1].watch.corrective = loopwarden::monitor::CorrectiveState::helping;
   CHECK(bench.read(Table::input_register, 64 + 64 + 62, 1) == Words{3});
-  CHECK(bench.write("veto_corrective_action", {1}, 1, Table::coil) == Exception::none);
-  CHECK(bench.write("veto_corrective_action", {0}, 0, Table::coil) == Exception::none);
-  CHECK(bench.plant.vetoes == std::vector<std::pair<std::size_t, bool>>{{1, true}, {0, false}});
+  using Vetoes = std::vector<std::pair<std::size_t, bool>>;
+  const auto veto = [&](std::uint16_t value) {
+    CHECK(bench.write("veto_corrective_action", {value}, 1, Table::coil) == Exception::none);
+  };
+  // A person's veto is not lifted by a master whose coil rests at 0.
+  for (int second = 0; second < 3; ++second) veto(0);
+  CHECK(bench.plant.vetoes.empty());
+  veto(1);
+  veto(1);
+  CHECK(bench.plant.vetoes == Vetoes{{1, true}});
+  veto(0);
+  veto(0);
+  CHECK(bench.plant.vetoes == Vetoes{{1, true}, {1, false}});
   CHECK(bench.plant.actions.empty());
   CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{0});
   bench.plant.readings[1].watch.veto = loopwarden::monitor::Veto::back;
@@ -617,6 +704,56 @@ TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
   CHECK(a[3].second.shelve_ms == 45 * 60'000);
   CHECK(a[4].second.action == Action::unshelve);
   CHECK(bench.read(Table::coil, 16, 15) == Words(15, 0));
+}
+
+TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests at 0 never",
+          "[gateway][map]") {
+  using Action = loopwarden::monitor::AlarmAction;
+  Bench bench;
+  const auto actions = [&] { return bench.plant.actions.size(); };
+  const auto shelve = [&](std::uint16_t minutes, const Peer& peer = kMaster) {
+    const auto at = bench.address(Table::holding_register, "shelve_stiction", 1);
+    CHECK(bench.bank.write(Table::holding_register, static_cast<std::uint16_t>(at), Words{minutes},
+                           peer) == Exception::none);
+    bench.plant.box_reading.uptime_s += 1.0;
+  };
+  auto& alarms = bench.plant.readings[1].watch.alarms;
+  const std::int64_t now_ms = bench.plant.box_reading.utc_ms;
+  SECTION("zeros leave a person's shelf alone") {
+    REQUIRE(alarms.act(model_kind::stiction, Action::shelve, now_ms, now_ms + 3'600'000).accepted);
+    for (int second = 0; second < 100; ++second) shelve(0);
+    // What is left of it, read and written back, is no new shelving.
+    shelve(60);
+    bench.plant.box_reading.utc_ms += 5'000;
+    shelve(60);
+    bench.plant.box_reading.utc_ms += 60'000;
+    shelve(60);
+    CHECK(actions() == 0);
+  }
+  SECTION("minutes that are repeated are one shelving, and 0 ends it") {
+    for (int second = 0; second < 100; ++second) shelve(45);
+    CHECK(actions() == 1);
+    shelve(0, {"10.0.0.8:7", true});  // another master, which rests
+    CHECK(actions() == 1);
+    shelve(0);
+    shelve(0);
+    REQUIRE(actions() == 2);
+    CHECK(bench.plant.actions[1].second.action == Action::unshelve);
+    shelve(45);
+    CHECK(actions() == 3);
+    bench.plant.box_reading.uptime_s += 30.0;
+    shelve(45, {"10.0.0.7:2000", true});  // hours later, without a 0 between, after a reconnection
+    CHECK(actions() == 4);
+  }
+  SECTION("a coil that is held acknowledges what was there, and nothing later") {
+    for (int second = 0; second < 100; ++second) {
+      CHECK(bench.write("acknowledge_stiction", {1}, 1, Table::coil) == Exception::none);
+      CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
+      bench.plant.box_reading.uptime_s += 1.0;
+    }
+    CHECK(actions() == 1);
+    CHECK(bench.plant.acknowledged_by.size() == 1);
+  }
 }
 
 TEST_CASE("acknowledge_all is one action, however many loops there are", "[gateway][map]") {
@@ -722,6 +859,21 @@ TEST_CASE("of a loop that is being commissioned manual alone can be written, and
   }
   CHECK(bench.plant.orders.empty());
   CHECK(bench.plant.commissioned.contains(1));
+  // Manual that is in force takes nothing back, however often a master repeats it.
+  bench.plant.readings[1].standing.mode = control::Mode::manual;
+  Words block{0, 0};
+  for (const float value : {60.0F, 25.0F}) {
+    const Words two = Bench::words_of(value);
+    block.insert(block.end(), two.begin(), two.end());
+  }
+  for (int second = 0; second < 3; ++second) {
+    CHECK(bench.write("mode", {0}, 1) == Exception::illegal_address);
+    CHECK(bench.write("mode", block, 1) == Exception::illegal_address);
+  }
+  CHECK(bench.plant.orders.empty());
+  CHECK(bench.plant.lines.empty());
+  CHECK(bench.plant.commissioned.contains(1));
+  bench.plant.readings[1].standing.mode = control::Mode::automatic;
   CHECK(bench.write("mode", {0}, 1) == Exception::none);
   REQUIRE(bench.plant.orders.size() == 1);
   CHECK(bench.plant.orders[0].second.mode == control::Mode::manual);

@@ -53,6 +53,7 @@ struct Bench {
     loop.io = std::make_unique<tests::FakeLoopIo>();
     loop.channels = std::make_unique<rt::LoopChannels>(
         rt::LoopChannels::Room{.records = 1024, .watched = 1024});
+    loop.commissioning = std::make_unique<Commissioning>(*loop.channels);
     loop.settings = std::make_unique<CurrentSettings>(
         settings_of(loop.config, config::backing_of(loop.config.io)), *loop.channels);
     loops.push_back(std::move(loop));

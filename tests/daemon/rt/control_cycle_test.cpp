@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "model/plant/backlash.hpp"
@@ -1218,4 +1219,101 @@ TEST_CASE("the jacket's rate and what a compensator adds are recorded apart") {
 }
 
 }  // namespace
+TEST_CASE("while commands are withheld the output is not known, and no fault has an action",
+          "[rt][commissioning]") {
+  const bool read_back = GENERATE(false, true);
+  Loop loop;
+  if (read_back) loop.io.set_read_back(40.0);
+  loop.run(5);
+  loop.order({.number = 1, .mode = Mode::manual, .output = 40.0});
+  loop.run(5);
+  REQUIRE(loop.row.co == 40.0);
+  loop.channels.commissioned = true;
+  loop.channels.withheld_until_ns = loop.now_ns + 50 * kPeriodNs;
+  // The device's watchdog drives the valve home.
+  if (read_back) loop.io.set_read_back(0.0);
+  loop.run(49);
+  CHECK_FALSE(loop.io.last.write);
+  CHECK(loop.io.written == 40.0);
+  CHECK(std::isnan(loop.row.co));
+  CHECK(loop.fault() == Fault::output_unknown);
+  CHECK((loop.row.flags & record::kOutOfService) != 0);
+  CHECK_FALSE(daemon::rt::unpacked(loop.channels.standing).output_known);
+  CHECK(std::isnan(loop.channels.output_wanted));
+  // Without a read-back it goes on from what it last asked for, otherwise from where the valve stands.
+  loop.run(2);
+  CHECK(loop.io.last.write);
+  CHECK(loop.fault() == Fault::none);
+  CHECK(loop.mode() == Mode::manual);
+  CHECK(loop.io.written == (read_back ? 0.0 : 40.0));
+  loop.channels.commissioned = false;
+  loop.run(1);
+  CHECK((loop.row.flags & record::kOutOfService) == 0);
+}
+
+TEST_CASE("an order for an output ends the withholding of commands, which automatic does not know",
+          "[rt][commissioning]") {
+  Loop loop;
+  loop.run(5);
+  loop.order({.number = 1, .mode = Mode::manual});
+  loop.run(2);
+  loop.channels.withheld_until_ns = INT64_MAX;
+  loop.run(5);
+  REQUIRE_FALSE(loop.io.last.write);
+  SECTION("an output, which goes out at once") {
+    loop.order({.number = 2, .output = 30.0});
+    loop.run(1);
+    CHECK(loop.io.last.write);
+    CHECK(loop.io.written == 30.0);
+  }
+  SECTION("automatic is refused while it is not known where the output stands") {
+    loop.order({.number = 2, .mode = Mode::automatic});
+    loop.run(1);
+    CHECK(loop.answer() == Refusal::output_unknown);
+    CHECK_FALSE(loop.io.last.write);
+  }
+  SECTION("a loop in automatic is not silenced") {
+    loop.channels.withheld_until_ns = 0;
+    loop.run(1);
+    loop.order({.number = 2, .mode = Mode::automatic});
+    loop.run(1);
+    loop.channels.withheld_until_ns = INT64_MAX;
+    loop.run(1);
+    CHECK(loop.io.last.write);
+  }
+}
+
+TEST_CASE("offered settings wait while a loop is being commissioned", "[rt][commissioning]") {
+  Loop loop;
+  loop.run(5);
+  LoopSettings offered = plain_settings();
+  offered.controller.pid.gains.kp = 7.0;
+  loop.channels.commissioned = true;
+  const bool offered_before = GENERATE(true, false);
+  if (offered_before) {
+    // It waited for the output when the commissioning began.
+    loop.channels.commissioned = false;
+    offered.controller.output.high = 20.0;
+    loop.channels.settings.publish({.settings = offered, .number = 3});
+    loop.run(2);
+    loop.channels.commissioned = true;
+    loop.order({.number = 1, .mode = Mode::manual, .output = 10.0});
+  } else {
+    loop.channels.settings.publish({.settings = offered, .number = 3});
+  }
+  loop.run(50);
+  LoopSettings in_force = plain_settings();
+  loop.channels.in_force.fetch(in_force);
+  CHECK(in_force.controller.pid.gains.kp == 2.0);
+  CHECK(loop.channels.settings_seen == 3);
+  CHECK(loop.channels.settings_waiting == 3);
+  CHECK(loop.channels.settings_taken == 0);
+  loop.channels.commissioned = false;
+  loop.run(1);
+  loop.channels.in_force.fetch(in_force);
+  CHECK(in_force.controller.pid.gains.kp == 7.0);
+  CHECK(loop.channels.settings_waiting == 0);
+  CHECK(loop.channels.settings_taken == 3);
+}
+
 }  // namespace loopwarden::tests::control_cycle_test

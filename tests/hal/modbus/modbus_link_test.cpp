@@ -567,6 +567,35 @@ TEST_CASE("after a silence in which the device may act, the loop is told before 
   link.detach(task);
 }
 
+TEST_CASE("a silence that the loop asks for is no silence of the bus", "[modbus][link]") {
+  TcpRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  mb::PointSettings point = input(0, RegisterType::f32);
+  point.reg.table = mb::Table::holding_register;
+  mb::LinkTask task;
+  task.name = "loop";
+  task.period_ns = 20'000'000;
+  task.command = std::make_unique<mb::CommandPoint>(point, 60'000'000'000, 2'000'000'000,
+                                                    mb::CommLossSettings{});
+  link.attach(task);
+  std::uint64_t id = 0;
+  const auto decide = [&](double output, bool write) {
+    task.command->newest.publish(
+        {.value = output, .time_ns = mb::BusWaiter::now_ns(), .id = ++id, .write = write});
+  };
+  const auto state = [&] { return task.command->state.newest(); };
+  decide(4.0, true);
+  REQUIRE(eventually([&] { return state().ok; }));
+  decide(4.0, false);
+  std::this_thread::sleep_for(3s);
+  decide(6.0, true);
+  const std::uint64_t newest = id;
+  REQUIRE(eventually([&] { return state().written_id == newest || !state().ok; }));
+  CHECK(state().ok);
+  CHECK(rig.device.state_number("co") == 6.0);
+  link.detach(task);
+}
+
 TEST_CASE("a command that is refused for a moment is repeated; for long, the output is lost",
           "[modbus][link]") {
   TcpRig rig;

@@ -483,4 +483,44 @@ TEST_CASE("without a place in the loop's file there is no alarm of a limit", "[m
   CHECK(loop.take().empty());
 }
 
+TEST_CASE("what a test of the loop causes raises no alarm, and comes if it lasts", "[monitor]") {
+  Loop loop;
+  ProcessCycle silent = healthy();
+  silent.out_of_service = true;
+  silent.output_arrives = false;
+  silent.fault = Fault::output_unknown;
+  silent.mode = Mode::fallback;
+  silent.requested_mode = Mode::manual;
+  loop.run(silent, 10 * kMinute);
+  CHECK(loop.take().empty());
+  SECTION("nothing of it is left") {
+    loop.run(healthy(), 10 * kMinute);
+    CHECK(loop.take().empty());
+  }
+  SECTION("it lasts: the delay begins with the end of the test") {
+    silent.out_of_service = false;
+    loop.run(silent, kDelay);
+    CHECK(loop.take().empty());
+    loop.run(silent, 1);
+    CHECK(loop.take().size() == 3);
+  }
+  SECTION("PV is watched all the while") {
+    ProcessCycle cycle = with_bad_pv();
+    cycle.out_of_service = true;
+    loop.run(cycle, kDelay + 1);
+    CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true}});
+  }
+}
+
+TEST_CASE("a loop that was in automatic for its test alone is not out of its mode", "[monitor]") {
+  Loop loop(NormalMode::automatic, false);
+  ProcessCycle cycle = healthy();
+  cycle.out_of_service = true;
+  loop.run(cycle, kMinute);
+  cycle = healthy();
+  cycle.mode = cycle.requested_mode = Mode::manual;
+  loop.run(cycle, 10 * kMinute);
+  CHECK(loop.take().empty());
+}
+
 }  // namespace process_watch_test

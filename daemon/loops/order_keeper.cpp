@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/loops/order_keeper.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <utility>
+
+#include "base/clock.hpp"
+
+namespace loopwarden::daemon {
+namespace {
+
+constexpr std::chrono::milliseconds kBetweenLooks{50};
+constexpr double kBetweenWrites_s = 10.0;  // of a set point that moves all the time
+constexpr std::int64_t kRetry_ns = 5 * base::kNanosecondsPerSecond;
+
+}  // namespace
+
+OrderKeeper::OrderKeeper(const std::vector<LoopRuntime>& loops, LastOrdersFile file,
+                         LastOrders begun)
+    : loops_(loops), file_(std::move(file)), tracks_(loops.size()) {
+  forget_ = std::any_of(begun.loops.begin(), begun.loops.end(),
+                        [&](const auto& known) { return !find_loop(loops, known.first); });
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const auto found = begun.loops.find(loops[i].config.name);
+    if (found == begun.loops.end()) continue;
+    tracks_[i].now = tracks_[i].saved = found->second;
+    tracks_[i].ever_saved = true;
+  }
+}
+
+void OrderKeeper::start() {
+  thread_.start({.name = "lw-orders"}, [this] { run(); });
+}
+
+void OrderKeeper::run() {
+  bool last = false;
+  while (!last) {
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kBetweenLooks, [&] { return quit_ || asked_for_; });
+      asked_for_ = false;
+      last = quit_;
+    }
+    try {
+      look(base::MonotonicClock().now_ns());
+    } catch (const std::exception& e) {
+      spdlog::error("last orders: {}", e.what());
+    }
+  }
+}
+
+// Notes the values that the loop goes by. In manual a set point that follows PV is not an order.
+void OrderKeeper::see(std::size_t loop) {
+  const LoopRuntime& runtime = loops_[loop];
+  LastOrder& now = tracks_[loop].now;
+  now.commissioned = runtime.commissioning->holder().has_value();
+  if (now.commissioned) return;
+  const rt::LoopChannels& channels = *runtime.channels;
+  const rt::Standing standing = rt::unpacked(channels.standing.load(std::memory_order_acquire));
+  now.mode = standing.mode;
+  now.manual_after_fault = standing.manual_after_fault;
+  now.pv_unit = runtime.config.pv_unit;
+  now.pv_range = {runtime.config.pv.low, runtime.config.pv.high};
+  if (now.mode == control::Mode::automatic ||
+      !runtime.settings->get().controller.set_point_tracks_in_manual) {
+    now.set_point = channels.set_point_wanted.load(std::memory_order_relaxed);
+  }
+}
+
+bool OrderKeeper::is_due(Track& track, std::int64_t now_ns) const {
+  const double passed_s = static_cast<double>(now_ns - std::exchange(track.looked_ns, now_ns)) /
+                          static_cast<double>(base::kNanosecondsPerSecond);
+  track.writes_left = std::min(kMostWrites, track.writes_left + passed_s / kBetweenWrites_s);
+  if (track.ever_saved && track.now == track.saved) return false;
+  LastOrder but_for_set_point = track.saved;
+  but_for_set_point.set_point = track.now.set_point;
+  if (!track.ever_saved || track.asked_for || frozen_ || but_for_set_point != track.now) {
+    return true;
+  }
+  if (track.writes_left < 1.0) return false;
+  track.writes_left -= 1.0;
+  return true;
+}
+
+bool OrderKeeper::look(std::int64_t now_ns) {
+  std::map<std::string, LastOrder> all;
+  std::vector<LastOrder> written(tracks_.size());
+  {
+    const std::lock_guard lock(mutex_);
+    bool due = forget_;
+    for (std::size_t i = 0; i < tracks_.size(); ++i) {
+      if (loops_[i].watched()) continue;
+      if (!frozen_) see(i);
+      due = is_due(tracks_[i], now_ns) || due;
+    }
+    if (!due || now_ns < retry_ns_) return false;
+    for (std::size_t i = 0; i < tracks_.size(); ++i) {
+      if (loops_[i].watched()) continue;
+      written[i] = all[loops_[i].config.name] = tracks_[i].now;
+      tracks_[i].asked_for = false;
+    }
+  }
+  const std::string failed = file_.save(all);
+  if (!failed.empty() && failed != reported_) {
+    spdlog::error("last orders: not written: {}; after a restart older ones count", failed);
+  }
+  reported_ = failed;
+  const std::lock_guard lock(mutex_);
+  retry_ns_ = failed.empty() ? 0 : now_ns + kRetry_ns;
+  forget_ = forget_ && !failed.empty();
+  for (std::size_t i = 0; failed.empty() && i < tracks_.size(); ++i) {
+    tracks_[i].saved = written[i];
+    tracks_[i].ever_saved = true;
+  }
+  return failed.empty();
+}
+
+bool OrderKeeper::kept(std::size_t loop) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (loops_[loop].watched() || frozen_) return true;
+    see(loop);
+    Track& track = tracks_[loop];
+    if (track.ever_saved && track.now == track.saved) return true;
+    track.asked_for = asked_for_ = true;
+  }
+  changed_.notify_all();
+  return false;
+}
+
+void OrderKeeper::freeze() {
+  const std::lock_guard lock(mutex_);
+  if (frozen_) return;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (!loops_[i].watched()) see(i);
+  }
+  frozen_ = true;
+}
+
+void OrderKeeper::ask_to_end() {
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  changed_.notify_all();
+}
+
+void OrderKeeper::stop() {
+  ask_to_end();
+  thread_.join();
+}
+
+bool OrderKeeper::stop_for(std::chrono::milliseconds patience) {
+  ask_to_end();
+  return thread_.join_for(patience);
+}
+
+}  // namespace loopwarden::daemon
