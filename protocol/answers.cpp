@@ -85,7 +85,7 @@ PROTOCOL_JSON(Windows, windows)
 
 PROTOCOL_JSON(LoopDescription, tag, description, area, control, pv_unit, co_unit, sample_time_s,
               stem, monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
-              sp_limits, output_limits)
+              sp_limits, output_limits, action)
 PROTOCOL_JSON(Report, name, loop, kind, from_ms, to_ms, by, asked_ms, state, place, started_ms,
               ended_ms, doing, percent, sentence, page)
 PROTOCOL_JSON(Reports, reports)

@@ -310,6 +310,8 @@ struct LoopDescription {
   bool recording = false, simulated = false;
   std::string folder{};  // of its segments
   Range pv_range{}, co_range{}, sp_limits{}, output_limits{};
+  Maybe<std::string>
+      action{};  // direct or reverse, in force; absent: another controller has the loop
 };
 
 struct SocketRights {

@@ -68,7 +68,12 @@ void put_item(std::string& text, const json& item) {
 protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder& recorder) {
   const config::LoopConfig& config = loop.config;
   const bool judged = !config.monitor.specialists.empty();
-  const protocol::Ranges ranges = ranges_of(loop.settings->get());
+  const rt::LoopSettings settings = loop.settings->get();
+  const protocol::Ranges ranges = ranges_of(settings);
+  protocol::Maybe<std::string> action;
+  if (!loop.watched()) {
+    action = settings.controller.pid.action == control::Action::direct ? "direct" : "reverse";
+  }
   return {.tag = config.name,
           .description = config.description,
           .area = config.area,
@@ -86,7 +91,8 @@ protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder
           .pv_range = ranges.pv_range,
           .co_range = ranges.co_range,
           .sp_limits = ranges.sp_limits,
-          .output_limits = ranges.output_limits};
+          .output_limits = ranges.output_limits,
+          .action = std::move(action)};
 }
 
 std::optional<std::int64_t> moment(std::int64_t utc_ms) {

@@ -23,15 +23,26 @@ struct AutotuneOptions {
   BenchOptions bench;
   std::optional<double> amplitude, hysteresis;
   double time_limit_s = 1800.0;
-  std::string action = "reverse";
+  std::string action;  // empty: of the loop or model
   bool json = false;
 };
+
+// With the wrong one the relay drives PV away from its target.
+control::Action action_of(const AutotuneOptions& options, const TestBench& bench) {
+  const bool direct = bench.action() == control::Action::direct;
+  if (!options.action.empty() && (options.action == "direct") != direct) {
+    throw TestAborted(fmt::format("--action {}: the controller's action is {}", options.action,
+                                  direct ? "direct" : "reverse"));
+  }
+  return bench.action();
+}
 
 int run_autotune(const AutotuneOptions& options) {
   check_limits(options.bench);
   std::optional<analysis::RelayResult> found;
   try {
     const std::unique_ptr<TestBench> bench = bench_of(options.bench);
+    const control::Action action = action_of(options, *bench);
     const double span = bench->output_high() - bench->output_low();
     const double amplitude = options.amplitude.value_or(0.05 * span);
     const double low = options.bench.low.value_or(bench->output_low());
@@ -54,8 +65,7 @@ int run_autotune(const AutotuneOptions& options) {
                                .amplitude = amplitude,
                                .target = mean,
                                .hysteresis = options.hysteresis.value_or(4.0 * noise),
-                               .action = options.action == "direct" ? control::Action::direct
-                                                                    : control::Action::reverse});
+                               .action = action});
     double co = relay.step(quiet.back().time_s, quiet.back().pv);
     const double until_s = quiet.back().time_s + options.time_limit_s;
     while (!relay.result()) {
@@ -101,7 +111,9 @@ void add_autotune(Program& program) {
                  above_zero());
   command.option("--hysteresis", o.hysteresis, "PV units; four times PV's noise", not_below_zero());
   command.setting("--time-limit", o.time_limit_s, "s of the loop's time", above_zero());
-  command.setting("--action", o.action, "of the controller", one_of({"reverse", "direct"}));
+  command.option("--action", o.action,
+                 "of the controller; refused if the loop or model has the other one",
+                 one_of({"reverse", "direct"}));
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
       "Example: loopwarden autotune FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 "

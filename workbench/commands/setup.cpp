@@ -124,10 +124,8 @@ int talk(const SetupOptions& options) {
     return exit_code;
   }
   if (const std::string waits = setup::what_waits(all); !waits.empty()) {
-    dialogue.say(
-        fmt::format("\nAll steps are done, but not in force: {}\nThen `loopwarden setup {}` "
-                    "looks once more.",
-                    waits, tag));
+    dialogue.say(fmt::format("\nAll steps are done. {}\nThen run `loopwarden setup {}` once more.",
+                             waits, tag));
     return kExitTryAgain;
   }
   dialogue.say(all.elsewhere()
@@ -169,7 +167,11 @@ void add_setup(Program& program) {
   command.footer(
       "What is answered is kept in DIR/setup/TAG.json; interrupted, it goes on where it was. What "
       "moves\n"
-      "a valve asks each time for the tag and the limits. Exit code 75: steps are left.\n"
+      "a valve asks each time for the tag and the limits, and refuses if the daemon does not run "
+      "the\n"
+      "file as it is. `back` asks the question before. Lines of a loop file that setup did not "
+      "write\n"
+      "stay, unless you agree. Exit code 75: steps are left, or something waits for a restart.\n"
       "Example: loopwarden setup FIC-101");
 }
 

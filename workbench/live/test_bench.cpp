@@ -33,6 +33,7 @@ void say(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 SimulatedBench::SimulatedBench(const plant::LoopModel& model)
     : plant_(model, model.scenario.seed),
+      action_(model.controller.pid.action),
       sample_time_s_(model.sample_time_s),
       low_(model.controller.pid.output_low),
       high_(model.controller.pid.output_high),
@@ -59,6 +60,7 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
   const protocol::LoopStatus before = status();
   const protocol::Cycle cycle = before.cycle.value_or(protocol::Cycle{.fault = "?"});
   sample_time_s_ = before.sample_time_s;
+  action_ = action_in_force();
   range_low_ = before.co_range[0];
   range_high_ = before.co_range[1];
   start_ = cycle.co;
@@ -86,6 +88,19 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
     put_back();
     throw;
   }
+}
+
+control::Action LiveBench::action_in_force() {
+  for (const auto& loop : protocol::ask(daemon_, protocol::DescribeRequest{}).loops) {
+    if (loop.tag != loop_) continue;
+    if (loop.control == "elsewhere") {
+      throw TestAborted(loop_ + " is controlled elsewhere: nothing of it can be ordered from here");
+    }
+    if (loop.action) {
+      return *loop.action == "direct" ? control::Action::direct : control::Action::reverse;
+    }
+  }
+  throw TestAborted(loop_ + ": the daemon does not tell the action of its controller");
 }
 
 bool LiveBench::order_taken() {

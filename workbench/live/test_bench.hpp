@@ -41,6 +41,7 @@ class TestBench {
   virtual double process_variable() const = 0;  // PV units, where the test began
   virtual double output_low() const = 0;
   virtual double output_high() const = 0;
+  virtual control::Action action() const = 0;  // of the controller
 };
 
 class SimulatedBench : public TestBench {
@@ -52,9 +53,11 @@ class SimulatedBench : public TestBench {
   double process_variable() const override { return start_pv_; }
   double output_low() const override { return low_; }
   double output_high() const override { return high_; }
+  control::Action action() const override { return action_; }
 
  private:
   plant::Plant plant_;
+  control::Action action_;
   double sample_time_s_;
   double low_;
   double high_;
@@ -88,9 +91,11 @@ class LiveBench : public TestBench {
   double process_variable() const override { return start_pv_; }
   double output_low() const override { return range_low_; }
   double output_high() const override { return range_high_; }
+  control::Action action() const override { return action_; }
 
  private:
   protocol::LoopStatus status();
+  control::Action action_in_force();
   // Waits for the loop to take our order for manual; false: it had the time and did not.
   bool order_taken();
   void order(protocol::SetRequest request);
@@ -105,6 +110,7 @@ class LiveBench : public TestBench {
   LiveLimits limits_;
   double sample_time_s_ = 0.1;
   double accelerate_ = 1.0;
+  control::Action action_ = control::Action::reverse;
   double range_low_ = 0.0;
   double range_high_ = 100.0;
   double start_ = 0.0;

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -74,8 +75,12 @@ config::DaemonConfig daemon_of(const fs::path& file, const std::string& text) {
   return std::move(*daemon);
 }
 
+config::Loaded<config::DaemonConfig> read_link(const std::string& link) {
+  return config::read_daemon_text("link", "links:\n  setup: " + link + "\n");
+}
+
 hal::modbus::LinkSettings settings_of(const std::string& link) {
-  const auto read = config::read_daemon_text("link", "links:\n  setup: " + link + "\n");
+  const auto read = read_link(link);
   if (!read) throw TestAborted(std::string(base::trimmed(config::to_text(read.diagnostics))));
   return read->links.at("setup");
 }
@@ -112,18 +117,31 @@ AnswerMap answers_to(const AnswerMap& all, const std::string& id) {
 // What the reader refuses of the files that these answers make.
 std::set<std::string> errors_of(const Setup& setup, const AnswerMap& answers) {
   std::set<std::string> errors;
-  const auto read =
-      config::read_configuration(setup.folder, drafts_of(setup, planned_files(setup, answers)));
-  for (const config::Diagnostic& d : read.diagnostics) {
-    if (d.level != config::Diagnostic::Level::error) continue;
-    errors.insert(d.key.empty() ? d.message : d.key + ": " + d.message);
-  }
+  const auto add = [&](const std::vector<config::Diagnostic>& diagnostics) {
+    for (const config::Diagnostic& d : diagnostics) {
+      if (d.level != config::Diagnostic::Level::error) continue;
+      errors.insert(d.key.empty() ? d.message : d.key + ": " + d.message);
+    }
+  };
+  add(read_link(link_text(with_samples(answers))).diagnostics);
+  if (!errors.empty()) return errors;
+  add(config::read_configuration(setup.folder, drafts_of(setup, planned_files(setup, answers)))
+          .diagnostics);
   return errors;
 }
 
 bool makes_files(const AnswerMap& answers) {
   const auto source = answers.find("source");
   return answers.contains("control") && (source == answers.end() || source->second != "opcua");
+}
+
+// All of them at one look.
+bool is_taken(const Setup& setup, const AnswerMap& answers) {
+  try {
+    return !makes_files(answers) || errors_of(setup, answers).empty();
+  } catch (const std::runtime_error&) {
+    return false;
+  }
 }
 
 std::string why_refused(const Setup& setup, AnswerMap answers, const std::string& id) {
@@ -188,6 +206,7 @@ std::string why_refused(const Setup& setup, const std::string& id, const std::st
 
 std::string refused_answer(const Setup& setup) {
   const AnswerMap& all = setup.state().answers();
+  if (is_taken(setup, all)) return {};
   for (const std::string& id : question_ids()) {
     if (all.contains(id) && !why_refused(setup, answers_to(all, id), id).empty()) return id;
   }

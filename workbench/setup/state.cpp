@@ -122,7 +122,10 @@ void State::forget(const std::string& step) {
     if (is && answer.first != "write") earlier_[answer.first] = answer.second;
     return is;
   });
-  if (step == "commission") found_.erase(step);
+  if (step == "record" || step == "commission") {
+    steps_.erase("commission");
+    found_.erase("commission");
+  }
   if (step == "loop" || step == "devices" || step == "file") {
     steps_.erase("file");
     steps_.erase("start");
@@ -135,7 +138,7 @@ void State::forget(const std::string& step) {
 
 void State::file_changed() {
   for (const char* step : {"watchdog", "stroke", "record", "commission"}) steps_.erase(step);
-  found_.erase("action");
+  for (const char* found : {"action", "record", "commission"}) found_.erase(found);
   save();
 }
 

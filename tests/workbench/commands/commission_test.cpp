@@ -205,4 +205,30 @@ TEST_CASE("what can't be commissioned says so with its exit code", "[commission]
   CHECK(!fs::exists(folder / "out"));
 }
 
+TEST_CASE("a model whose ranges are not the loop's is refused", "[commission]") {
+  const Bench bench("duration: 60, set_point: [[0, 3]]");
+  const auto commission = [&](const std::string& options) {
+    return loopwarden("commission " + bench.path("record.csv") + " --out " + bench.path("out") +
+                      " --model " + bench.path("rough.yaml") + " " + options);
+  };
+  const ShellOutcome pv = commission("--pv-range 0 25");
+  CHECK(pv.exit_code == 78);
+  CHECK_THAT(pv.text, Catch::Contains("transmitter.range is [0, 10], and the loop has [0, 25]"));
+  CHECK(commission("--co-range 0 100").exit_code == 78);
+  CHECK(commission("--pv-range 25 0").exit_code == 64);
+  CHECK(commission("--pv-range 0 10 --co-range 0 10").exit_code == 0);
+}
+
+TEST_CASE("the twin has the ranges that were given", "[commission][long]") {
+  const Bench bench(
+      "duration: 300, set_point: [[0, 3], [20, 5], [60, 6.5], [100, 4], [140, 5.5], [200, 3.5]]");
+  const json made =
+      bench.commissioned("--accept-short --windows 700 --pv-range -5 25 --co-range 0 12");
+  REQUIRE(made.at("verdict") == "commissioned");
+  const std::string twin = read_file(bench.folder / "out" / "twin.yaml");
+  INFO(twin);
+  CHECK(twin.find("range: [-5, 25]") != std::string::npos);
+  CHECK(twin.find("output: [0, 12]") != std::string::npos);
+}
+
 }  // namespace loopwarden::tests::commission_test

@@ -2,6 +2,9 @@
 #include "workbench/setup/questions.hpp"
 
 #include <catch2/catch.hpp>
+#include <string>
+
+#include "tests/support/property.hpp"
 
 namespace loopwarden::workbench::setup::questions_test {
 
@@ -54,6 +57,30 @@ TEST_CASE("each question takes what it offers, and refuses nonsense", "[setup]")
   CHECK_FALSE(question("pv.range").wrong("25 0").empty());
   CHECK_FALSE(question("pv.scale").wrong("5 5 0 100").empty());
   CHECK_FALSE(question("comm_loss.register").wrong("1 input 0 u16").empty());
+}
+
+TEST_CASE("a unit is left out behind a number only", "[setup]") {
+  CHECK(without_unit("5.0 m3/h", "m3/h") == "5.0");
+  CHECK(without_unit("5m3/h, 8 M3/H", "m3/h") == "5, 8");
+  CHECK(without_unit("20 % 80 %", "%") == "20  80");
+  CHECK(without_unit("m3/h", "m3/h") == "m3/h");
+  CHECK(without_unit("5 mm", "m") == "5 mm");
+  CHECK(without_unit("hold", "h") == "hold");
+  CHECK(without_unit("5 bar", "m3/h") == "5 bar");
+  CHECK(said_value("5.0 m3/h", {0.0, 25.0}, "m3/h") == 5.0);
+  CHECK(said_value("50 %", {0.0, 25.0}, "m3/h") == 12.5);
+  CHECK_FALSE(said_value("5 bar", {0.0, 25.0}, "m3/h"));
+  // Whatever is typed: numbers stay as they are.
+  tests::property::for_all("units behind numbers", 300, [] {
+    const double number = tests::property::number(-1e6, 1e6);
+    std::string unit;
+    for (auto left = tests::property::integer(0, 5); left > 0; --left) {
+      unit += "abm%/ 3"[tests::property::integer(0, 6)];
+    }
+    const std::string text = std::to_string(number);
+    const auto read = numbers_in(without_unit(text + " " + unit, unit), 1);
+    if (read) tests::property::require(read->front() == std::stod(text), "another number");
+  });
 }
 
 }  // namespace loopwarden::workbench::setup::questions_test

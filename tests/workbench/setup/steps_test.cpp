@@ -442,9 +442,8 @@ TEST_CASE("a register whose value is outside of the range is asked for once more
     s.state.forget_answer("pv.scale");
     wrong = {8.77e-41};
     right = {5.0};
-    s.person.lines = {"1 input 14 f32", "live", "5.0 m3/h", "", ""};
-    s.devices.values[{"input", 14}] = {5.0};
-    CHECK_THROWS_AS(find_devices(s.all), Paused);
+    s.person.lines = {"1 input 14 f32", "live", "5.0 m3/h", ""};
+    CHECK(find_devices(s.all) == Outcome::done);
     CHECK(s.person.told("is no measured value"));
     CHECK(s.state.answers().at("pv.register") == "1 input 14 f32");
   }
