@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "model/monitor/alarm_kind.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/loop_file.hpp"
 #include "tests/support/shell.hpp"
@@ -22,7 +21,7 @@ const std::string kDaemon = "accelerate: 20\nreal_time: {priority: 0, lock_memor
 const std::string kTwin =
     "sample_time: 0.1\ncontroller: {kp: 0.4, ki: 0.15, output: [0, 10]}\n"
     "process: {gain: 1.0, time_constant: 1.5, dead_time: 0.6}\ntransmitter: {range: [0, 10]}\n";
-const std::string kBadTwin = with(kTwin, "sample_time: 0.1", "sample_time: 0.2");
+std::string bad_twin() { return with(kTwin, "sample_time: 0.1", "sample_time: 0.2"); }
 
 std::string loop_of(const std::string& tag, const std::string& more = "") {
   return loop_file(tag) + more;
@@ -34,7 +33,7 @@ struct Plant {
       : daemon(kDaemon, {{"loops.d/1.yaml", loop_of("FIC-101")},
                          {"loops.d/2.yaml", second},
                          {"loops.d/3.yaml", loop_of("FIC-103")},
-                         {"twin.yaml", kBadTwin}}) {}
+                         {"twin.yaml", bad_twin()}}) {}
   ShellOutcome command(const std::string& words) const {
     return run(std::string(LOOPWARDEN_CLI) + " " + words + " 2>&1");
   }
@@ -44,7 +43,8 @@ struct Plant {
   }
   std::vector<std::string> tags() {
     std::vector<std::string> all;
-    for (const json& loop : daemon.status().at("loops")) all.push_back(loop.at("name"));
+    const json status = daemon.status();
+    for (const json& loop : status.at("loops")) all.push_back(loop.at("name"));
     return all;
   }
   DaemonProcess daemon;
@@ -65,7 +65,7 @@ TEST_CASE("what a start would refuse is refused by check, reload and dry run ali
     const ShellOutcome said = plant.command(words);
     INFO(words << ": " << said.text);
     CHECK(said.exit_code == 78);
-    CHECK(said.text.find("2.yaml:16:17: error: monitor.twin: ") != std::string::npos);
+    CHECK(said.text.find("2.yaml:14:17: error: monitor.twin: ") != std::string::npos);
     CHECK(said.text.find("sample_time 0.2 s, this loop 0.1 s") != std::string::npos);
   }
   CHECK(plant.daemon.run({"--config", config, "--check"}) == 78);
@@ -95,13 +95,12 @@ TEST_CASE("a loop whose files are bad at the start stays out of service, and the
     CHECK(eventually([&] {
       return plant.daemon.loop("FIC-102").at("alarms").at("bad_pv").at("active") == true;
     }));
-    CHECK(plant.daemon.loop("FIC-102").at("alarms").size() ==
-          1 + loopwarden::monitor::kValveAlarmCount);
     CHECK(
         plant.daemon.explain("FIC-102", "bad_pv").at("cause").get<std::string>().find("2.yaml:") !=
         std::string::npos);
     bool written = false;
-    for (const json& line : plant.daemon.journal(50, "FIC-102")) {
+    const json journal = plant.daemon.journal(50, "FIC-102");
+    for (const json& line : journal) {
       written = written || line.at("result") == "out of service";
     }
     CHECK(written);
