@@ -341,6 +341,24 @@ TEST_CASE("births and deaths of devices that can't be understood end the device'
   }
 }
 
+TEST_CASE("a birth that is refused is named with the reason", "[feed]") {
+  const auto complaint = [](std::optional<std::uint64_t> seq, std::vector<Metric> metrics) {
+    Foreign edge;
+    edge.edges.take({"g", MessageType::nbirth, "e", ""},
+                    sparkplug::encode({.time_ms = 9, .seq = seq, .metrics = std::move(metrics)},
+                                      sparkplug::Types::sent),
+                    0, edge.values, edge.complaint);
+    return edge.complaint;
+  };
+  const Metric good = metric("bdSeq", {}, DataType::int64, std::int64_t{3});
+  CHECK_THAT(complaint({}, {good}), Catch::EndsWith("refused, it has no seq"));
+  CHECK_THAT(complaint(4, {good}), Catch::Contains("its seq is 4"));
+  CHECK_THAT(complaint(0, {}), Catch::EndsWith("it has no metric bdSeq"));
+  CHECK_THAT(complaint(0, {metric("bdSeq", {}, DataType::string, std::string("3"))}),
+             Catch::Contains("whole number from 0 to 255"));
+  CHECK(complaint(0, {good}).find("refused") == std::string::npos);
+}
+
 TEST_CASE("an edge node that is silent without a death is asked for a birth, then its values are bad",
           "[feed]") {
   Foreign edge({{.name = "PV", .group = "g", .edge = "e", .device = "d", .metric = "PV", .timeout_ms = 10'000},
