@@ -134,7 +134,8 @@ constexpr std::array kRegisters{
     loop_in(Field::pv_reason, 4, u16, "pv_reason", "",
             "0 none, 1 never received, 2 stale, 3 not finite, 4 out of range, 5 sensor failure, 6 "
             "device "
-            "error, 7 link lost, 8 frozen, 9 end of record, 10 held, 11 said by the source, 12 timeout of the source, 13 death of the source"),
+            "error, 7 link lost, 8 frozen, 9 end of record, 10 held, 11 said by the source, 12 "
+            "timeout of the source, 13 death of the source"),
     loop_in(
         Field::fault, 5, u16, "fault", "",
         "0 none, 1 starting, 2 bad PV, 3 output lost, 4 late cycle, 5 not finite, 6 enable open, 7 "

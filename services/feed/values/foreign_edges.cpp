@@ -112,8 +112,8 @@ void ForeignEdges::apply(Edge& edge, const sparkplug::Message& message, std::int
 void ForeignEdges::refuse(Edge& edge, const sparkplug::Topic& topic, Values& values) {
   const bool node = topic.type == MessageType::nbirth || topic.type == MessageType::ndeath;
   const bool device = topic.type == MessageType::dbirth || topic.type == MessageType::ddeath;
-  const auto reason = topic.type == MessageType::ddeath ? FedValue::Reason::death
-                                                        : FedValue::Reason::source;
+  const auto reason =
+      topic.type == MessageType::ddeath ? FedValue::Reason::death : FedValue::Reason::source;
   for (auto& [name, one] : edge.devices) {
     if (node || (device && name == topic.device)) die(one, reason, values);
   }
