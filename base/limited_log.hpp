@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes lines about links, brokers and feeders to the log, at most one per subject, state and minute
-// (line_limiter.hpp). Any thread. Who includes it links spdlog.
+// Writes lines about links, brokers and feeders to the log, at most one per subject, state and
+// minute (line_limiter.hpp). Any thread. Who includes it links spdlog.
 #pragma once
 
 #include <spdlog/spdlog.h>

@@ -3,10 +3,12 @@
 //
 //   {"values": [{"name": "FIC205.PV", "value": 12.3, "time": 1764000000.123, "quality": "good"}], "id": 7}
 //
-// `value`: a number, a word of 1 to 64 bytes such as "AUTO", or null with quality bad. `time`: s since 1970 (UTC) by the source; null or absent where it has
-// none. `quality`: good (also where it is absent), uncertain or bad. `reason`, with quality bad: "timeout" (no message for too long), "death" (the
-// source's death was reported) or "link" (the feeder lost the source's network); absent: the source says so. `id`, a number or a text of at most 64 bytes:
-// the line is answered, {"id": 7, "ok": true, "taken": 1} or {"id": 7, "ok": false, "error": "..."}. Other keys are
+// `value`: a number, a word of 1 to 64 bytes such as "AUTO", or null with quality bad. `time`: s
+// since 1970 (UTC) by the source; null or absent where it has none. `quality`: good (also where it
+// is absent), uncertain or bad. `reason`, with quality bad: "timeout" (no message for too long),
+// "death" (the source's death was reported) or "link" (the feeder lost the source's network);
+// absent: the source says so. `id`, a number or a text of at most 64 bytes: the line is answered,
+// {"id": 7, "ok": true, "taken": 1} or {"id": 7, "ok": false, "error": "..."}. Other keys are
 // passed over. A line without values is a sign of life.
 #pragma once
 

@@ -38,8 +38,14 @@ bool is_frozen(const RecordRow& row) {
 }
 
 bool is_silence(hal::Reason reason) {
-  return reason == hal::Reason::never_received || reason == hal::Reason::stale ||
-         reason == hal::Reason::link_lost;
+  switch (reason) {
+    case hal::Reason::never_received:
+    case hal::Reason::stale:
+    case hal::Reason::link_lost:
+    case hal::Reason::source_silent:
+    case hal::Reason::source_dead: return true;
+    default: return false;
+  }
 }
 
 model::ProcessCycle process_cycle_of(const RecordRow& row) {

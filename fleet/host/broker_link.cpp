@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/host/broker_link.hpp"
 
-
 #include <algorithm>
 #include <array>
 #include <chrono>

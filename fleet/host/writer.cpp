@@ -41,9 +41,10 @@ UPDATE metric m SET alias = NULL WHERE device_id = ANY($1::integer[]) AND alias 
   (SELECT FROM unnest($2::integer[], $3::text[]) AS born(device_id, name)
      WHERE born.device_id = m.device_id AND born.name = m.name))";
 
-// A value of a birth counts only where it is not the newest anyway; of one that has another live value before it in its
-// batch that is known without the table. The newest is the last of those that came live, or
-// else the one with the newest time. A birth says every value, so none that is older than the newest birth counts as newest.
+// A value of a birth counts only where it is not the newest anyway; of one that has another live
+// value before it in its batch that is known without the table. The newest is the last of those
+// that came live, or else the one with the newest time. A birth says every value, so none that is
+// older than the newest birth counts as newest.
 constexpr const char* kInsertValues = R"(
 WITH sent AS MATERIALIZED (
   SELECT metric_id, to_timestamp(seconds) AS time, number, text, birth, historical, transient, n
@@ -64,12 +65,14 @@ newest AS (
     ON CONFLICT (metric_id) DO UPDATE
       SET time = excluded.time, number = excluded.number, text = excluded.text, historical = excluded.historical
       WHERE NOT excluded.historical OR (l.time < excluded.time AND excluded.time > coalesce(
-        (SELECT d.born FROM metric m JOIN device d ON d.id = m.device_id WHERE m.id = excluded.metric_id), '-infinity')))
+        (SELECT d.born FROM metric m JOIN device d ON d.id = m.device_id
+           WHERE m.id = excluded.metric_id), '-infinity')))
 SELECT (SELECT count(*) FROM stored), (SELECT count(*) FROM changed WHERE NOT transient))";
 
-// Only what changes the state: compared with the newest before it, whether that is in the table or came with it. Alarms
-// begin as normal. The newest state of all, which may have changed nothing when it came, is compared once more: an older
-// message that comes after it may be what it differs from.
+// Only what changes the state: compared with the newest before it, whether that is in the table or
+// came with it. Alarms begin as normal. The newest state of all, which may have changed nothing
+// when it came, is compared once more: an older message that comes after it may be what it differs
+// from.
 constexpr const char* kInsertAlarms = R"(
 WITH sent AS MATERIALIZED (
   SELECT DISTINCT ON (device_id, name, seconds) device_id, name, to_timestamp(seconds) AS time, state, severity
@@ -81,14 +84,17 @@ seen AS (
     SELECT DISTINCT ON (device_id, name) device_id, name, time, state, severity
       FROM sent ORDER BY device_id, name, time DESC
     ON CONFLICT (device_id, name) DO UPDATE
-      SET time = excluded.time, state = excluded.state, severity = excluded.severity WHERE k.time <= excluded.time),
+      SET time = excluded.time, state = excluded.state, severity = excluded.severity
+      WHERE k.time <= excluded.time),
 stated AS (
   SELECT * FROM sent
   UNION ALL
   SELECT k.device_id, k.name, k.time, k.state, k.severity
-    FROM alarm_seen k JOIN (SELECT device_id, name, min(time) AS first FROM sent GROUP BY device_id, name) s
+    FROM alarm_seen k
+      JOIN (SELECT device_id, name, min(time) AS first FROM sent GROUP BY device_id, name) s
       ON k.device_id = s.device_id AND k.name = s.name AND k.time > s.first
-    WHERE NOT EXISTS (SELECT FROM sent o WHERE o.device_id = k.device_id AND o.name = k.name AND o.time = k.time)),
+    WHERE NOT EXISTS (SELECT FROM sent o
+      WHERE o.device_id = k.device_id AND o.name = k.name AND o.time = k.time)),
 ordered AS (
   SELECT *, lag(state) OVER each AS before, lag(time) OVER each AS before_time
     FROM stated WINDOW each AS (PARTITION BY device_id, name ORDER BY time)),

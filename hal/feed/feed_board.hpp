@@ -23,7 +23,7 @@ struct FedValue {
   double value = 0.0;    // meaningless while quality is bad
   bool is_word = false;  // value is number_of_word()
   Quality quality = Quality::good;
-  Reason reason = Reason::source;  // of a quality that is not good
+  Reason reason = Reason::source;                             // of a quality that is not good
   double stamp_s = std::numeric_limits<double>::quiet_NaN();  // since 1970 by the source; NaN: none
 };
 

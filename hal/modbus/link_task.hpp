@@ -128,8 +128,8 @@ struct LinkTask {
   int retries = 0;            // since the last value or confirmed command
   bool apart = false;  // refused when it was asked for by itself: no other read is joined with it
   bool alone = false;  // next time by itself, because a joint read of it has failed
-  bool cut_before = false;  // not joined with those below it
-  int joint_failures = 0;   // in a row, of joint reads that would be parted here
+  bool cut_before = false;        // not joined with those below it
+  int joint_failures = 0;         // in a row, of joint reads that would be parted here
   std::int64_t cut_until_ns = 0;  // then the joint read is tried again; 0: for ever
   std::int64_t cut_for_ns = 0;    // how long the next cut lasts
 

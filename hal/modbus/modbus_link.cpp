@@ -205,8 +205,7 @@ void ModbusLink::note_oddities() {
   }
   if (odd.stray_bytes > 0) {
     report(LinkEvent::Kind::stray_bytes,
-           std::to_string(odd.stray_bytes) +
-               (odd.stray_bytes == 1 ? " byte" : " bytes") +
+           std::to_string(odd.stray_bytes) + (odd.stray_bytes == 1 ? " byte" : " bytes") +
                " before or after a reply belong to none. They are ignored. Check bias and "
                "termination of the line, and how the transceiver turns round.");
   }
@@ -247,7 +246,8 @@ bool ModbusLink::refused(Asked asked, const Reply& reply) noexcept {
   return asked == Asked::exception && !is_transient(reply.exception);
 }
 
-// Where the device refuses the few registers more that tell lengths apart, it is asked without them.
+// Where the device refuses the few registers more that tell lengths apart, it is asked without
+// them.
 ModbusLink::Asked ModbusLink::read(LinkTask& task, ReadShape& shape, Reply& reply) {
   const auto request = [&] {
     return read_request(shape.unit, shape.function, shape.address, shape.count);

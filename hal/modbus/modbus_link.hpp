@@ -81,7 +81,7 @@ class ModbusLink {
   struct Unit {
     int failures = 0;           // in a row
     std::uint64_t answers = 0;  // since the start
-    std::uint64_t epoch = 0;  // a new one whenever the unit may have restarted
+    std::uint64_t epoch = 0;    // a new one whenever the unit may have restarted
     bool silence_reported =
         false;  // not on TCP where a unit has its own connection; the next as well
     std::int64_t retry_at_ns = 0;   // not asked before

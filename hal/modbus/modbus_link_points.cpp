@@ -45,8 +45,8 @@ void ModbusLink::note_connected(LinkTask& task) {
   task.counters.connected.store(connected && all_units_answer(task), std::memory_order_relaxed);
 }
 
-// One request for all of `tasks`. If it fails, whatever the reason, each value is read by itself in this period, so that
-// one register, or a gap between two, can't make the others bad.
+// One request for all of `tasks`. If it fails, whatever the reason, each value is read by itself in
+// this period, so that one register, or a gap between two, can't make the others bad.
 void ModbusLink::serve_together(std::span<LinkTask* const> tasks) {
   if (tasks.size() == 1) return serve(*tasks.front());
   const std::int64_t asked_ns = BusWaiter::now_ns();
@@ -72,9 +72,10 @@ void ModbusLink::serve_together(std::span<LinkTask* const> tasks) {
   }
 }
 
-// Each of `tasks` is read by itself at once, one at a time, so that commands on the line wait for one read at most. If a
-// value is refused or silent by itself it stays out of the next joint read. Otherwise the joint read itself is what
-// the device refuses: it is parted, and tried again as a whole after a while.
+// Each of `tasks` is read by itself at once, one at a time, so that commands on the line wait for
+// one read at most. If a value is refused or silent by itself it stays out of the next joint read.
+// Otherwise the joint read itself is what the device refuses: it is parted, and tried again as a
+// whole after a while.
 void ModbusLink::part(std::span<LinkTask* const> tasks) {
   const std::int64_t now_ns = BusWaiter::now_ns();
   for (LinkTask* task : tasks) {
@@ -170,8 +171,8 @@ void ModbusLink::note_unread(LinkTask& task, ReadPoint& point, Asked asked, cons
   }
 }
 
-// Counts a request without a proper reply. True if the next one may well have one: the unit is not dead, and it is not
-// always this point that fails.
+// Counts a request without a proper reply. True if the next one may well have one: the unit is not
+// dead, and it is not always this point that fails.
 bool ModbusLink::passes(Silence& silence, const Unit& unit) noexcept {
   const bool answers_others = std::exchange(silence.unit_answers, unit.answers) != unit.answers;
   silence.failures = silence.failures == 0 || answers_others ? silence.failures + 1 : 1;
@@ -184,13 +185,14 @@ void ModbusLink::retry_soon(LinkTask& task) noexcept {
   task.retry_ns = BusWaiter::now_ns() + task.period_ns / kRetryPart;
 }
 
-// A command that was not confirmed. One that may pass is repeated, and the output counts as lost once none was
-// confirmed for `longest_silence`.
+// A command that was not confirmed. One that may pass is repeated, and the output counts as lost
+// once none was confirmed for `longest_silence`.
 void ModbusLink::note_unwritten(LinkTask& task, CommandPoint& point, Reason reason, bool may_pass) {
   TaskCounters::add(task.counters.write_errors);
   const std::int64_t now_ns = BusWaiter::now_ns();
   if (point.failing_since_ns == 0) point.failing_since_ns = now_ns;
-  const std::int64_t since_ns = point.output.ok ? point.output.confirmed_ns : point.failing_since_ns;
+  const std::int64_t since_ns =
+      point.output.ok ? point.output.confirmed_ns : point.failing_since_ns;
   const bool undecided = point.output.ok || point.output.reason == Reason::never_received;
   if (may_pass && undecided && now_ns - since_ns <= point.longest_silence_ns) {
     return retry_soon(task);
@@ -268,10 +270,8 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   task.retries = 0;
   point.silence.failures = 0;
   point.failing_since_ns = 0;
-  point.output = {.ok = true,
-                  .reason = Reason::none,
-                  .written_id = command.id,
-                  .confirmed_ns = sent_ns};
+  point.output = {
+      .ok = true, .reason = Reason::none, .written_id = command.id, .confirmed_ns = sent_ns};
   point.state.publish(point.output);
 }
 
@@ -301,10 +301,10 @@ ModbusLink::Asked ModbusLink::set_watchdog(LinkTask& task, CommandPoint& point, 
     const Asked asked = ask(task, write, reply);
     if (asked != Asked::valid) {
       if (asked == Asked::exception && point.output.reason != Reason::device_error) {
-        report(LinkEvent::Kind::watchdog_refused,
-               task.name +
-                   ": no command is sent without the device's watchdog: " + transport_.error(),
-               task.name);
+        report(
+            LinkEvent::Kind::watchdog_refused,
+            task.name + ": no command is sent without the device's watchdog: " + transport_.error(),
+            task.name);
       }
       return asked;
     }

@@ -130,7 +130,8 @@ bool ModbusLoopIo::drive(double output, std::chrono::milliseconds timeout, std::
   publish(value, BusWaiter::now_ns(), false);
   last_output_ = value;
   if (state.written_id >= first_id) return true;
-  why = std::string("the positioner has not confirmed the command: ") + to_text(state.reason);
+  why = "the positioner has not confirmed the command";
+  if (state.reason != Reason::none) why += std::string(": ") + to_text(state.reason);
   return false;
 }
 

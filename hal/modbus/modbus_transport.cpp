@@ -276,8 +276,9 @@ Outcome ModbusTransport::receive(const Request& request, Reply& reply) {
 }
 
 Outcome ModbusTransport::no_reply(const Request& request, std::string why) {
-  error_ = unit_text(request) + "no reply within " + std::to_string(response_timeout_ms(settings_)) +
-           " ms " + std::move(why) + "when " + request_text(request);
+  error_ = unit_text(request) + "no reply within " +
+           std::to_string(response_timeout_ms(settings_)) + " ms " + std::move(why) + "when " +
+           request_text(request);
   return Outcome::timeout;
 }
 
@@ -298,9 +299,10 @@ Outcome ModbusTransport::receive_tcp(const Request& request, Reply& reply,
   if (received < 0) {
     const int error = errno;
     const bool closed = error == ECONNRESET;
-    error_ = unit_text(request) + (error == ETIMEDOUT ? "the reply broke off"
-                                   : closed ? "the device closed the connection without a reply"
-                                            : in_words(error)) +
+    error_ = unit_text(request) +
+             (error == ETIMEDOUT ? "the reply broke off"
+              : closed           ? "the device closed the connection without a reply"
+                                 : in_words(error)) +
              " when " + request_text(request);
     return error == ETIMEDOUT || is_protocol_error(error) ? Outcome::invalid
                                                           : Outcome::disconnected;
@@ -357,9 +359,9 @@ Outcome ModbusTransport::receive_rtu(const Request& request, Reply& reply,
   if (after_echo == 0) {
     return no_reply(request, found.echo ? "(only the request came back: echo) " : "");
   }
-  error_ = unit_text(request) + (found.state == RtuReply::State::whole
-                                     ? "a reply with a wrong checksum"
-                                     : "the reply broke off") +
+  error_ = unit_text(request) +
+           (found.state == RtuReply::State::whole ? "a reply with a wrong checksum"
+                                                  : "the reply broke off") +
            " when " + request_text(request);
   return Outcome::invalid;
 }
@@ -371,8 +373,8 @@ Outcome ModbusTransport::judge(const Request& request, std::span<const std::uint
   switch (check_reply(request, bytes, reply)) {
     case ReplyCheck::valid: return Outcome::valid;
     case ReplyCheck::exception:
-      error_ = unit_text(request) + exception_text(reply.exception) + " when " +
-               request_text(request);
+      error_ =
+          unit_text(request) + exception_text(reply.exception) + " when " + request_text(request);
       if (reply.exception == kIllegalFunction && !request.read) {
         error_ += ". " + write_function_hint(request);
       }

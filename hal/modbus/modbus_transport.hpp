@@ -98,7 +98,7 @@ class ModbusTransport {
   std::size_t drained_bytes_ = 0;
   std::size_t replies_ = 0;
   bool closed_by_device_ = false;
-  bool echoes_ = false;           // serial line: the newest read came back before its reply
+  bool echoes_ = false;            // serial line: the newest read came back before its reply
   std::size_t surplus_bytes_ = 0;  // received together with the newest reply, behind it
   Oddities oddities_;
   std::string error_;

@@ -53,8 +53,7 @@ std::uint16_t rtu_crc(std::span<const std::uint8_t> bytes) noexcept {
   unsigned crc = 0xFFFF;
   for (const std::uint8_t byte : bytes) {
     crc ^= byte;
-    for (int bit = 0; bit < 8; ++bit)
-      crc = (crc & 1U) != 0 ? (crc >> 1U) ^ kPolynomial : crc >> 1U;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1U) != 0 ? (crc >> 1U) ^ kPolynomial : crc >> 1U;
   }
   return static_cast<std::uint16_t>(crc);
 }

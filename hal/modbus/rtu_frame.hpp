@@ -3,7 +3,8 @@
 //
 // A line may deliver more than the reply:
 //   echo         the request itself, from a two-wire adapter whose receiver stays on while it sends
-//   stray bytes  at most kMostStrayBytes, from a transceiver that turns round or a line without bias
+//   stray bytes  at most kMostStrayBytes, from a transceiver that turns round or a line without
+//                bias
 // Both are fewer bytes than the shortest reply has, or equal to the request, so neither can hide a
 // reply to another request.
 #pragma once
@@ -39,10 +40,10 @@ struct RtuReply {
     found        // a frame with a right CRC; check_reply() decides whether it answers the request
   };
   State state = State::incomplete;
-  bool echo = false;                         // the request came back before it
-  std::size_t stray = 0;                     // bytes before the frame that belong to no frame
-  std::span<const std::uint8_t> body{};      // unit and data, without the CRC
-  std::size_t end = 0;                       // bytes of the line up to the end of the frame
+  bool echo = false;                     // the request came back before it
+  std::size_t stray = 0;                 // bytes before the frame that belong to no frame
+  std::span<const std::uint8_t> body{};  // unit and data, without the CRC
+  std::size_t end = 0;                   // bytes of the line up to the end of the frame
 };
 
 // `echo_expected`: the line has echoed before. Only then the first of two equal frames counts as

@@ -70,8 +70,8 @@ Verdict EdgeTracker::take_death(Message message, std::vector<Message>& ready) {
   if (bd_seq_ && !born_) return Verdict::duplicate;
   give_up(ready);
   born_ = false;
-  // The next thing to come is a birth; until then there is nothing to ask for. Unless the death is of an older
-  // connection: then the edge node is there and answers.
+  // The next thing to come is a birth; until then there is nothing to ask for. Unless the death is
+  // of an older connection: then the edge node is there and answers.
   wants_rebirth_ = !bd_seq;
   if (bd_seq) bd_seq_ = bd_seq;
   ready.push_back(std::move(message));

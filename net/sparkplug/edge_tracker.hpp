@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of one edge node's messages: births and deaths, what is missing, what came twice. No I/O, no clock.
+// The order of one edge node's messages: births and deaths, what is missing, what came twice. No
+// I/O, no clock.
 //
-// MQTT keeps the order of a connection, yet brokers in a cluster may not, and messages of QoS 0 may be lost. So a message
-// from beyond a gap waits in a window for those before it; after the reorder timeout, or where the window is full, the
-// gap is given up: what waited goes on in order, and a rebirth is wanted.
+// MQTT keeps the order of a connection, yet brokers in a cluster may not, and messages of QoS 0 may
+// be lost. So a message from beyond a gap waits in a window for those before it; after the reorder
+// timeout, or where the window is full, the gap is given up: what waited goes on in order, and a
+// rebirth is wanted.
 //
-// A death names the bdSeq of its birth, by its name or by the alias of the birth. One with another bdSeq is of an older
-// connection. Nobody knows what a death without a readable bdSeq ends, so it ends the connection in force.
+// A death names the bdSeq of its birth, by its name or by the alias of the birth. One with another
+// bdSeq is of an older connection. Nobody knows what a death without a readable bdSeq ends, so it
+// ends the connection in force.
 //
-// It can't tell two edge nodes of one name from one that restarts often, except by conflicts: two messages of one
-// sequence number with different times.
+// It can't tell two edge nodes of one name from one that restarts often, except by conflicts: two
+// messages of one sequence number with different times.
 #pragma once
 
 #include <array>
@@ -32,12 +35,12 @@ struct Message {
 };
 
 enum class Verdict : std::uint8_t {
-  taken,      // in order; it is among what is passed on, with what had waited for it
-  held,       // beyond a gap: it waits
-  late,       // of a gap that was given up; passed on
-  duplicate,  // the same bdSeq, seq and time once more: dropped
-  old_death,  // of a connection that a newer one has replaced: dropped
-  unborn,     // no birth is known: dropped, a rebirth is wanted
+  taken,            // in order; it is among what is passed on, with what had waited for it
+  held,             // beyond a gap: it waits
+  late,             // of a gap that was given up; passed on
+  duplicate,        // the same bdSeq, seq and time once more: dropped
+  old_death,        // of a connection that a newer one has replaced: dropped
+  unborn,           // no birth is known: dropped, a rebirth is wanted
   unmatched_death,  // its bdSeq can't be read: it counts, and a rebirth is wanted
   malformed         // no seq, or no bdSeq, where there must be one: dropped
 };

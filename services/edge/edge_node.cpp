@@ -253,7 +253,8 @@ void EdgeNode::follow(Next next) {
   if (next == Next::leave) leave();
 }
 
-// Hosts may ask in a storm: each answer is all births, so the requests in between share the next one.
+// Hosts may ask in a storm: each answer is all births, so the requests in between share the next
+// one.
 void EdgeNode::answer_rebirth() {
   if (!rebirth_waits_) return;
   // A connection that becomes live begins with births.
@@ -321,7 +322,8 @@ void EdgeNode::acknowledge_all() {
 void EdgeNode::device_command(const std::string& name, const Payload& payload) {
   Device* device = find(name);
   if (device == nullptr) {
-    log_.warn("command", "unknown device", fmt::format("DCMD for {}, which is no device of this box", name));
+    log_.warn("command", "unknown device",
+              fmt::format("DCMD for {}, which is no device of this box", name));
     return;
   }
   const auto loop = static_cast<std::size_t>(device - devices_.data());

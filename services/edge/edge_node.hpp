@@ -91,8 +91,8 @@ class EdgeNode {
   std::vector<Device> devices_;  // one a loop, in the daemon's order
   std::map<std::string, std::size_t> by_name_;
   bool daemon_there_ = false;
-  bool rebirth_waits_ = false;                       // asked for, not yet answered
-  sparkplug::RebirthBudget rebirths_{0.2, 2.0};      // two at once, then one in 5 s
+  bool rebirth_waits_ = false;                   // asked for, not yet answered
+  sparkplug::RebirthBudget rebirths_{0.2, 2.0};  // two at once, then one in 5 s
   base::LimitedLog log_;
   bool starting_ = false;
   std::string daemon_trouble_;

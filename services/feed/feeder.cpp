@@ -175,8 +175,8 @@ std::string Feeder::status() const {
       broker_there_ ? "connected" : "away", link_.connected() ? "connected" : "away",
       edges_.all_born() ? "" : ", births are missing", newest_.size(),
       config_.topics.size() + config_.metrics.size(), topics.bad_payloads + edges.bad_payloads,
-      topics.unknown + edges.unknown, topics.retained, topics.timeouts + edges.timeouts, edges.dropped,
-      edges.historical, edges.missing, edges.deaths);
+      topics.unknown + edges.unknown, topics.retained, topics.timeouts + edges.timeouts,
+      edges.dropped, edges.historical, edges.missing, edges.deaths);
 }
 
 }  // namespace loopwarden::feed

@@ -91,19 +91,19 @@ sparkplug::Metric metric(const char* name, sparkplug::DataType type, sparkplug::
   return made;
 }
 
-// A node that is there, and any bytes as its death: all its values are bad, unless the death is readably of another
-// connection.
+// A node that is there, and any bytes as its death: all its values are bad, unless the death is
+// readably of another connection.
 void death(std::string_view bytes) {
   using sparkplug::DataType;
   feed::ForeignEdges edges({{"node", "g", "e", "", "pv"}});
   std::vector<FedValue> values;
   std::string complaint;
-  const std::string birth = sparkplug::encode(
-      {.time_ms = 1,
-       .seq = std::uint64_t{0},
-       .metrics = {metric("bdSeq", DataType::uint64, std::uint64_t{3}),
-                   metric("pv", DataType::float64, 1.5)}},
-      sparkplug::Types::sent);
+  const std::string birth =
+      sparkplug::encode({.time_ms = 1,
+                         .seq = std::uint64_t{0},
+                         .metrics = {metric("bdSeq", DataType::uint64, std::uint64_t{3}),
+                                     metric("pv", DataType::float64, 1.5)}},
+                        sparkplug::Types::sent);
   edges.take({"g", MessageType::nbirth, "e", ""}, birth, 0, values, complaint);
   require(values.size() == 1 && values[0].value == 1.5, "born");
   values.clear();

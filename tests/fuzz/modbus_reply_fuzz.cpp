@@ -82,7 +82,8 @@ bool rtu_answers_behind_stray(Bytes stream, const Request& request) {
   return false;
 }
 
-// Where the request itself stands first, it is an echo, unless it is the reply to a write of one register.
+// Where the request itself stands first, it is an echo, unless it is the reply to a write of one
+// register.
 bool rtu_answers(Bytes stream, const Request& request) {
   std::vector<std::uint8_t> echo(request.view().begin(), request.view().end());
   const std::uint16_t sum = crc(echo);
@@ -185,8 +186,9 @@ void fuzz_rtu(const Request& request, Bytes stream) {
 }  // namespace
 
 // First byte: kind of request. Second: bit 0 puts the right frame around the bytes, bit 1 keeps the
-// connection open behind them, bit 2 asks twice, bit 3 takes a serial line instead of TCP, bits 4 and
-// 5 put an echo and up to three stray bytes (bits 6 and 7) before them on it. The rest is what the device sends.
+// connection open behind them, bit 2 asks twice, bit 3 takes a serial line instead of TCP, bits 4
+// and 5 put an echo and up to three stray bytes (bits 6 and 7) before them on it. The rest is what
+// the device sends.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   const std::uint8_t unit = 1;

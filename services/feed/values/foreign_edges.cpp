@@ -15,6 +15,22 @@ using sparkplug::MessageType;
 using sparkplug::Verdict;
 using Quality = FedValue::Quality;
 
+namespace {
+
+// Why the tracker finds a message malformed.
+std::string refusal_of(const sparkplug::Message& message) {
+  const sparkplug::Payload& payload = message.payload;
+  if (!payload.seq) return "it has no seq";
+  if (message.topic.type != MessageType::nbirth) return "its seq is not from 0 to 255";
+  if (*payload.seq != 0) {
+    return "its seq is " + std::to_string(*payload.seq) + ", a birth of an edge node has seq 0";
+  }
+  return payload.find("bdSeq") == nullptr ? "it has no metric bdSeq"
+                                          : "its bdSeq is not a whole number from 0 to 255";
+}
+
+}  // namespace
+
 ForeignEdges::ForeignEdges(const std::vector<MetricRule>& rules) {
   for (const MetricRule& rule : rules) {
     Edge& edge = edges_[{rule.group, rule.edge}];
@@ -44,15 +60,13 @@ void ForeignEdges::take(const sparkplug::Topic& topic, std::string_view payload,
     if (topic.type != MessageType::ndeath) return refuse(edge, topic, values);
   }
   std::vector<sparkplug::Message> ready;
+  const std::string refusal = refusal_of(message);  // if it is refused
   const Verdict verdict = edge.tracker.take(std::move(message), now_ms, ready);
   if (topic.type != MessageType::ndeath) heard(edge, now_ms, values);
   switch (verdict) {
     case Verdict::malformed:
       ++counts_.bad_payloads;
-      complaint = to_text(topic) + (topic.type == MessageType::nbirth
-                                        ? ": refused, a birth of an edge node needs bdSeq 0 to 255 "
-                                          "and seq 0"
-                                        : ": refused, it needs seq 0 to 255");
+      complaint = to_text(topic) + ": refused, " + refusal;
       refuse(edge, topic, values);
       break;
     case Verdict::unmatched_death:
@@ -98,8 +112,8 @@ void ForeignEdges::apply(Edge& edge, const sparkplug::Message& message, std::int
 void ForeignEdges::refuse(Edge& edge, const sparkplug::Topic& topic, Values& values) {
   const bool node = topic.type == MessageType::nbirth || topic.type == MessageType::ndeath;
   const bool device = topic.type == MessageType::dbirth || topic.type == MessageType::ddeath;
-  const auto reason = topic.type == MessageType::ddeath ? FedValue::Reason::death
-                                                        : FedValue::Reason::source;
+  const auto reason =
+      topic.type == MessageType::ddeath ? FedValue::Reason::death : FedValue::Reason::source;
   for (auto& [name, one] : edge.devices) {
     if (node || (device && name == topic.device)) die(one, reason, values);
   }

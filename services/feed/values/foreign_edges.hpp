@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparkplug B edge nodes of others, as far as rules name their metrics: what their messages mean for feed.sock. Pure: the
-// caller gives the time.
+// Sparkplug B edge nodes of others, as far as rules name their metrics: what their messages mean
+// for feed.sock. Pure: the caller gives the time.
 //
-// A value counts from the birth that names its metric until a death. Data that comes before the birth is left out, so
-// are historical values. Where messages are missing, what they said is not known: all of that edge node is uncertain
-// until it says it again. A device that an NBIRTH does not bring back within kDeviceWaitMs is dead.
+// A value counts from the birth that names its metric until a death. Data that comes before the
+// birth is left out, so are historical values. Where messages are missing, what they said is not
+// known: all of that edge node is uncertain until it says it again. A device that an NBIRTH does
+// not bring back within kDeviceWaitMs is dead.
 //
-// A death or a birth that can't be understood ends the values of all that it may mean, and a birth is asked for. An edge
-// node that is silent is asked for a birth after half the timeout of its metrics. After the whole timeout its
-// values are bad until it says something; then they hold again, unless messages are missing.
+// A death or a birth that can't be understood ends the values of all that it may mean, and a birth
+// is asked for. An edge node that is silent is asked for a birth after half the timeout of its
+// metrics. After the whole timeout its values are bad until it says something; then they hold
+// again, unless messages are missing.
 //
-// What it can't do: read data of an edge node whose birth came before this connection; it must be born again.
+// What it can't do: read data of an edge node whose birth came before this connection; it must be
+// born again.
 #pragma once
 
 #include <cstdint>

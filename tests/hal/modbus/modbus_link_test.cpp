@@ -228,8 +228,9 @@ TEST_CASE("a busy answer leaves the value as it was, and the request is repeated
     reader.forget();
     REQUIRE(eventually([&] { return reader.fresh(); }));
   }
-  CHECK_THAT(events.text(Kind::device_error), Catch::Contains("unit 1: exception 244 (") &&
-                                                  Catch::Contains("reading input registers 0 to 1"));
+  CHECK_THAT(events.text(Kind::device_error),
+             Catch::Contains("unit 1: exception 244 (") &&
+                 Catch::Contains("reading input registers 0 to 1"));
 
   // Busy for long: the value ages, for its reader to see.
   rig.proxy.command("exception 6");
@@ -682,8 +683,7 @@ TEST_CASE("a write that a device ignores while it answers reads is reported with
   CHECK_THAT(events.text(Kind::device_error), Catch::Contains("answers other requests") &&
                                                   Catch::Contains("write_function: single"));
   CHECK_FALSE(task.command->state.newest().ok);
-  CHECK(eventually(
-      [&] { return task.reads[0]->newest.newest().quality == hal::Quality::good; }));
+  CHECK(eventually([&] { return task.reads[0]->newest.newest().quality == hal::Quality::good; }));
   link.detach(task);
 }
 

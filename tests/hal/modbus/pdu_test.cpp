@@ -100,8 +100,7 @@ TEST_CASE("a write is confirmed only by an echo of what was written", "[modbus][
   CHECK(check(multiple, {7, 16, 0, 100, 0, 2, 4}) == ReplyCheck::mismatch);
 }
 
-TEST_CASE("busy devices and gateways, and codes of no standard, may answer soon",
-          "[modbus][pdu]") {
+TEST_CASE("busy devices and gateways, and codes of no standard, may answer soon", "[modbus][pdu]") {
   for (const int code : {5, 6, 0x0A, 0x0B, 9, 12, 100, 244, 255}) {
     CHECK(is_transient(static_cast<std::uint8_t>(code)));
   }
@@ -110,8 +109,7 @@ TEST_CASE("busy devices and gateways, and codes of no standard, may answer soon"
   }
 }
 
-TEST_CASE("a refusal names the exception, the request and the key that may help",
-          "[modbus][pdu]") {
+TEST_CASE("a refusal names the exception, the request and the key that may help", "[modbus][pdu]") {
   CHECK(exception_text(1) == "exception 1 (illegal function)");
   CHECK_THAT(exception_text(244), Catch::StartsWith("exception 244 ("));
   CHECK(request_text(read_request(7, ReadFunction::coils, 3, 1)) == "reading coil 3 (function 1)");
@@ -133,11 +131,13 @@ TEST_CASE("a reply that does not answer the request is named by what differs", "
   CHECK_THAT(mismatch_text(request, Bytes{255, 3, 2, 0, 1}), Catch::Contains("from unit 255"));
   CHECK(mismatch_text(request, Bytes{7, 4, 2, 0, 1}) == "a reply to function 4");
   CHECK(mismatch_text(request, Bytes{7, 0x84, 2}) == "a reply to function 4");
-  CHECK_THAT(mismatch_text(request, Bytes{7, 3, 4, 0, 1, 0, 2}), Catch::Contains("number of values"));
+  CHECK_THAT(mismatch_text(request, Bytes{7, 3, 4, 0, 1, 0, 2}),
+             Catch::Contains("number of values"));
   CHECK_THAT(mismatch_text(request, Bytes{7}), Catch::Contains("too short"));
   const std::array<std::uint16_t, 1> value{1};
   const Request write = write_request(7, WriteFunction::single, 5, value);
-  CHECK_THAT(mismatch_text(write, Bytes{7, 6, 0, 5, 0, 2}), Catch::Contains("another address or value"));
+  CHECK_THAT(mismatch_text(write, Bytes{7, 6, 0, 5, 0, 2}),
+             Catch::Contains("another address or value"));
 }
 
 }  // namespace pdu_test

@@ -135,7 +135,8 @@ TEST_CASE("the will of an older connection doesn't end a newer one") {
   CHECK_FALSE(feed.tracker.wants_rebirth());
 }
 
-TEST_CASE("a death whose bdSeq can't be read ends the connection in force, and a rebirth is wanted") {
+TEST_CASE(
+    "a death whose bdSeq can't be read ends the connection in force, and a rebirth is wanted") {
   const auto death = [](std::vector<sparkplug::Metric> metrics) {
     Message message = with_bd_seq(MessageType::ndeath, 7, 6);
     message.payload.metrics = std::move(metrics);

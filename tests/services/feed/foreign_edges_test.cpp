@@ -279,8 +279,9 @@ TEST_CASE("a birth without the metric, bytes that are no payload, strangers", "[
   CHECK(edge.edges.counts().unknown == 1);
 }
 
-TEST_CASE("a death that can't be matched makes all values of the node bad, and a rebirth is asked for",
-          "[feed]") {
+TEST_CASE(
+    "a death that can't be matched makes all values of the node bad, and a rebirth is asked for",
+    "[feed]") {
   const auto death = [](std::vector<Metric> metrics) {
     return sparkplug::encode({.time_ms = 9, .seq = {}, .metrics = std::move(metrics)},
                              sparkplug::Types::sent);
@@ -320,18 +321,18 @@ TEST_CASE("births and deaths of devices that can't be understood end the device'
     std::string device;
     std::size_t values;
   };
-  for (const Refused& refused : {Refused{MessageType::ddeath, "d", 2},
-                                 Refused{MessageType::dbirth, "d", 2},
-                                 Refused{MessageType::nbirth, "", 3}}) {
+  for (const Refused& refused :
+       {Refused{MessageType::ddeath, "d", 2}, Refused{MessageType::dbirth, "d", 2},
+        Refused{MessageType::nbirth, "", 3}}) {
     for (const bool decodes : {true, false}) {
       Foreign edge;
       edge.node_birth();
       edge.device_birth();
       edge.values.clear();
-      const std::string without_seq = sparkplug::encode({.time_ms = 9, .seq = {}, .metrics = {}},
-                                                           sparkplug::Types::sent);
-      edge.edges.take({"g", refused.type, "e", refused.device},
-                      decodes ? without_seq : "\xff\xff", 0, edge.values, edge.complaint);
+      const std::string without_seq =
+          sparkplug::encode({.time_ms = 9, .seq = {}, .metrics = {}}, sparkplug::Types::sent);
+      edge.edges.take({"g", refused.type, "e", refused.device}, decodes ? without_seq : "\xff\xff",
+                      0, edge.values, edge.complaint);
       CHECK(edge.by_name().size() == refused.values);
       CHECK(edge.by_name().at("PV").quality == Quality::bad);
       CHECK_FALSE(edge.complaint.empty());
@@ -341,10 +342,35 @@ TEST_CASE("births and deaths of devices that can't be understood end the device'
   }
 }
 
-TEST_CASE("an edge node that is silent without a death is asked for a birth, then its values are bad",
-          "[feed]") {
-  Foreign edge({{.name = "PV", .group = "g", .edge = "e", .device = "d", .metric = "PV", .timeout_ms = 10'000},
-                {.name = "T", .group = "g", .edge = "e", .device = "", .metric = "T", .timeout_ms = 0}});
+TEST_CASE("a birth that is refused is named with the reason", "[feed]") {
+  const auto complaint = [](std::optional<std::uint64_t> seq, std::vector<Metric> metrics) {
+    Foreign edge;
+    edge.edges.take({"g", MessageType::nbirth, "e", ""},
+                    sparkplug::encode({.time_ms = 9, .seq = seq, .metrics = std::move(metrics)},
+                                      sparkplug::Types::sent),
+                    0, edge.values, edge.complaint);
+    return edge.complaint;
+  };
+  const Metric good = metric("bdSeq", {}, DataType::int64, std::int64_t{3});
+  CHECK_THAT(complaint({}, {good}), Catch::EndsWith("refused, it has no seq"));
+  CHECK_THAT(complaint(4, {good}), Catch::Contains("its seq is 4"));
+  CHECK_THAT(complaint(0, {}), Catch::EndsWith("it has no metric bdSeq"));
+  CHECK_THAT(complaint(0, {metric("bdSeq", {}, DataType::string, std::string("3"))}),
+             Catch::Contains("whole number from 0 to 255"));
+  CHECK(complaint(0, {good}).find("refused") == std::string::npos);
+}
+
+TEST_CASE(
+    "an edge node that is silent without a death is asked for a birth, then its values are bad",
+    "[feed]") {
+  Foreign edge(
+      {{.name = "PV",
+        .group = "g",
+        .edge = "e",
+        .device = "d",
+        .metric = "PV",
+        .timeout_ms = 10'000},
+       {.name = "T", .group = "g", .edge = "e", .device = "", .metric = "T", .timeout_ms = 0}});
   edge.node_birth();
   edge.device_birth();
   edge.now_ms = 5'000;
