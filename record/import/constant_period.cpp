@@ -408,7 +408,10 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
     const bool answers = notes.pv.kind == ArchiveKind::swinging_door &&
                          notes.pv.stored_share * samples <= kCornersAStep * changes;
     const bool still = changes < 0.5 * samples && !answers;
-    if (notes.pv.kind == ArchiveKind::none && notes.co.kind != ArchiveKind::exception)
+    // A few steps of one size may be made by hand.
+    constexpr double kLeastAlone = 100.0;  // stored values of CO beside a PV that has all its own
+    if (notes.pv.kind == ArchiveKind::none &&
+        (notes.co.kind != ArchiveKind::exception || notes.co.stored_share * samples < kLeastAlone))
       notes.co = {};
     if (notes.co.kind == ArchiveKind::none && !still && notes.pv.kind != ArchiveKind::exception)
       notes.pv = {};
