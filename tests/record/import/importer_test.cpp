@@ -1102,6 +1102,20 @@ TEST_CASE("qualities beside each value, of a loop and of a row", "[import]") {
   }
 }
 
+TEST_CASE("the fixed format with qualities or thousands marks is no plain record", "[import]") {
+  std::string rated = "time,pv,co,quality\n";
+  std::string marked = "time,pv,co\n";
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    rated += seconds(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) +
+             (k == 7 ? ",Bad" : ",Good") + "\n";
+    const long pv = 990 + static_cast<long>(k % 30);
+    marked += seconds(k) + "," +
+              (pv < 1000 ? std::to_string(pv) : fmt::format("1.{:03}", pv - 1000)) + ",35\n";
+  }
+  CHECK(imported(rated).record.missing_pv == 1);
+  CHECK(imported(marked).record.pv[15] == 1005.0);
+}
+
 TEST_CASE("a word of quality that is not known is said, and no good value is a reason",
           "[import]") {
   const auto with = [](const std::string& usual, const std::string& odd) {
