@@ -52,6 +52,9 @@ ArchivedSignal recognise_stored(std::span<const double> time_s, std::span<const 
 // Of a record on a constant period; NaN is missing.
 ArchivedSignal recognise_filled(std::span<const double> values);
 
+// The samples at which straight lines through all of `values` begin and end, exact to the last digit.
+std::vector<std::size_t> run_ends(std::span<const double> values);
+
 // Values that were stored by exception and are held: the true ones are within the dead band around what is held, and on
 // their way to the next.
 std::vector<double> within_band(std::span<const double> held, double dead_band);

@@ -379,11 +379,33 @@ ArchivedSignal fill_sparse(Role role, std::vector<double>& column, const ImportO
   return found;
 }
 
-std::size_t changes_of(const std::vector<double>& column) {
-  std::size_t changes = 0;
-  for (std::size_t k = 1; k < column.size(); ++k)
-    changes += static_cast<std::size_t>(column[k] != column[k - 1]);
-  return changes;
+// Samples at which the value changes.
+std::vector<std::size_t> steps_in(const std::vector<double>& column) {
+  std::vector<std::size_t> steps;
+  for (std::size_t k = 1; k < column.size(); ++k) {
+    if (column[k] != column[k - 1]) steps.push_back(k);
+  }
+  return steps;
+}
+
+// The straight lines of PV bend where CO steps, some samples later: an integrator answers so.
+bool bends_at_steps(const std::vector<double>& pv, const std::vector<double>& co) {
+  constexpr std::size_t kLongestLag = 30;  // samples
+  constexpr std::size_t kNear = 5;         // samples
+  constexpr double kMostSteps = 0.6;       // of the steps; by chance it is a quarter
+  const std::vector<std::size_t> steps = steps_in(co);
+  if (missing_in(pv) > 0 || steps.empty() || 2 * steps.size() > co.size()) return false;
+  const std::vector<std::size_t> bends = analysis::run_ends(pv);
+  for (std::size_t lag = 0; lag <= kLongestLag; ++lag) {
+    const auto at_bends = std::count_if(steps.begin(), steps.end(), [&](std::size_t step) {
+      const std::size_t at = step + lag;
+      const auto next = std::lower_bound(bends.begin(), bends.end(), at > kNear ? at - kNear : 0);
+      return next != bends.end() && *next <= at + kNear;
+    });
+    if (static_cast<double>(at_bends) >= kMostSteps * static_cast<double>(steps.size()))
+      return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -395,6 +417,9 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
   std::vector<bool> without = without_value(record.pv);
   notes.pv = fill_sparse(Role::pv, record.pv, options, true, how);
   if (!how.empty() && is_guess(notes.pv.kind, options)) imported.pv_drawn = std::move(without);
+  if (how.empty() && record.has_co && notes.pv.kind == ArchiveKind::swinging_door &&
+      bends_at_steps(record.pv, record.co))
+    notes.pv = {};
   // Steps of CO of any size may be made by hand; an archive holds PV as well.
   const bool archived = notes.pv.kind != ArchiveKind::none;
   if (record.has_co) notes.co = fill_sparse(Role::co, record.co, options, archived, how);
@@ -402,13 +427,11 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
   // there is no noise, and so is the PV of a tank. An archive keeps both; one that stands still shows nothing.
   if (how.empty() && record.has_co) {
     const auto samples = static_cast<double>(record.size());
-    const auto changes = static_cast<double>(changes_of(record.co));
-    // Straight lines of PV with about as many corners as CO has steps are an integrator's answer to them.
-    constexpr double kCornersAStep = 3.0;
-    const bool answers = notes.pv.kind == ArchiveKind::swinging_door &&
-                         notes.pv.stored_share * samples <= kCornersAStep * changes;
-    const bool still = changes < 0.5 * samples && !answers;
-    if (notes.pv.kind == ArchiveKind::none && notes.co.kind != ArchiveKind::exception)
+    const bool still = static_cast<double>(steps_in(record.co).size()) < 0.5 * samples;
+    // A few steps of one size may be made by hand.
+    constexpr double kLeastAlone = 100.0;  // stored values of CO beside a PV that has all its own
+    if (notes.pv.kind == ArchiveKind::none &&
+        (notes.co.kind != ArchiveKind::exception || notes.co.stored_share * samples < kLeastAlone))
       notes.co = {};
     if (notes.co.kind == ArchiveKind::none && !still && notes.pv.kind != ArchiveKind::exception)
       notes.pv = {};

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/text.hpp"
 
@@ -83,6 +84,21 @@ std::string MarkEvidence::question() const {
                      base::in_quotes(example_), thousands / 1000.0, thousands,
                      example_.find(',') != example_.npos ? "comma" : "point",
                      example_.find(',') != example_.npos ? "point" : "comma");
+}
+
+bool may_be_thousands(std::span<const double> values) {
+  const auto is_whole = [](double v) { return v == std::nearbyint(v); };
+  for (std::size_t k = 1; k < values.size(); ++k) {
+    double whole = values[k - 1];
+    double marked = values[k];
+    if (is_whole(marked)) std::swap(whole, marked);
+    if (!is_whole(whole) || is_whole(marked) || std::abs(marked) < 1.0) continue;
+    const double thousands = std::nearbyint(1000.0 * marked);
+    if (std::abs(1000.0 * marked - thousands) < 1e-6 && change(whole, marked) > kAbsurdChange &&
+        change(whole, thousands) < kSmallChange)
+      return true;
+  }
+  return false;
 }
 
 }  // namespace loopwarden::record

@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -47,5 +48,9 @@ class MarkEvidence {
   std::size_t last_kind_ = 0;  // 0: none or one reading, 1: whole, 2 point, 3 comma
   double last_ = 0.0;          // as a whole number
 };
+
+// Whether values that were read with a decimal point jump as if the point stood between thousands:
+// 998, then 1.003.
+bool may_be_thousands(std::span<const double> values);
 
 }  // namespace loopwarden::record

@@ -39,7 +39,9 @@ class FileReader {
       target.signal->value.reserve(rows);
     }
     if (!skip_header()) return;
-    for (const auto& [column, target] : columns) watch(target, layout_.qualities_of[column]);
+    std::vector<std::pair<std::size_t, Watched*>> watched;
+    for (const auto& [column, target] : columns)
+      watched.emplace_back(column, &watch(target, layout_.qualities_of[column]));
     while (next_row(progress)) {
       double time_s = 0.0;
       if (!row_time(time_s)) continue;
@@ -50,7 +52,7 @@ class FileReader {
       if (cells_.cells.size() < layout_.names.size() && at_last_line()) break;
       times_->push_back(time_s);
       note_qualities();
-      for (const auto& [column, target] : columns) add_value(cell(column), target);
+      for (const auto& [column, signal] : watched) add_value(cell(column), *signal);
     }
     settle_columns();
     turn_if_backwards(columns);
@@ -64,7 +66,8 @@ class FileReader {
       target.signal->time_s = std::make_shared<std::vector<double>>();
     std::vector<Clock> clocks(columns.size());
     if (!skip_header()) return;
-    for (const auto& [column, target] : columns) watch(target, {});
+    std::vector<Watched*> watched;
+    for (const auto& [column, target] : columns) watched.push_back(&watch(target, {}));
     while (next_row(progress)) {
       if (cells_.cells.size() > layout_.names.size() && !trimmed_to_columns()) fail_too_wide();
       const bool cut = cells_.cells.size() < layout_.names.size() && at_last_line();
@@ -79,7 +82,7 @@ class FileReader {
           fail_time(time);
         }
         target.signal->time_s->push_back(time_s);
-        add_value(cell(column), target);
+        add_value(cell(column), *watched[k]);
         say_there_was_none(target);
       }
     }
@@ -98,7 +101,11 @@ class FileReader {
                                                    : std::vector<std::size_t>();
     for (const auto& [tag, target] : tags) watch(target, qualities);
     std::string last_name;
-    const SignalTarget* last = nullptr;
+    Watched* last = nullptr;
+    const auto target_of = [&](const std::string& tag) -> Watched* {
+      const auto at = tags.find(tag);
+      return at == tags.end() ? nullptr : &watched_.at(at->second.signal);
+    };
     std::string key;
     std::string buffer;
     while (next_row(progress)) {
@@ -118,16 +125,15 @@ class FileReader {
       if (last == nullptr || name != last_name) {
         last_name = name;
         key = name;
-        const auto at = tags.find(key);
-        last = at == tags.end() ? nullptr : &at->second;
+        last = target_of(key);
       }
       if (last == nullptr) continue;
       double time_s = 0.0;
       if (!row_time(time_s)) continue;
-      last->signal->time_s->push_back(time_s);
+      last->target.signal->time_s->push_back(time_s);
       note_qualities();
       add_value(cells_.cells[layout_.value], *last);
-      say_there_was_none(*last);
+      say_there_was_none(last->target);
     }
     settle_columns();
     for (const auto& [tag, target] : tags) put_in_order(target);
@@ -297,13 +303,14 @@ class FileReader {
     bool has_plain = false;                             // a number without a unit, not zero
   };
 
-  void watch(const SignalTarget& target, const std::vector<std::size_t>& qualities) {
+  Watched& watch(const SignalTarget& target, const std::vector<std::size_t>& qualities) {
     Watched& watched = watched_[target.signal];
     watched.target = target;
     watched.qualities = qualities;
     watched.states.resize(qualities.size());
     for (const std::size_t column : qualities)
       quality_cells_.try_emplace(column, quality_kind_of(column));
+    return watched;
   }
 
   QualityKind quality_kind_of(std::size_t column) const {
@@ -325,9 +332,8 @@ class FileReader {
     for (auto& [column, cells] : quality_cells_) row_quality_[column] = cells.add(cell(column));
   }
 
-  void add_value(std::string_view text, const SignalTarget& target) {
-    Watched& watched = watched_.at(target.signal);
-    target.signal->value.push_back(value_or_error(text, watched));
+  void add_value(std::string_view text, Watched& watched) {
+    watched.target.signal->value.push_back(value_or_error(text, watched));
     for (std::size_t k = 0; k < watched.qualities.size(); ++k)
       watched.states[k].push_back(row_quality_[watched.qualities[k]]);
   }

@@ -689,6 +689,27 @@ Imported Importer::read_one(std::size_t loop, const ImportProgress& progress) {
   return out;
 }
 
+namespace {
+
+// Whether a file in the fixed format needs no closer look: no column of qualities, no thousands
+// marks, and times that are seconds.
+bool is_plain(const fs::path& path, const Record& record) {
+  TextSource text(open_file(path, path.string()), path.string());
+  std::string_view header;
+  LineCells cells;
+  if (!text.next(header) || !cells.split(header, ',')) return false;
+  Layout layout;
+  layout.time = kNoColumn;
+  layout.names.assign(cells.cells.begin(), cells.cells.end());
+  const auto qualities = find_qualities(layout, {});
+  return std::all_of(qualities.begin(), qualities.end(),
+                     [](const auto& list) { return list.empty(); }) &&
+         !may_be_thousands(record.pv) && !may_be_thousands(record.co) &&
+         count_times(layout.names.front(), record.time_s).question.empty();
+}
+
+}  // namespace
+
 Imported import_record(const fs::path& path, const std::string& loop, const ImportOptions& options,
                        const ImportProgress& progress) {
   // In the fixed format with times from anywhere: as it always was, errors included.
@@ -701,7 +722,7 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
       Imported out{read_record(path), {}};
       const double first_s = out.record.time_s.front();
       constexpr double kEpoch = 1e8;
-      if (first_s < kEpoch && count_times("", out.record.time_s).question.empty()) {
+      if (first_s < kEpoch && is_plain(path, out.record)) {
         out.notes.tag = file_tag(path);
         out.notes.files = path.string();
         out.notes.period_s = out.record.period_s;
