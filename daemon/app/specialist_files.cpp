@@ -54,6 +54,10 @@ std::string mismatch(const config::LoopConfig& loop, const plant::LoopModel& twi
     return fmt::format("has controller.output [{:g}, {:g}], this loop's [{:g}, {:g}]",
                        of_twin.output_low, of_twin.output_high, pid.output_low, pid.output_high);
   }
+  if (!config::is_watched(loop.io) && !control::gain_fits(twin.process.gain, pid.action)) {
+    return fmt::format("has process.gain {:g}, which contradicts this loop's controller.action",
+                       twin.process.gain);
+  }
   const loopwarden::monitor::CorrectiveSettings& corrective = loop.monitor.corrective;
   if (twin.process.integrating() && corrective.enabled &&
       corrective.form == loopwarden::monitor::CorrectiveForm::planned_moves) {

@@ -109,7 +109,11 @@ constexpr const char* to_text(GivenBack reason) noexcept {
                "the stem is read to move after its move was given up"});
 }
 
-// What it does at the moment, and why.
+// Cycles of the loop without it that are watched before it engages.
+inline constexpr int kLeastCyclesWatched = 3;
+inline constexpr int kMostCyclesWatched = 10;
+
+// State of planned moves, with the reason for the last disengagement.
 struct MovesState {
   MovePhase phase = MovePhase::watching;
   GivenBack reason = GivenBack::no;
@@ -120,7 +124,9 @@ struct MovesState {
   double s = 0.0;            // CO units, as learnt
   double j = 0.0;            // CO units, as learnt
   std::uint32_t moves = 0;   // since it engaged
-  bool for_good = false;     // given back, and not watched again
+  std::uint8_t cycles_watched = 0;  // while watching: of kLeastCyclesWatched to kMostCyclesWatched
+  bool waits = false;               // watching has ended; it engages when PV is to settle near SP
+  bool for_good = false;            // given back, and not watched again
   bool shadow = false;
 };
 
@@ -215,9 +221,9 @@ class PlannedMoves {
   bool may_move(double moves) const noexcept { return tokens_ >= moves && hour_.has_room(moves); }
   bool stands_now(double samples) noexcept;
   bool waits_for_read_back() noexcept;
-  void back_off() noexcept;
+  void back_off(const CompensatorInputs& in) noexcept;
   void count_move() noexcept;
-  void move() noexcept;
+  void move(const CompensatorInputs& in) noexcept;
   void start_leg(double to, double output) noexcept;
   void landed() noexcept;
   void judge_answer() noexcept;
@@ -236,8 +242,25 @@ class PlannedMoves {
   double sure_jump() const noexcept;              // no jump is longer
   double sure_force(double sign) const noexcept;  // CO units, breaks the stem loose for sure
   double zone() const noexcept;
+  double pulse(double detour, double error) const noexcept;
+  double allowance() const noexcept;
+  void end_cycle() noexcept;
+  double margin() const noexcept;
+  void follow_set_point(const CompensatorInputs& in) noexcept;
+  bool law_is_better(const CompensatorInputs& in, double error) const noexcept;
+  void hand_over() noexcept;
+  void take_over(const CompensatorInputs& in) noexcept;
+  void resume(const CompensatorInputs& in) noexcept;
+  void stop(const CompensatorInputs& in) noexcept;
+  bool may_probe(const CompensatorInputs& in) const noexcept;
+  bool new_set_point(const CompensatorInputs& in) const noexcept;
   double settle_s() const noexcept;
-  const Stem& stem() const noexcept { return shadow_ ? virtual_stem_ : stem_; }
+  double sample_s() const noexcept { return static_cast<double>(renewal_) * period_s_; }
+  double push_per_period(const CompensatorInputs& in) const noexcept;
+  double ramp_s(double way) const noexcept;
+  bool arrived(const CompensatorInputs& in) const noexcept;
+  bool renewed(bool changed) noexcept;
+  const Stem& stem() const noexcept { return shadow_ && active() ? virtual_stem_ : stem_; }
   const Process& process() const noexcept { return shadow_ ? virtual_process_ : process_; }
 
   PlannedMovesSettings settings_;
@@ -262,10 +285,18 @@ class PlannedMoves {
   double load_ = 0.0;            // d
   double load_variance_ = 0.0;   // P
   double one_sided_ = 0.0;       // mean of PV - y - d
-  double output_before_ = 0.0;   // CO one period before the one that moved the stem now seen
+  double output_at_slip_ = 0.0;  // CO that moved the stem where it was first seen to have moved
   double actuator_s_ = 0.0;
-  std::uint32_t lost_ = 0;  // samples without a read-back
+  std::size_t renewal_ = 1;  // periods between two values of the read-back
+  std::size_t since_renewal_ = 0;
+  std::size_t since_change_ = 0;
+  bool changed_before_ = false;
+  bool renewed_ = false;     // in this period
+  double applied_ = 0.0;     // CO units
+  double law_before_ = 0.0;  // the law's result one period ago, CO units
+  std::uint32_t lost_ = 0;   // samples without a read-back
   double set_point_ = 0.0;
+  double rate_per_s_ = std::numeric_limits<double>::infinity();
   double low_ = 0.0;
   double high_ = 0.0;
   double error_ = 0.0;  // SP - PV of the loop that is judged
@@ -276,12 +307,15 @@ class PlannedMoves {
   double skip_until_s_ = 0.0;
   int side_ = 0;
   std::uint32_t flips_ = 0;
-  double first_flip_s_ = 0.0;
   double travel_ = 0.0;
-  double squares_ = 0.0;
-  double counted_s_ = 0.0;
   double cycle_squares_ = 0.0;  // of the cycle that runs
-  double cycle_counted_s_ = 0.0;
+  double cycle_lasts_s_ = 0.0;
+  double cycle_counted_s_ = 0.0;  // of that, without what a set point's change takes
+  double cycles_ = 0.0;
+  double cycles_squares_ = 0.0;
+  double cycles_counted_s_ = 0.0;
+  double cycles_s_ = 0.0;
+  double cycles_travel_ = 0.0;
   double cycles_mean_ = 0.0;          // of the cycles' mean squares
   double cycles_spread_ = 0.0;        // sum of squared differences from it
   double variance_without_ = 0.0;     // v0
@@ -293,11 +327,12 @@ class PlannedMoves {
   double window_s_ = 0.0;
   std::uint32_t windows_ = 0;
   double gain_ = 0.0;
-  double too_large_s_ = 0.0;
+  double debt_ = 0.0;  // squared error over v0, summed, PV units^2 s
 
   // The threshold.
   std::size_t candidate_ = 0;
   double best_cost_ = 0.0;
+  double best_variance_ = 0.0;
   double best_threshold_ = 0.0;
   double best_left_ = 0.0;
   double threshold_ = 0.0;  // h
@@ -312,15 +347,17 @@ class PlannedMoves {
   MovePhase phase_ = MovePhase::watching;
   GivenBack reason_ = GivenBack::no;
   bool release_ = false;
-  bool engage_ = false;         // in the next period
-  double output_ = 0.0;         // CO while active
-  double leg_s_ = 0.0;          // since the leg began
-  double from_ = 0.0;           // stem when the leg began
-  double leg_to_ = 0.0;         // where it is to end
-  double wanted_ = 0.0;         // w
-  double pushed_ = 0.0;         // CO units that CO was pushed on in this leg
-  double planned_for_ = 0.0;    // SP of the last plan
-  bool for_set_point_ = false;  // the last plan followed the set point
+  bool engage_ = false;          // as soon as may_probe
+  bool resume_ = false;          // the same, after a hand-over
+  double output_ = 0.0;          // CO while active
+  double virtual_output_ = 0.0;  // CO in shadow
+  double leg_s_ = 0.0;           // since the leg began
+  double from_ = 0.0;            // stem when the leg began
+  double leg_to_ = 0.0;          // where it is to end
+  double wanted_ = 0.0;          // w
+  double pushed_ = 0.0;          // CO units that CO was pushed on in this leg
+  double planned_for_ = 0.0;     // SP of the last plan
+  bool for_set_point_ = false;   // the last plan followed the set point
   double since_plan_s_ = 0.0;
   double passed_room_ = 0.0;   // h^2 - m^2 of the moves so far, forgetting
   double passed_s_ = 0.0;      // the time that they took
