@@ -39,8 +39,8 @@ enum class Action : std::uint8_t {
   direct    // PV up -> output up: e = PV - SP
 };
 
-// Returns whether a process with this gain, PV units/CO unit, can be controlled with this action and Kp > 0: positive for
-// reverse, negative for direct.
+// Returns whether this action with Kp > 0 can control a process with this gain, PV units/CO unit:
+// reverse needs a positive one, direct a negative one.
 constexpr bool gain_fits(double process_gain, Action action) noexcept {
   return action == Action::reverse ? process_gain > 0.0 : process_gain < 0.0;
 }
