@@ -191,6 +191,19 @@ control::PlannedMovesSettings read_planned_moves(MapReader& in) {
   return m;
 }
 
+void check_gain(MapReader& compensator, const control::CompensatorSettings& settings,
+                control::Action action) {
+  const double gain = settings.planned.gain;
+  if (settings.kind != control::CompensatorKind::planned_moves || gain == 0.0) return;
+  if (control::gain_fits(gain, action)) return;
+  const bool reverse = action == control::Action::reverse;
+  compensator.error("process",
+                    fmt::format("gain {:g} contradicts controller.action {}: PV {} when "
+                                "CO rises. Set a gain {} 0, or correct the action",
+                                gain, reverse ? "reverse" : "direct", reverse ? "rises" : "falls",
+                                reverse ? "above" : "below"));
+}
+
 control::CompensatorSettings read_compensator(MapReader& in) {
   using Kind = control::CompensatorKind;
   control::CompensatorSettings c;

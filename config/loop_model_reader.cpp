@@ -101,9 +101,11 @@ class ModelReader {
         in.number("deadband", {"CO units", at_least(0.0), "changes below it do not go out"}, 0.0);
     in.maybe_section("jacket", "the stickband jacket",
                      [&](MapReader& jacket) { controller.jacket = read_jacket(jacket); });
-    in.maybe_section(
-        "compensator", "what is added to CO against the valve's fault",
-        [&](MapReader& compensator) { controller.compensator = read_compensator(compensator); });
+    in.maybe_section("compensator", "what is added to CO against the valve's fault",
+                     [&](MapReader& compensator) {
+                       controller.compensator = read_compensator(compensator);
+                       check_gain(compensator, controller.compensator, controller.pid.action);
+                     });
     if (output.valid && output.given) {
       std::tie(controller.pid.output_low, controller.pid.output_high) = output.value;
     }

@@ -554,10 +554,26 @@ class LoopReader {
     }
   }
 
+  // A pulse has to reach its amplitude before it ends.
+  void check_pulse(MapReader& in) {
+    const control::CompensatorSettings& c = config().controller.compensator;
+    const double rate_per_s = config().controller.output.rate_per_s;
+    if (c.kind != control::CompensatorKind::knocker) return;
+    if (c.amplitude <= rate_per_s * c.pulse_width_s) return;
+    in.error("amplitude",
+             fmt::format("{:g} takes {:.3g} s at output.rate_limit {:g}, and the pulse ends after "
+                         "pulse_width {:g} s; set a smaller amplitude, a longer pulse or a higher "
+                         "rate limit",
+                         c.amplitude, c.amplitude / rate_per_s, rate_per_s, c.pulse_width_s));
+  }
+
   void check_compensator(MapReader& in, const IoSection& io) {
     const control::ControllerSettings& controller = config().controller;
     const control::CompensatorSettings& c = controller.compensator;
-    if (c.kind == control::CompensatorKind::none || c.shadow || in.describing()) return;
+    if (c.kind == control::CompensatorKind::none || in.describing()) return;
+    check_gain(in, c, controller.pid.action);
+    check_pulse(in);
+    if (c.shadow) return;
     const control::JacketSettings& jacket = controller.jacket;
     const bool jacket_acts = !jacket.shadow || switches_on(config().monitor.corrective);
     if (jacket.form != control::JacketForm::off && jacket_acts) {

@@ -46,6 +46,10 @@ std::string mismatch(const LoopConfig& loop, const plant::LoopModel& twin) {
     return fmt::format("has controller.output [{:g}, {:g}], this loop's [{:g}, {:g}]",
                        of_twin.output_low, of_twin.output_high, pid.output_low, pid.output_high);
   }
+  if (!is_watched(loop.io) && !control::gain_fits(twin.process.gain, pid.action)) {
+    return fmt::format("has process.gain {:g}, which contradicts this loop's controller.action",
+                       twin.process.gain);
+  }
   const monitor::CorrectiveSettings& corrective = loop.monitor.corrective;
   if (twin.process.integrating() && corrective.enabled &&
       corrective.form == monitor::CorrectiveForm::planned_moves) {

@@ -59,7 +59,12 @@ std::string says(const control::MovesState& moves) {
   std::string line = moves.shadow ? "in shadow, " : "";
   line += control::to_text(moves.phase);
   switch (moves.phase) {
-    case Phase::watching: line += ": the loop without it"; break;
+    case Phase::watching:
+      line += moves.waits ? ": engages when PV is to settle near the set point"
+                          : fmt::format(": the loop without it, {} of {} to {} cycles",
+                                        moves.cycles_watched, control::kLeastCyclesWatched,
+                                        control::kMostCyclesWatched);
+      break;
     case Phase::probing: line += ": does the stem follow?"; break;
     case Phase::resting:
       line += fmt::format(": PV will settle {:.3g} off; a move pays from {:.3g}",

@@ -68,6 +68,10 @@ EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
     case rt::EventCode::cycle_missed:
       return {Severity::warning,
               fmt::format("{} cycle{} missed", event.a, event.a == 1 ? "" : "s")};
+    case rt::EventCode::moves_disengaged:
+      return {Severity::warning,
+              fmt::format("planned moves disengaged: {}",
+                          control::to_text(static_cast<control::GivenBack>(event.a)))};
   }
   return {Severity::error, "unknown event"};
 }

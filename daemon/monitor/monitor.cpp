@@ -307,12 +307,12 @@ void Monitor::attend(std::size_t index) {
     if (taken != track.settings_seen) follow(index, track.corrective.reloaded());
     track.settings_seen = taken;
   }
-  // A loop that is out of service is left alone.
+  // What a commissioning finds must not be changed by what acts beside it.
   const bool commissioned =
       track.commissioned != nullptr && track.commissioned->load(std::memory_order_relaxed);
   const model::Veto veto = board_.veto(index);
   follow(index, track.corrective.veto(
-                    commissioned && veto == model::Veto::none ? model::Veto::hands_off : veto));
+                    commissioned && veto == model::Veto::none ? model::Veto::commissioning : veto));
   if (track.planned && track.orders->has_room()) look_for_stick(index);
 }
 

@@ -25,6 +25,12 @@ void keep(LoopWatch& watch, const Explanation& explanation) {
   watch.explanations[model::index_of(explanation.alarm)] = watch.explanation;
 }
 
+void take_measures(LoopWatch& watch, const model::WindowMeasures& measures) {
+  watch.measures = measures;
+  watch.stick_seen =
+      model::shows_stick(measures) || (watch.stick_seen && watch.incident.incident().open());
+}
+
 // Not of an earlier one, whose explanation ended late.
 bool of_incident(const LoopWatch& watch, const Explanation& explanation, std::int64_t now_ms) {
   return watch.incident.incident().covers(explanation.raised_ms, now_ms);
@@ -95,7 +101,7 @@ std::vector<AlarmKind> WatchBoard::window_judged(std::size_t loop,
   const Memories before = memories(loop);
   ++watch.windows;
   watch.window_state = WindowState::valid;
-  watch.measures = measures;
+  take_measures(watch, measures);
   watch.judgement = judgement;
   logs_[loop].add(utc_ms_(), WindowState::valid, judgement);
   write_down(loop, before, watch.alarms.window_judged(utc_ms_(), conditions), {},
@@ -164,9 +170,13 @@ void WatchBoard::set_flaps(std::size_t loop, const model::ProcessWatch& process)
   }
 }
 
-void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
+void WatchBoard::explained(std::size_t loop, const Explanation& found) {
   const std::lock_guard lock(mutex_);
   LoopWatch& watch = watches_[loop];
+  const model::StickSeen stick{watch.stick_seen, model::stick_alarm_on(watch.alarms)};
+  Explanation explanation = found;
+  if (!model::gives_name(found.effect, found.confidence, found.gap_closed, stick))
+    explanation.final_name.reset();
   const auto before_it = watch.explanations[model::index_of(explanation.alarm)];
   keep(watch, explanation);
   if (!before_it || !same_name(*before_it, explanation)) tell_explanation(loop, explanation);
@@ -180,7 +190,9 @@ void WatchBoard::explained(std::size_t loop, const Explanation& explanation) {
                                 : 0,
                  .effect = explanation.effect,
                  .block = explanation.block,
-                 .confidence = explanation.confidence}));
+                 .confidence = explanation.confidence,
+                 .gap_closed = explanation.gap_closed,
+                 .stick = stick}));
   if (!of_incident(watch, explanation, utc_ms_())) return;
   const Memories before = memories(loop);
   write_down(loop, before,
@@ -220,7 +232,7 @@ void WatchBoard::window_not_fit(std::size_t loop, const model::WindowMeasures& m
   LoopWatch& watch = watches_[loop];
   ++watch.windows;
   ++watch.windows_suppressed;
-  watch.measures = measures;
+  take_measures(watch, measures);
   logs_[loop].add(utc_ms_(), why, judgement);
   suppressed(loop, why);
 }

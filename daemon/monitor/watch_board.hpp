@@ -52,6 +52,7 @@ struct LoopWatch {
   std::uint32_t windows = 0;                       // looked at since the start
   std::uint32_t windows_suppressed = 0;            // of them, not fit to be judged
   loopwarden::monitor::WindowMeasures measures;    // of the newest window
+  bool stick_seen = false;                         // by the read-back, since the incident opened
   loopwarden::monitor::WindowJudgement judgement;  // of the newest window that was judged
   loopwarden::monitor::ModeTimes times;
   loopwarden::analysis::ConditionIndices condition;

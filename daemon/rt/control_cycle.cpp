@@ -148,6 +148,11 @@ Refusal ControlCycle::take(const Order& order, const InForce& now) noexcept {
       configured_.controller.compensator.kind != control::CompensatorKind::none) {
     refusal = Refusal::compensator_of_file;
   }
+  if (refusal == Refusal::none && order.moves && *order.moves != MovesWish::off &&
+      !control::gain_fits(channels_.moves_settings.newest().gain,
+                          settings_.controller.pid.action)) {
+    refusal = Refusal::moves_of_other_sign;
+  }
   if (refusal == Refusal::none) {
     apply(order);
   } else {
@@ -401,7 +406,9 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
                                1e6)
           : -1.0F,
       std::memory_order_relaxed);
-  if (const control::PlannedMoves* moves = controller_.compensator().planned_moves()) {
+  const control::PlannedMoves* moves = controller_.compensator().planned_moves();
+  // Nothing steps them in another mode.
+  if (moves != nullptr && controller_.mode() == Mode::automatic) {
     channels_.moves.publish(moves->state());
   } else {
     channels_.moves.none();
@@ -428,6 +435,11 @@ void ControlCycle::report(const hal::Sample& pv, std::uint64_t missed) noexcept 
     event(reported_standing_back_ ? EventCode::jacket_stands_back : EventCode::jacket_resumes, 0, 0,
           controller_.jacket().mean_error());
   }
+  const control::PlannedMoves* moves = controller_.compensator().planned_moves();
+  const control::MovesState state = moves != nullptr ? moves->state() : control::MovesState{};
+  const bool disengaged = state.phase == control::MovePhase::given_back && !state.shadow;
+  if (std::exchange(reported_disengaged_, disengaged) != disengaged && disengaged)
+    event(EventCode::moves_disengaged, static_cast<std::uint8_t>(state.reason), 0, 0.0);
 }
 
 void ControlCycle::event(EventCode code, std::uint8_t a, std::uint8_t b, double value) noexcept {

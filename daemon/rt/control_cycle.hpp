@@ -33,6 +33,8 @@ class MovesBoard {
     what_.store({.run = true,
                  .shadow = state.shadow,
                  .for_good = state.for_good,
+                 .waits = state.waits,
+                 .cycles_watched = state.cycles_watched,
                  .phase = state.phase,
                  .reason = state.reason},
                 std::memory_order_release);
@@ -45,6 +47,8 @@ class MovesBoard {
     control::MovesState state;
     state.shadow = what.shadow;
     state.for_good = what.for_good;
+    state.waits = what.waits;
+    state.cycles_watched = what.cycles_watched;
     state.phase = what.phase;
     state.reason = what.reason;
     state.settles_off = settles_off_.load(std::memory_order_relaxed);
@@ -59,9 +63,11 @@ class MovesBoard {
     bool run = false;
     bool shadow = false;
     bool for_good = false;
+    bool waits = false;
+    std::uint8_t cycles_watched = 0;
     control::MovePhase phase = control::MovePhase::watching;
     control::GivenBack reason = control::GivenBack::no;
-    std::array<std::uint8_t, 3> rest{};  // no bit of the word is left open
+    std::uint8_t rest = 0;  // no bit of the word is left open
   };
   static_assert(std::atomic<What>::is_always_lock_free);
   std::atomic<What> what_{What{}};
@@ -200,6 +206,7 @@ class ControlCycle {
   control::Fault reported_fault_ = control::Fault::starting;
   control::Mode reported_mode_ = control::Mode::fallback;
   bool reported_standing_back_ = false;
+  bool reported_disengaged_ = false;
 };
 
 }  // namespace loopwarden::daemon::rt

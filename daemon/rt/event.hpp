@@ -15,7 +15,8 @@ enum class EventCode : std::uint8_t {
   result_not_finite,   // the controller's result was not a number, or out of range
   jacket_stands_back,  // mean error above its limit
   jacket_resumes,
-  cycle_missed  // a: periods missed, at most 255
+  cycle_missed,     // a: periods missed, at most 255
+  moves_disengaged  // a: control::GivenBack
 };
 
 struct Event {

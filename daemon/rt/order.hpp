@@ -65,6 +65,7 @@ enum class Refusal : std::uint8_t {
   moves_may_not_act,
   jacket_acts,
   compensator_of_file,
+  moves_of_other_sign,
   output_unknown,
   output_in_automatic,
   output_in_fault,
@@ -93,6 +94,10 @@ constexpr const char* to_text(Refusal refusal) noexcept {
     case Refusal::jacket_acts: return "the jacket acts, and planned moves can't act beside it";
     case Refusal::compensator_of_file:
       return "the loop's file has a compensator of its own, which planned moves don't replace";
+    case Refusal::moves_of_other_sign:
+      return "the process gain of the planned moves contradicts controller.action: check action "
+             "and "
+             "monitor.twin";
     case Refusal::output_unknown:
       return "where the output stands is not known; in manual, set an output first";
     case Refusal::output_in_automatic:

@@ -12,6 +12,7 @@
 #include "model/effects/catalogue.hpp"
 #include "model/gap/prove.hpp"
 #include "model/monitor/controller_watch.hpp"
+#include "model/monitor/given_name.hpp"
 #include "model/monitor/twin_watch.hpp"
 
 namespace loopwarden::commission {
@@ -99,12 +100,36 @@ void take_over(Explanation& out, SinceChange&& since, std::size_t first) {
   out.from = {first + since.from.begin, first + since.from.end};
 }
 
+// The first effect, if it gives its name.
 const gap::FoundEffect* sure_effect(const Explanation& e) {
-  if (e.result.outcome != gap::Outcome::missing_effect) return nullptr;
-  if (std::isfinite(e.closed) && e.closed < kClosed) return nullptr;
-  const auto found = std::find_if(e.result.effects.begin(), e.result.effects.end(),
-                                  [](const auto& effect) { return effect.confidence >= kSure; });
-  return found == e.result.effects.end() ? nullptr : &*found;
+  if (e.result.outcome != gap::Outcome::missing_effect || e.result.effects.empty()) return nullptr;
+  const gap::FoundEffect& first = e.result.effects.front();
+  return monitor::gives_name(first.spec.name, first.confidence, e.closed, {}) ? &first : nullptr;
+}
+
+// The record without PV where the twin may not judge.
+gap::Record judged_part(gap::Record record, const plant::LoopModel& twin) {
+  const auto again = static_cast<std::size_t>(
+      std::lround(monitor::TwinWatch::kAgain * plant::answer_s(twin) / record.period_s));
+  monitor::TwinWatch watch(twin);
+  double co = std::numeric_limits<double>::quiet_NaN();
+  std::size_t left_out = 0;
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    if (std::isfinite(record.co[k])) co = record.co[k];
+    if (!std::isfinite(record.pv[k])) continue;
+    watch.add(record.pv[k], co);
+    if (std::isfinite(co) && !watch.inside()) left_out = again + 1;
+    if (left_out == 0) continue;
+    --left_out;
+    record.pv[k] = std::numeric_limits<double>::quiet_NaN();
+  }
+  return record;
+}
+
+// The first sample from `from` on that has a PV; `end` if none has.
+std::size_t first_pv(const gap::Record& record, std::size_t from, std::size_t end) {
+  while (from < end && !std::isfinite(record.pv[from])) ++from;
+  return from;
 }
 
 }  // namespace
@@ -156,18 +181,22 @@ Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std
                     const ExplainSettings& settings, const gap::ParallelFor& parallel) {
   Explanation out;
   const TellingStretch telling = telling_stretch(record, twin, alarm, settings);
+  const gap::Record judged = record.has_co() ? judged_part(record, twin) : record;
   out.stretch = telling.range;
+  out.stretch.begin = first_pv(judged, out.stretch.begin, out.stretch.end);
   out.at = out.stretch.begin;
-  const gap::Record newest = part_of(record, out.stretch);
+  const gap::Record newest = part_of(judged, out.stretch);
   gap::Options options;
   if (!settings.judge_controller) options.search.without = {"controller_mismatch"};
   out.result = gap::find_gap(newest, twin, options, parallel, [](double) {});
   out.closed = gap::gap_closed(out.result.before.holdout_rmse, out.result.after.holdout_rmse,
                                out.result.floor.rmse());
   const auto before = static_cast<std::size_t>(kBefore_s / record.period_s);
-  const std::size_t from = out.stretch.begin - std::min(out.stretch.begin, before);
-  const ChangeMoment moment{out.stretch.begin - from, telling.likeliest - from};
-  take_over(out, since_change(part_of(record, {from, out.stretch.end}), moment, twin, parallel),
+  const std::size_t from =
+      first_pv(judged, out.stretch.begin - std::min(out.stretch.begin, before), out.stretch.begin);
+  const ChangeMoment moment{out.stretch.begin - from,
+                            std::max(telling.likeliest, out.stretch.begin) - from};
+  take_over(out, since_change(part_of(judged, {from, out.stretch.end}), moment, twin, parallel),
             from);
   return out;
 }

@@ -8,8 +8,10 @@
 //               gap workflow does over the stretch alone; else what that finds
 //   agreement   an effect agrees with an alarm of its own name, and with others as its descriptor says; every effect
 //               agrees with model_gap
-//   final name  where no effect agrees, one has the confidence kSure and kClosed of the gap is closed (where that can't be
-//               said, confidence alone decides): of a valve effect its own alarm, else model_gap
+//   final name  if no effect agrees and the first one gives its name (monitor/given_name.hpp): of a valve effect its own
+//               alarm, otherwise model_gap
+//   left out    PV where the twin may not judge: beyond the commissioned range (twin_watch.hpp), and for kAgain answers after
+//               that. What comes before the first other sample is cut off
 //
 // Errors: none: a stretch that can't be used is not explained.
 // What it can't do: two changes at different times within the stretch.
@@ -29,7 +31,6 @@ inline constexpr double kLongest_s = 1800.0;
 inline constexpr double kEnough_s = 600.0;     // for a first explanation
 inline constexpr double kMostSeen_s = 2400.0;  // for the last
 inline constexpr double kBefore_s = 900.0;     // of the twin as it was, before the stretch
-inline constexpr double kSure = 0.9;
 inline constexpr double kClosed = 0.8;
 
 struct ExplainSettings {

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "model/control/output_limiter.hpp"
 #include "model/control/planned_moves.hpp"
 
 namespace loopwarden::control {
@@ -55,11 +56,17 @@ struct CompensatorInputs {
   // For planned_moves.
   double process_variable = 0.0;  // PV units
   double applied = 0.0;           // CO units, what went out one period ago
+  double commanded = 0.0;         // CO units, the same before the device's rounding
   double valve_position = 0.0;    // CO units, read back
   bool valve_position_valid = false;
-  double output_low = 0.0;  // CO units
-  double output_high = 100.0;
+  OutputLimits limits{};  // of the output
 };
+
+// Returns whether `output`, CO units, is as near to `wanted` as the limits let it come: no ramp is under way.
+inline bool has_arrived(const OutputLimits& limits, double wanted, double output,
+                        double period_s) noexcept {
+  return !limit_output(limits, wanted, output, period_s).rate_limited;
+}
 
 struct Correction {
   double added = 0.0;          // CO units, to the control law's result

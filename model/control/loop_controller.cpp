@@ -112,7 +112,7 @@ ControllerOutput LoopController::step(const ControllerInputs& in) noexcept {
 }
 
 LoopController::Law::Result LoopController::Law::step(const ControllerInputs& in, double applied,
-                                                      bool starts) noexcept {
+                                                      double commanded, bool starts) noexcept {
   if (starts) {
     if (set_point.ramped()) set_point.restart_ramp(in.process_variable);
     jacket.reset();
@@ -140,10 +140,10 @@ LoopController::Law::Result LoopController::Law::step(const ControllerInputs& in
                                         .output = law,
                                         .process_variable = in.process_variable,
                                         .applied = applied,
+                                        .commanded = commanded,
                                         .valve_position = in.read_back,
                                         .valve_position_valid = in.read_back_valid,
-                                        .output_low = settings.output.low,
-                                        .output_high = settings.output.high});
+                                        .limits = settings.output});
   result.wanted = law;
   if (!settings.compensator.shadow) {
     if (result.correction.release) {
@@ -161,9 +161,9 @@ LoopController::Law::Result LoopController::Law::step(const ControllerInputs& in
 ControllerOutput LoopController::step_automatic(const ControllerInputs& in) noexcept {
   const bool starts = mode_ != Mode::automatic;
   mode_ = Mode::automatic;
-  Law::Result now = law_.step(in, applied_, starts);
+  Law::Result now = law_.step(in, applied_, commanded_, starts);
   if (taking_over_ && !starts) {
-    const double course = kept_on_course(before_.step(in, applied_, false).wanted);
+    const double course = kept_on_course(before_.step(in, applied_, commanded_, false).wanted);
     const double bump = now.wanted - course;
     if (std::isfinite(bump)) {  // else the caller is to see that the result is no number
       law_.pid.shift(-bump);

@@ -39,6 +39,12 @@ enum class Action : std::uint8_t {
   direct    // PV up -> output up: e = PV - SP
 };
 
+// Returns whether this action with Kp > 0 can control a process with this gain, PV units/CO unit:
+// reverse needs a positive one, direct a negative one.
+constexpr bool gain_fits(double process_gain, Action action) noexcept {
+  return action == Action::reverse ? process_gain > 0.0 : process_gain < 0.0;
+}
+
 enum class AntiWindup : std::uint8_t { integral_clamp, back_calculation, conditional };
 
 struct PidSettings {

@@ -12,12 +12,19 @@
 //   x, w, u, s, j, b  CO units: stem, stem wanted, CO, stick band with dead band, slip jump, half band
 //   K  PV units/CO unit, signed    T, L  s    q  PV units/sqrt(s)    SP, PV, y, d, err, h, m  PV units
 //
-// h and m: of sixty h and four m those with the least
-//   ((h^2 + m^2)/6 + (L + T/2) r (h^2 - m^2) + r E) / v0 + 0.05 p r / p0 + 10 (p r / (0.95 p0) - 1)+ + 10 (r / r0 - 1)+
+// h and m: of sixty h up to 3 sqrt(v0) and four m those with the least
+//   ((h^2 + m^2)/6 + (L + T/2 + c) r (h^2 - m^2) + r E) / v0 + 0.05 p r / p0
+//     + 10 (p r / (0.95 p0) - 1)+ + 10 (r / r0 - 1)+
 //   r = q^2 / (h^2 - m^2)  moves/s: a random walk from m leaves (-h, h) that often, with variance (h^2 + m^2)/6
-//   E = (K B t / T)^2 T/2  of the pulse of a detour of B for t     p  its travel, CO units
+//   E = (K B + h)^2 (t - T (1 - exp(-t/T)))  of the pulse of a detour of B for t, the output's ramp included
+//   c  s, half of the stick band at the output's rate limit     p  the pulse's travel, CO units
 //   v0, p0  variance of SP - PV and travel per second of the loop without compensator     r0  moves allowed
-// One h a cycle is looked at.
+// One h per cycle is tried. If no h leaves less than 1.21 v0, the law disengages for good.
+//
+// The output's limits: a leg's clock begins when CO has arrived, as the limiter says (CompensatorInputs::commanded). In
+// shadow a virtual output goes through the same limiter.
+// The read-back: a value that a gateway renews every few seconds counts once. The interval is the least time between two
+// changes; a value that stays counts again after 1.5 intervals.
 //
 // d and P: Kalman filter on PV - y, which weighs PV less while the model has 15 % or more of a move to go; P is
 // raised where PV - y - d stays on one side, and by what a move's gain may be wrong.
@@ -25,14 +32,18 @@
 // each direction (read-back only; s = sum of one's break-away and the other's half band, j = their difference),
 // the actuator's time, and how far a move lands from where it should.
 //
-// Phases: watching (PI runs, four cycles: v0, p0, s, j), probing (CO moved by 0.35 s towards the middle of the
-// band: a stem that follows is well), resting, backing off, moving, given back. Given back to PI, without a bump:
+// Phases: watching (PI runs, three to ten cycles: v0, p0, s, j), probing (CO moved by 0.35 s towards the middle of the
+// band: a stem that follows is healthy), resting, backing off, moving, given back. It probes only if PV settles so near
+// to SP that the time costs at most one cycle of v0. It disengages without a bump:
 //   the stem follows the probe (for good)            the read-back is lost; comes back: watches again
 //   PV and read-back contradict each other           windows of four cycles: RMS 1.1 times v0's (for good)
-//   two moves in a row did not move the stem         |SP - PV| above 5 sqrt(v0) + K s for longer than 3 L + 5 T
+//   two moves in a row did not move the stem         the sum of (SP - PV)^2 - v0 exceeds two cycles of v0; a square counts
+//                                                    16 v0 at most, and one cycle may be saved
 //   the stem is read to move after its move was given up: it, or the read-back, is late (for good)
-// and watched again after ten cycles where not for good; after the third time for good. Reset starts afresh.
-// A set point that changes by more than h is followed at once, except in a move or a probe.
+// and watches again after ten cycles if not for good; after the third time for good. Reset starts afresh.
+// A set point that changes by more than h is followed at once, in a move or a probe as well. The law follows it alone if
+// no move may be made that is long enough, or if its own first step is longer. Planned moves then resume when a move may
+// be made and PV is to settle near SP.
 // Probed again: the stem moved by itself, two moves landed as without friction, 25 moves, ten cycles (read-back only).
 //
 // `read_back` false: x is the stiction law's (Choudhury et al. 2005) stepped with CO. `shadow`: the same on a valve and a process
@@ -109,7 +120,11 @@ constexpr const char* to_text(GivenBack reason) noexcept {
                "the stem is read to move after its move was given up"});
 }
 
-// What it does at the moment, and why.
+// Cycles of the loop without it that are watched before it engages.
+inline constexpr int kLeastCyclesWatched = 3;
+inline constexpr int kMostCyclesWatched = 10;
+
+// State of planned moves, with the reason for the last disengagement.
 struct MovesState {
   MovePhase phase = MovePhase::watching;
   GivenBack reason = GivenBack::no;
@@ -120,7 +135,9 @@ struct MovesState {
   double s = 0.0;            // CO units, as learnt
   double j = 0.0;            // CO units, as learnt
   std::uint32_t moves = 0;   // since it engaged
-  bool for_good = false;     // given back, and not watched again
+  std::uint8_t cycles_watched = 0;  // while watching: of kLeastCyclesWatched to kMostCyclesWatched
+  bool waits = false;               // watching has ended; it engages when PV is to settle near SP
+  bool for_good = false;            // given back, and not watched again
   bool shadow = false;
 };
 
@@ -215,9 +232,9 @@ class PlannedMoves {
   bool may_move(double moves) const noexcept { return tokens_ >= moves && hour_.has_room(moves); }
   bool stands_now(double samples) noexcept;
   bool waits_for_read_back() noexcept;
-  void back_off() noexcept;
+  void back_off(const CompensatorInputs& in) noexcept;
   void count_move() noexcept;
-  void move() noexcept;
+  void move(const CompensatorInputs& in) noexcept;
   void start_leg(double to, double output) noexcept;
   void landed() noexcept;
   void judge_answer() noexcept;
@@ -236,8 +253,25 @@ class PlannedMoves {
   double sure_jump() const noexcept;              // no jump is longer
   double sure_force(double sign) const noexcept;  // CO units, breaks the stem loose for sure
   double zone() const noexcept;
+  double pulse(double detour, double error) const noexcept;
+  double allowance() const noexcept;
+  void end_cycle() noexcept;
+  double margin() const noexcept;
+  void follow_set_point(const CompensatorInputs& in) noexcept;
+  bool law_is_better(const CompensatorInputs& in, double error) const noexcept;
+  void hand_over() noexcept;
+  void take_over(const CompensatorInputs& in) noexcept;
+  void resume(const CompensatorInputs& in) noexcept;
+  void stop(const CompensatorInputs& in) noexcept;
+  bool may_probe(const CompensatorInputs& in) const noexcept;
+  bool new_set_point(const CompensatorInputs& in) const noexcept;
   double settle_s() const noexcept;
-  const Stem& stem() const noexcept { return shadow_ ? virtual_stem_ : stem_; }
+  double sample_s() const noexcept { return static_cast<double>(renewal_) * period_s_; }
+  double push_per_period(const CompensatorInputs& in) const noexcept;
+  double ramp_s(double way) const noexcept;
+  bool arrived(const CompensatorInputs& in) const noexcept;
+  bool renewed(bool changed) noexcept;
+  const Stem& stem() const noexcept { return shadow_ && active() ? virtual_stem_ : stem_; }
   const Process& process() const noexcept { return shadow_ ? virtual_process_ : process_; }
 
   PlannedMovesSettings settings_;
@@ -262,10 +296,18 @@ class PlannedMoves {
   double load_ = 0.0;            // d
   double load_variance_ = 0.0;   // P
   double one_sided_ = 0.0;       // mean of PV - y - d
-  double output_before_ = 0.0;   // CO one period before the one that moved the stem now seen
+  double output_at_slip_ = 0.0;  // CO that moved the stem where it was first seen to have moved
   double actuator_s_ = 0.0;
-  std::uint32_t lost_ = 0;  // samples without a read-back
+  std::size_t renewal_ = 1;  // periods between two values of the read-back
+  std::size_t since_renewal_ = 0;
+  std::size_t since_change_ = 0;
+  bool changed_before_ = false;
+  bool renewed_ = false;     // in this period
+  double applied_ = 0.0;     // CO units
+  double law_before_ = 0.0;  // the law's result one period ago, CO units
+  std::uint32_t lost_ = 0;   // samples without a read-back
   double set_point_ = 0.0;
+  double rate_per_s_ = std::numeric_limits<double>::infinity();
   double low_ = 0.0;
   double high_ = 0.0;
   double error_ = 0.0;  // SP - PV of the loop that is judged
@@ -276,12 +318,15 @@ class PlannedMoves {
   double skip_until_s_ = 0.0;
   int side_ = 0;
   std::uint32_t flips_ = 0;
-  double first_flip_s_ = 0.0;
   double travel_ = 0.0;
-  double squares_ = 0.0;
-  double counted_s_ = 0.0;
   double cycle_squares_ = 0.0;  // of the cycle that runs
-  double cycle_counted_s_ = 0.0;
+  double cycle_lasts_s_ = 0.0;
+  double cycle_counted_s_ = 0.0;  // of that, without what a set point's change takes
+  double cycles_ = 0.0;
+  double cycles_squares_ = 0.0;
+  double cycles_counted_s_ = 0.0;
+  double cycles_s_ = 0.0;
+  double cycles_travel_ = 0.0;
   double cycles_mean_ = 0.0;          // of the cycles' mean squares
   double cycles_spread_ = 0.0;        // sum of squared differences from it
   double variance_without_ = 0.0;     // v0
@@ -293,11 +338,12 @@ class PlannedMoves {
   double window_s_ = 0.0;
   std::uint32_t windows_ = 0;
   double gain_ = 0.0;
-  double too_large_s_ = 0.0;
+  double debt_ = 0.0;  // squared error over v0, summed, PV units^2 s
 
   // The threshold.
   std::size_t candidate_ = 0;
   double best_cost_ = 0.0;
+  double best_variance_ = 0.0;
   double best_threshold_ = 0.0;
   double best_left_ = 0.0;
   double threshold_ = 0.0;  // h
@@ -312,15 +358,17 @@ class PlannedMoves {
   MovePhase phase_ = MovePhase::watching;
   GivenBack reason_ = GivenBack::no;
   bool release_ = false;
-  bool engage_ = false;         // in the next period
-  double output_ = 0.0;         // CO while active
-  double leg_s_ = 0.0;          // since the leg began
-  double from_ = 0.0;           // stem when the leg began
-  double leg_to_ = 0.0;         // where it is to end
-  double wanted_ = 0.0;         // w
-  double pushed_ = 0.0;         // CO units that CO was pushed on in this leg
-  double planned_for_ = 0.0;    // SP of the last plan
-  bool for_set_point_ = false;  // the last plan followed the set point
+  bool engage_ = false;          // as soon as may_probe
+  bool resume_ = false;          // the same, after a hand-over
+  double output_ = 0.0;          // CO while active
+  double virtual_output_ = 0.0;  // CO in shadow
+  double leg_s_ = 0.0;           // since the leg began
+  double from_ = 0.0;            // stem when the leg began
+  double leg_to_ = 0.0;          // where it is to end
+  double wanted_ = 0.0;          // w
+  double pushed_ = 0.0;          // CO units that CO was pushed on in this leg
+  double planned_for_ = 0.0;     // SP of the last plan
+  bool for_set_point_ = false;   // the last plan followed the set point
   double since_plan_s_ = 0.0;
   double passed_room_ = 0.0;   // h^2 - m^2 of the moves so far, forgetting
   double passed_s_ = 0.0;      // the time that they took

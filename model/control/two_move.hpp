@@ -3,7 +3,7 @@
 // (kind `two_move`).
 //
 //   v  = uc - us                                deviation from the estimated steady-state CO us
-//   1: u = uc + sign(duc) (|v| + f d)           for move_time_s
+//   1: u = uc + sign(duc) (|v| + f d)           for move_time_s after the output has arrived there (rate limit)
 //   2: u = us                                   and from then on, the law's integral held
 //
 //   u, uc, us, d  CO units     d  stick_band, of the valve, an estimate     f  factor, > 1
@@ -61,13 +61,17 @@ class TwoMove {
     }
     if (phase_ == Phase::learning) {
       learn(in.output, in.error);
+      virtual_output_ = in.commanded;
       if (phase_ == Phase::learning) return {};
     }
     const double steady = steady_output_ - in.output;
     if (phase_ == Phase::first_move) {
-      in_phase_s_ += period_s_;
+      const double size = std::abs(steady) + settings_.factor * settings_.stick_band;
+      if (has_arrived(in.limits, in.output + sign_ * size, output_before(in), period_s_))
+        in_phase_s_ += period_s_;
       if (in_phase_s_ <= settings_.move_time_s + 0.5 * period_s_) {
-        const double size = std::abs(steady) + settings_.factor * settings_.stick_band;
+        virtual_output_ =
+            limit_output(in.limits, in.output + sign_ * size, virtual_output_, period_s_).output;
         return {.added = sign_ * size, .hold_integral = true};
       }
       phase_ = Phase::resting;
@@ -80,6 +84,11 @@ class TwoMove {
 
  private:
   enum class Phase : std::uint8_t { learning, first_move, resting };
+
+  // CO one period ago; in shadow as it would be.
+  double output_before(const CompensatorInputs& in) const noexcept {
+    return settings_.shadow ? virtual_output_ : in.commanded;
+  }
 
   void learn_afresh(double output) noexcept {
     phase_ = Phase::learning;
@@ -141,8 +150,9 @@ class TwoMove {
   bool mean_known_ = false;
   double steady_output_ = 0.0;  // us, CO units
   double sign_ = 1.0;
-  double in_phase_s_ = 0.0;  // s
-  double set_point_ = 0.0;   // PV units
+  double in_phase_s_ = 0.0;      // s, of a move since CO has arrived
+  double virtual_output_ = 0.0;  // CO units, in shadow
+  double set_point_ = 0.0;       // PV units
   bool set_point_known_ = false;
   double mean_error_ = 0.0;  // PV units
 };

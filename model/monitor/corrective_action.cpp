@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "model/numeric/root_sum_square.hpp"
 
@@ -56,6 +57,7 @@ CorrectiveStep CorrectiveAction::begin() noexcept {
 CorrectiveStep CorrectiveAction::explained(bool may_act) noexcept {
   if (!planned() || state_ == State::off || state_ == State::given_up) return {};
   may_act_ = may_act;
+  disengaged_ = 0;
   if (acting()) return {};  // they know the valve better by now
   due_ = true;
   if (state_ != State::in_shadow) return {};
@@ -83,12 +85,15 @@ CorrectiveStep CorrectiveAction::moves(const control::MovesState& state, double 
     shadow_s_ += passed_s;
     return shadow_s_ < kShadow_s ? CorrectiveStep{} : shadowed(state);
   }
-  if (!calms() || state.shadow || !state.for_good) return {};
+  if (!calms() || state.shadow || state.phase != control::MovePhase::given_back) return {};
   if (state.reason == GivenBack::valve_follows) {
     due_ = ordered_ = false;
     return go(State::waiting, "the stem follows a probe: the valve does not stick");
   }
-  return go(State::given_up, to_text(state.reason));
+  if (state.for_good || ++disengaged_ >= kMostDisengaged)
+    return go(State::given_up, to_text(state.reason));
+  due_ = true;  // the alarm stands: once more, by a time in shadow
+  return go(State::waiting, to_text(state.reason));
 }
 
 CorrectiveStep CorrectiveAction::shadowed(const control::MovesState& state) noexcept {
@@ -190,13 +195,23 @@ CorrectiveStep CorrectiveAction::reloaded() noexcept {
 }
 
 CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {
-  const bool vetoed = veto != Veto::none;
-  if (state_ == State::off || vetoed == (state_ == State::vetoed)) return {};
+  if (state_ == State::off || veto == veto_) return {};
+  const Veto before = std::exchange(veto_, veto);
+  // By hand the jacket may have been set to act.
+  const bool left_as_it_is = !planned() && before == Veto::hands_off;
+  CorrectiveStep step;
+  if (veto == Veto::none) {
+    if (!planned()) due_ = true;  // if the valve still sticks, it is time
+    step = go(State::waiting, before == Veto::commissioning ? "the commissioning has ended"
+                                                            : "the operator's veto is lifted");
+  } else {
+    if (!planned()) due_ = false;
+    step = go(State::vetoed, veto == Veto::commissioning ? "the loop is being commissioned"
+                                                         : "the operator's veto");
+  }
   ordered_ = false;
-  if (!planned()) due_ = !vetoed;  // lifted: if the valve still sticks, it is time
   settling_ = 0;
-  if (!vetoed) return go(State::waiting, "the operator's veto is lifted");
-  CorrectiveStep step = go(State::vetoed, "the operator's veto");
+  if (left_as_it_is) step.order = Order::back;
   if (veto == Veto::hands_off && !planned()) step.order = Order::none;
   return step;
 }

@@ -20,12 +20,15 @@
 //   offered, in_shadow   the newest explanation is another one                       -> back, waiting
 //   in_shadow            explained anew, with other s and j                         -> shadow, in_shadow
 //   trying, helping   planned moves: the stem follows their probe                   -> back, waiting
-//                     they gave the loop back for good                              -> back, given_up
+//                     they disengage for good, or for the third time                -> back, given_up
+//                     they disengage                                                -> back, waiting
 //   any        stiction no longer raised                                            -> back, waiting
 //              the loop refused the order                                           -> given_up
 //              the loop leaves automatic, or its PV is not good                     -> back, waiting
 //              a reload                                                             -> back, waiting
-//              the operator's veto                                                  -> back, vetoed
+//              the operator's veto, a commissioning                                 -> back, vetoed
+//   vetoed     the veto is lifted, the commissioning ends                           -> waiting; a jacket that was set by
+//                                                                                      hand goes back to shadow
 //
 // Steady: judged, not saturated, and SP stood still, since a step's error would be compared with the limit
 // cycle's. Given up means: not again for this alarm. What was raised before this started, in a run of the
@@ -59,6 +62,7 @@ inline constexpr std::size_t kTrial = 40;
 inline constexpr double kLeastGain = 0.05;  // of R
 inline constexpr double kShadow_s = 600.0;
 inline constexpr std::size_t kLeastBaseline = 4;  // steady windows in shadow
+inline constexpr int kMostDisengaged = 3;         // of planned moves by one explanation
 
 enum class CorrectiveForm : std::uint8_t { jacket, planned_moves };
 
@@ -93,8 +97,9 @@ constexpr const char* to_text(CorrectiveState state) noexcept {
 
 enum class Veto : std::uint8_t {
   none,
-  back,      // and the jacket goes back to shadow, planned moves end
-  hands_off  // the operator has set the jacket himself: it stays as it is
+  back,       // and the jacket goes back to shadow, planned moves end
+  hands_off,  // the operator has set the jacket himself: it stays as it is until the veto is lifted
+  commissioning  // by the daemon while the loop is commissioned: as back
 };
 
 struct CorrectiveStep {
@@ -167,6 +172,8 @@ class CorrectiveAction {
 
   CorrectiveSettings settings_;
   CorrectiveState state_ = CorrectiveState::off;
+  Veto veto_ = Veto::none;
+  int disengaged_ = 0;                   // times, since the newest explanation
   std::array<Errors, kTrial> newest_{};  // of the steady windows, a ring
   std::size_t steady_ = 0;               // of them, since the last change of state
   std::size_t settling_ = 0;             // windows still to be left out

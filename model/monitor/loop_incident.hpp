@@ -4,7 +4,7 @@
 //   opens   with the first valve alarm whose condition comes while none is open, when that was raised
 //   joins   every valve alarm whose condition comes while it is open
 //   ends    kQuiet_ms after the last of their conditions went, kJoin_ms after it opened at the earliest
-//   name    of the explanation, where that is sure (confidence >= kSureName); else of the alarm that says most: low air, which
+//   name    of the explanation, if that gives one (given_name.hpp); otherwise of the alarm that says most: low air, which
 //           explains the others; the first with a fault's name; unknown; of model_gap alone, kNotAsCommissioned
 //   cause   block of the explanation's effect; of a fault's name without it the valve; else not known
 //
@@ -25,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "model/monitor/given_name.hpp"
 #include "model/monitor/loop_alarms.hpp"
 #include "model/plant/loop_model.hpp"
 
@@ -32,7 +33,6 @@ namespace loopwarden::monitor {
 
 inline constexpr std::int64_t kJoin_ms = 40LL * 60 * 1000;
 inline constexpr std::int64_t kQuiet_ms = 30LL * 60 * 1000;
-inline constexpr double kSureName = 0.7;
 inline constexpr const char* kNotAsCommissioned = "no_longer_as_commissioned";
 
 // All of an incident, which must survive a restart.
@@ -60,7 +60,7 @@ struct Incident {
   bool there() const noexcept { return opened_ms != 0; }
   bool open() const noexcept { return there() && ended_ms == 0; }
   bool has(AlarmKind kind) const noexcept { return ((alarms >> index_of(kind)) & 1U) != 0; }
-  bool explained() const noexcept { return confidence >= kSureName; }
+  bool explained() const noexcept { return confidence > 0.0; }
   // Whether an alarm that was raised at `raised_ms` is one of this incident. An alarm with a time
   // in the future was raised before the clock was set back, and so was its incident.
   bool covers(std::int64_t raised_ms, std::int64_t now_ms) const noexcept {
@@ -76,6 +76,8 @@ struct IncidentExplanation {
   std::string effect{};      // empty: none has a name
   std::optional<plant::Block> block{};
   double confidence = Incident::kNone;
+  double gap_closed = Incident::kNone;  // share; NaN: too near to the noise
+  StickSeen stick{};
 };
 
 struct IncidentChange {

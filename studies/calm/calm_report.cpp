@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -29,6 +30,7 @@ struct CalmOptions {
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
   std::string picture;
   bool troubles = false;
+  bool rate_limits = false;
   bool friction = false;
   bool json = false;
 };
@@ -162,6 +164,53 @@ int print_troubles(const CalmOptions& options) {
   return kExitOk;
 }
 
+int print_rate_limits(const CalmOptions& options) {
+  constexpr double kMost = 1.1;
+  const std::vector<RateRow> rows = with_progress(
+      "rate limits", options.threads,
+      [&](const StudyWork& work) { return study_rate_limits(options.cases, options.seed, work); });
+  const auto above = [](const std::vector<double>& factors) {
+    return std::count_if(factors.begin(), factors.end(), [](double f) { return f > kMost; });
+  };
+  nlohmann::json result = nlohmann::json::array();
+  if (!options.json) {
+    fmt::print(
+        "RMS of SP - PV with planned_moves over PI only, {} loops per row, seed {}\n"
+        "PI twice: PI only with another noise over PI only\n\n",
+        options.cases, options.seed);
+    fmt::print("{:>12} {:>12} | {:>8} {:>8} {:>10} | {:>10} {:>10}\n", "rate limit", "read-back",
+               "median", "worst", "above 1.1", "PI twice", "above 1.1");
+    fmt::print("{:>12} {:>12} | {:>8} {:>8} {:>10} | {:>10} {:>10}\n", "%/s", "every, s", "", "",
+               "loops", "worst", "loops");
+  }
+  for (const RateRow& row : rows) {
+    const Spread spread = spread_of(row.factors);
+    const Spread luck = spread_of(row.luck);
+    if (options.json) {
+      result.push_back(
+          {{"percent_per_s", std::isfinite(row.percent_per_s) ? nlohmann::json(row.percent_per_s)
+                                                              : nlohmann::json(nullptr)},
+           {"read_back_s", row.read_back_s},
+           {"median", spread.median},
+           {"worst", spread.worst},
+           {"above", above(row.factors)},
+           {"luck_worst", luck.worst},
+           {"luck_above", above(row.luck)},
+           {"factors", row.factors}});
+      continue;
+    }
+    const std::string rate =
+        std::isfinite(row.percent_per_s) ? fmt::format("{:g}", row.percent_per_s) : "none";
+    const std::string read_back =
+        row.read_back_s > 0.0 ? fmt::format("{:g} to {:g}", row.read_back_s, 1.5 * row.read_back_s)
+                              : "cycle";
+    fmt::print("{:>12} {:>12} | {:>8.3f} {:>8.3f} {:>10} | {:>10.3f} {:>10}\n", rate, read_back,
+               spread.median, spread.worst, above(row.factors), luck.worst, above(row.luck));
+  }
+  if (options.json) fmt::print("{}\n", result.dump(2));
+  return kExitOk;
+}
+
 int run_calm_study(const CalmOptions& options) {
   if (!options.picture.empty()) {
     workbench::OutputFiles files;
@@ -170,6 +219,7 @@ int run_calm_study(const CalmOptions& options) {
     return kExitOk;
   }
   if (options.troubles) return print_troubles(options);
+  if (options.rate_limits) return print_rate_limits(options);
   nlohmann::json result = {{"cases", options.cases}, {"seed", options.seed}};
   if (!options.json) {
     fmt::print(
@@ -222,6 +272,9 @@ void add_calm(CLI::App& app, int& exit_code) {
       "only contestants whose name begins so; 'commissioned' takes most of a minute a loop");
   sub->add_flag("--troubles", options->troubles,
                 "planned_moves when something goes wrong while they act, and nothing else");
+  sub->add_flag("--rate-limits", options->rate_limits,
+                "planned_moves with the bounds of hardware behind outputs with a rate limit, and "
+                "with a slow read-back, and nothing else");
   sub->add_flag("--friction", options->friction,
                 "valves with friction, air and process at 1 ms in the place of a law of sticking");
   sub->add_option("--threads", options->threads, "the result does not depend on it")

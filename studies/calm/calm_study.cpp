@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -382,6 +383,53 @@ std::vector<TroubleRow> study_troubles(std::size_t cases, std::uint64_t seed,
     }
     rows.push_back(row);
   }
+  return rows;
+}
+
+std::vector<RateRow> study_rate_limits(std::size_t cases, std::uint64_t seed,
+                                       const StudyWork& work) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::vector<RateRow> rows;
+  for (const double rate : {0.2, 0.5, 1.0, 5.0, kNone}) rows.push_back({.percent_per_s = rate});
+  for (const double rate : {1.0, kNone}) {
+    rows.push_back({.percent_per_s = rate, .read_back_s = 2.0});
+  }
+  for (RateRow& row : rows) {
+    row.factors.resize(cases);
+    row.luck.resize(cases);
+  }
+  const auto run = [&](std::size_t i) {
+    RateRow& row = rows[i / cases];
+    const std::size_t n = i % cases;
+    const StickyLoop loop =
+        random_sticky_loop(seed, n, n % 2 == 0 ? Load::steady : Load::wandering);
+    CalmTrial trial = loop.trial;
+    trial.model.controller.output.rate_per_s = 0.01 * row.percent_per_s * kOutputSpan;
+    trial.read_back.renewed_s = row.read_back_s;
+    CalmTrial calmed = trial;
+    Random random = stream(seed ^ 0x5bd1e995ULL, n);
+    fit_planned_moves(loop, random, calmed, true, {.valve = 0.3, .model = 0.15});
+    control::PlannedMovesSettings& moves = calmed.model.controller.compensator.planned;
+    moves.max_move = 0.1 * kOutputSpan;
+    moves.max_moves_per_hour = 60.0;
+    const auto squares = [&](CalmTrial one, std::uint64_t first) {
+      double sum = 0.0;
+      for (int k = 0; k < kRateRepeats; ++k) {
+        one.model.scenario.seed = first + static_cast<std::uint64_t>(k);
+        const double rms = run_trial(one).whole_rms_error;
+        sum += rms * rms;
+      }
+      return sum;
+    };
+    const std::uint64_t noise = trial.model.scenario.seed;
+    const double without = squares(trial, noise);
+    row.factors[n] = std::sqrt(ratio(squares(calmed, noise), without));
+    row.luck[n] = std::sqrt(ratio(squares(trial, noise + kRateRepeats), without));
+  };
+  const auto progress = [&](std::size_t done) {
+    if (work.progress) work.progress(done, rows.size() * cases);
+  };
+  base::parallel_for(rows.size() * cases, work.threads, run, progress);
   return rows;
 }
 

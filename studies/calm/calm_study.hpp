@@ -89,6 +89,19 @@ const char* to_text(Trouble::Kind kind);
 std::vector<TroubleRow> study_troubles(std::size_t cases, std::uint64_t seed,
                                        const StudyWork& work);
 
+// planned_moves as on hardware (max_move 10 % of span, 60 moves per hour) behind an output with a rate limit, or with a
+// read-back that is renewed every few seconds.
+struct RateRow {
+  double percent_per_s = 0.0;     // of the output's span; infinity: none
+  double read_back_s = 0.0;       // least time between two values of the read-back; 0: each cycle
+  std::vector<double> factors{};  // of each loop: RMS of SP - PV over that of PI only
+  std::vector<double> luck{};     // the same of PI only with another noise
+};
+// Each loop runs kRateRepeats times with its own noise and load; a factor is of the root mean square over these runs.
+inline constexpr int kRateRepeats = 4;
+std::vector<RateRow> study_rate_limits(std::size_t cases, std::uint64_t seed,
+                                       const StudyWork& work);
+
 struct HealthyStudy {
   double share_rises = 0.0;         // settled RMS rises by more than 0.02 % of the PV span
   double worst_rise_percent = 0.0;  // of the PV span

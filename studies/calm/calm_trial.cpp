@@ -140,8 +140,15 @@ class Trial {
     const ReadBackErrors& errors = trial_.read_back;
     const double true_pv = plant_.true_process_variable();
     const double stem = plant_.stem();
-    double read_back =
-        rounded(stem + errors.bias + errors.noise * read_back_noise_.normal(), errors.resolution);
+    if (plant_.time_s() >= next_read_back_s_) {
+      read_back_ =
+          rounded(stem + errors.bias + errors.noise * read_back_noise_.normal(), errors.resolution);
+      next_read_back_s_ =
+          errors.renewed_s > 0.0
+              ? plant_.time_s() + errors.renewed_s * read_back_noise_.uniform(1.0, 1.5)
+              : 0.0;
+    }
+    double read_back = read_back_;
     double pv = plant_.process_variable();
     const bool read_back_good = disturb(read_back, pv);
     const bool lost = in_trouble(Trouble::Kind::output_lost, kTroubleLasts);
@@ -177,10 +184,12 @@ class Trial {
   Truth plant_;
   control::LoopController controller_;
   numeric::Random read_back_noise_;
-  double stem_resolution_;       // CO units
-  std::vector<double> earlier_;  // read-backs
-  double stuck_ = 0.0;           // CO units
-  double frozen_ = 0.0;          // PV units
+  double stem_resolution_;         // CO units
+  double read_back_ = 0.0;         // CO units
+  double next_read_back_s_ = 0.0;  // s
+  std::vector<double> earlier_;    // read-backs
+  double stuck_ = 0.0;             // CO units
+  double frozen_ = 0.0;            // PV units
   Segment segment_;
   double whole_squares_ = 0.0;
   std::size_t whole_samples_ = 0;

@@ -20,6 +20,8 @@ struct ReadBackErrors {
   double bias = 0.0;        // CO units
   double noise = 0.0;       // CO units, standard deviation
   double resolution = 0.0;  // CO units
+  double renewed_s =
+      0.0;  // s, from one value to the next: between this and 1.5 times as long; 0: each cycle
 };
 
 // What goes wrong while the loop runs.

@@ -170,6 +170,8 @@ class Replayer {
         break;
       case MonitorStep::Kind::judged:
         ++result_.windows;
+        stick_seen_ =
+            monitor::shows_stick(step.measures) || (stick_seen_ && incident_.incident().open());
         keep(k, alarms_.window_judged(now_ms, step.conditions));
         break;
     }
@@ -188,6 +190,13 @@ class Replayer {
     if (!result_.incidents.empty()) result_.incidents.back().incident = incident_.incident();
   }
 
+  monitor::StickSeen stick() const { return {stick_seen_, monitor::stick_alarm_on(alarms_)}; }
+
+  bool gives_name(const commission::Explanation& e) const {
+    const gap::FoundEffect& first = e.result.effects.front();
+    return monitor::gives_name(first.spec.name, first.confidence, e.closed, stick());
+  }
+
   void explain_incident(std::int64_t now_ms, monitor::AlarmKind alarm,
                         const commission::Explanation& e, const nlohmann::json& told) {
     monitor::IncidentExplanation says{.alarm = alarm, .raised_ms = now_ms};
@@ -198,6 +207,8 @@ class Replayer {
         says.effect = first.spec.name;
         says.block = first.block;
         says.confidence = first.confidence;
+        says.gap_closed = e.closed;
+        says.stick = stick();
       }
     }
     incident_.explained(now_ms, says);
@@ -220,7 +231,8 @@ class Replayer {
         continue;
       }
       const commission::Explanation& e = explainer_->at(k);
-      const std::optional<monitor::AlarmKind> name = commission::final_name(e, t.kind);
+      std::optional<monitor::AlarmKind> name = commission::final_name(e, t.kind);
+      if (name && !gives_name(e)) name.reset();
       line.explanation = explainer_->json(e, name.value_or(t.kind));
       explain_incident(now_ms, t.kind, e, *line.explanation);
       if (!name) {
@@ -245,6 +257,7 @@ class Replayer {
   monitor::LoopMonitor loop_;
   monitor::LoopAlarms alarms_{monitor::AlarmSettings{}};
   monitor::LoopIncident incident_;
+  bool stick_seen_ = false;  // by the read-back, since the incident opened
   std::optional<Explainer> explainer_;
   TwinLog twin_log_;
   Replay result_;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/control/loop_controller.hpp"
+#include "model/numeric/random.hpp"
 #include "model/plant/plant.hpp"
 
 namespace planned_moves_test {
@@ -193,8 +194,8 @@ TEST_CASE("a loop that does not cycle is left alone", "[control][planned_moves]"
 }
 
 TEST_CASE("CO stands still while the read-back is lost in a move", "[control][planned_moves]") {
-  plant::LoopModel m = loop("karnopp", 0.02);
-  m.controller.compensator = moves(0.02);
+  plant::LoopModel m = loop("karnopp", 0.012);
+  m.controller.compensator = moves(0.012);
   const Run whole = run(m, 4000.0);
   const std::size_t move = whole.first(MovePhase::moving);
   REQUIRE(move < whole.co.size());
@@ -451,19 +452,22 @@ TEST_CASE("no hour has more moves than allowed over a time in shadow, or a reloa
     bench.controller.request_set_point(7.5);  // by which it cycles
     go_on_until(made.front() + 32000);
     REQUIRE(bench.state().shadow);
-    REQUIRE(bench.state().phase == MovePhase::resting);
     m.controller.compensator.shadow = false;
   } else {
     go_on_until(made.front() + 28000);
     m.controller.compensator.planned.load = 0.001;
   }
   bench.controller.configure(m.controller);
-  go_on_until(made.front() + 34000);
-  REQUIRE(bench.state().phase == MovePhase::resting);
-  bench.controller.request_set_point(7.0);
-  go_on_until(made.front() + 35900);
-  CHECK(made.size() == 2);
-  go_on_until(made.front() + 37000);
+  const auto step_until = [&](int end) {
+    while (made.size() == 2 && period < end) {
+      bench.controller.request_set_point(period / 1000 % 2 == 0 ? 8.0 : 7.0);
+      go_on_until(period + 1);
+    }
+  };
+  const int hour = made.front() + 35900;
+  step_until(hour);
+  CHECK(period == hour);
+  step_until(hour + 20000);
   CHECK(made.size() > 2);
 }
 
@@ -521,6 +525,109 @@ TEST_CASE("a set point that steps just after the stem slipped by itself is follo
   CHECK(bench.plant.true_process_variable() == Approx(10.0).margin(0.3));
 }
 
+TEST_CASE("with a rate limit of the output the loop is no worse than under PI only",
+          "[control][planned_moves]") {
+  const double percent_per_s = GENERATE(0.2, 0.5, 1.0, 5.0);
+  const double s = GENERATE(0.3, 0.6);
+  const std::string law = GENERATE("choudhury", "he");
+  CAPTURE(percent_per_s, s, law);
+  plant::LoopModel m = loop(law);
+  m.valve_effects.front().parameters = {{"s", s}, {"j", 0.5 * s}};
+  m.controller.output.rate_per_s = 0.1 * percent_per_s;
+  const Run without = run(m, 5000.0);
+  m.controller.compensator = moves();
+  PlannedMovesSettings& told = m.controller.compensator.planned;
+  told.s = s;
+  told.j = 0.5 * s;
+  told.max_move = 1.0;
+  told.max_moves_per_hour = 60.0;
+  const Run with = run(m, 5000.0);
+  CHECK(with.rms(600) <= 1.1 * without.rms(600));
+}
+
+TEST_CASE("a leg waits until CO has arrived", "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury", 0.006);
+  m.controller.output.rate_per_s = 0.05;
+  m.controller.compensator = moves(0.006);
+  Bench bench(m);
+  bench.controller.request_set_point(8.0);
+  int legs = 0;
+  for (int k = 0; k < 60000; ++k) {
+    const MovesState before = bench.state();
+    bench.step();
+    if (before.phase != MovePhase::moving || bench.state().phase != MovePhase::resting) continue;
+    ++legs;
+    CHECK(bench.co == Approx(before.output).margin(1e-9));
+  }
+  CHECK(legs > 0);
+}
+
+TEST_CASE("a shadow says with a rate limit what is gained with it", "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury", 0.006);
+  m.controller.output.rate_per_s = GENERATE(0.05, 0.1);
+  m.controller.compensator = moves(0.006);
+  const Run acting = run(m, 8000.0);
+  m.controller.compensator.shadow = true;
+  const Run shadow = run(m, 8000.0);
+  REQUIRE(acting.was(MovePhase::moving));
+  REQUIRE(shadow.was(MovePhase::moving));
+  CHECK(acting.state.gain < shadow.state.gain + 0.15);
+  CHECK(shadow.state.gain < 1.0);
+}
+
+TEST_CASE("a read-back that is renewed every few seconds makes the loop no worse than PI only",
+          "[control][planned_moves]") {
+  const double least_s = GENERATE(2.0, 3.0);
+  const double most_s = GENERATE(3.0, 3.5);
+  const double noise = GENERATE(0.0, 0.003);
+  CAPTURE(least_s, most_s, noise);
+  plant::LoopModel m = loop("choudhury");
+  const Run without = run(m, 4000.0);
+  m.controller.compensator = moves();
+  m.controller.compensator.planned.max_move = 1.0;
+  m.controller.compensator.planned.max_moves_per_hour = 60.0;
+  numeric::Random random(7);
+  double next_s = 0.0;
+  double held = 0.0;
+  const Run with = run(m, 4000.0, [&](double time_s, double stem) {
+    if (time_s >= next_s) {
+      held = stem + noise * random.normal();
+      next_s = time_s + random.uniform(least_s, most_s);
+    }
+    return ReadBack{held};
+  });
+  CHECK(with.rms(600) <= 1.1 * without.rms(600));
+}
+
+TEST_CASE("limits that are narrower than the stick band let no move begin",
+          "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury", 0.01);
+  m.controller.output.low = 5.2;
+  m.controller.output.high = 5.3;  // s - j is 0.3
+  m.controller.compensator = moves(0.01);
+  m.controller.compensator.shadow = GENERATE(false, true);
+  const Run with =
+      run(m, 4000.0, {}, [](double time_s) { return 7.9 + 0.3 * std::sin(0.05 * time_s); });
+  CHECK_FALSE(with.was(MovePhase::moving));
+  for (const double co : with.co) REQUIRE((co >= 5.2 && co <= 5.3));
+}
+
+TEST_CASE("the cycles that are still watched are shown", "[control][planned_moves]") {
+  plant::LoopModel m = loop("choudhury");
+  m.controller.compensator = moves();
+  Bench bench(m);
+  bench.controller.request_set_point(8.0);
+  int most = 0;
+  for (int k = 0; k < 30000 && bench.state().phase == MovePhase::watching; ++k) {
+    const int cycles = bench.state().cycles_watched;
+    CHECK(cycles >= most);
+    most = std::max(most, cycles);
+    bench.step();
+  }
+  CHECK(most >= kLeastCyclesWatched);
+  CHECK(most <= kMostCyclesWatched);
+}
+
 TEST_CASE("units and direction of action change nothing but their numbers",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("he", 0.01);
@@ -545,7 +652,7 @@ TEST_CASE("units and direction of action change nothing but their numbers",
   told.j *= co;
   const Run other = run(scaled, 3000.0);
   CHECK(other.state.moves == plain.state.moves);
-  CHECK(other.rms(0) == Approx(pv * plain.rms(0)).epsilon(1e-3));
+  CHECK(other.rms(0) == Approx(pv * plain.rms(0)).epsilon(2e-3));
 
   plant::LoopModel direct = m;
   direct.controller.pid.action = Action::direct;

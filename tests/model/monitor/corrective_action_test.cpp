@@ -140,6 +140,37 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
     const CorrectiveStep step = action.veto(Veto::hands_off);
     CHECK(step.order == Order::none);
     CHECK(step.to == State::vetoed);
+    SECTION("a veto on top of it has an effect") {
+      CHECK(action.veto(Veto::back).order == Order::back);
+      CHECK(action.state() == State::vetoed);
+    }
+    SECTION("nothing acts without supervision when the veto is lifted") {
+      CHECK(action.veto(Veto::none).order == Order::back);
+      CHECK(action.state() == State::waiting);
+      CHECK(windows(action, kWait, errors(10.0)).order == Order::on);
+    }
+  }
+  SECTION("commissioned") {
+    const CorrectiveStep begun = action.veto(Veto::commissioning);
+    CHECK(begun.order == Order::back);
+    CHECK(std::string(begun.why).find("operator") == std::string::npos);
+    CHECK_FALSE(action.veto(Veto::commissioning).changed());
+    const CorrectiveStep ended = action.veto(Veto::none);
+    CHECK(ended.to == State::waiting);
+    CHECK(std::string(ended.why).find("operator") == std::string::npos);
+    CHECK(windows(action, kWait, errors(10.0)).order == Order::on);
+    SECTION("the end of sticking, a bad PV and a veto bring it back afterwards as well") {
+      CorrectiveAction repaired = action, bad = action, vetoed = action;
+      CHECK(repaired.window(errors(5.0), false, false).order == Order::back);
+      CHECK(bad.interrupted(false).order == Order::back);
+      CHECK(vetoed.veto(Veto::back).order == Order::back);
+    }
+  }
+  SECTION("an operator's veto during a commissioning stays after it") {
+    action.veto(Veto::commissioning);
+    CHECK_FALSE(action.veto(Veto::back).order == Order::on);
+    CHECK(action.state() == State::vetoed);
+    CHECK_FALSE(windows(action, 20, errors(10.0), true).changed());
   }
 }
 
@@ -354,8 +385,19 @@ TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
   SECTION("given back") {
-    CHECK_FALSE(action.moves(ended(GivenBack::read_back_lost, false, false), 1.0).changed());
     CHECK(action.moves(ended(GivenBack::no_gain), 1.0).to == State::given_up);
+  }
+  SECTION("disengaged: by a time in shadow once more, and the third time given up") {
+    for (int time = 1; time <= kMostDisengaged; ++time) {
+      const CorrectiveStep step = action.moves(ended(GivenBack::contradiction, false, false), 1.0);
+      CHECK(step.order == Order::back);
+      CHECK(std::string(step.why).find("contradict") != std::string::npos);
+      CHECK(step.to == (time < kMostDisengaged ? State::waiting : State::given_up));
+      if (time == kMostDisengaged) break;
+      CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
+      windows(action, kLeastBaseline, errors(10.0));
+      REQUIRE(action.moves(in_shadow(0.4), kShadow_s).to == State::trying);
+    }
   }
   SECTION("what the shadow did before is of no account") {
     CHECK_FALSE(action.moves(ended(GivenBack::no_gain, true), 1.0).changed());

@@ -188,12 +188,12 @@ TEST_CASE("the explanation names an incident where it is sure", "[monitor][incid
 
   SECTION("a cause outside the valve is no valve fault any more") {
     const auto changes =
-        loop.incident.explained(5 * kMinute, says("gain_change", Block::process, 0.8));
+        loop.incident.explained(5 * kMinute, says("gain_change", Block::process, 0.93));
     REQUIRE(changes.size() == 1);
     CHECK(changes.front().from == "stiction");
     CHECK(loop.now().name == "gain_change");
     CHECK(loop.now().cause == Block::process);
-    CHECK(loop.now().confidence == 0.8);
+    CHECK(loop.now().confidence == 0.93);
     CHECK(loop.now().from_ms == kMinute / 2);
     // An alarm that joins later does not know better.
     loop.shows(6 * kMinute, {K::model_gap, K::stiction, K::backlash});
@@ -214,7 +214,7 @@ TEST_CASE("the explanation names an incident where it is sure", "[monitor][incid
     }
   }
   SECTION("where it is not sure, or has no name, the alarm's stays") {
-    CHECK(loop.incident.explained(5 * kMinute, says("gain_change", Block::process, 0.69)).empty());
+    CHECK(loop.incident.explained(5 * kMinute, says("gain_change", Block::process, 0.89)).empty());
     CHECK(loop.incident.explained(5 * kMinute, says("", Block::process, 0.9)).empty());
     CHECK(loop.now().name == "stiction");
   }
