@@ -24,6 +24,9 @@ constexpr double kOnTime = 0.9;            // share of the switches within kRows
 constexpr std::size_t kRowsOff = 2;
 constexpr double kApart = 0.97;            // of pairs of an up and a down move: PV is lower at the first
 constexpr double kLeastMoving = 0.3;       // share of the rows beyond the gap in which CO moves
+// Of goes_on_the_same_way(): correlations of CO's moves with those of PV before and after.
+constexpr double kSameWay = 0.5;
+constexpr double kSomeWay = 0.1;
 // Of answers_set_point().
 constexpr std::size_t kFewestSetPoints = 3;
 constexpr double kAnswered = 0.8;          // share of SP's moves that CO follows within kRowsOff rows
@@ -214,6 +217,30 @@ bool answers_set_point(const LoopColumns& c) {
          by_chance < kByChance * static_cast<double>(c.sp.size());
 }
 
+// Whether PV moves before a move of CO, in a CO that mostly rests, the way it goes on after it: then PV answers to CO, which
+// is logged too late, and CO doesn't act against PV.
+bool goes_on_the_same_way(const LoopColumns& c) {
+  double moves = 0.0;
+  double du2 = 0.0, before2 = 0.0, after2 = 0.0, with_before = 0.0, with_after = 0.0;
+  for (std::size_t k = kLags; k + kRowsOff < c.co.size(); ++k) {
+    const double du = c.co[k] - c.co[k - 1];
+    if (du == 0.0) continue;
+    moves += 1.0;
+    const double sp_moved = c.sp.empty() ? 0.0 : c.sp[k] - c.sp[k - kLags];
+    const double before = c.pv[k] - c.pv[k - kLags] - sp_moved;
+    const double after = c.pv[k + kRowsOff] - c.pv[k];
+    du2 += du * du;
+    before2 += before * before;
+    after2 += after * after;
+    with_before += du * before;
+    with_after += du * after;
+  }
+  return moves < kMostMoving * static_cast<double>(c.co.size()) &&
+         std::abs(with_before) > kSameWay * std::sqrt(du2 * before2) &&
+         std::abs(with_after) > kSomeWay * std::sqrt(du2 * after2) &&
+         with_before * with_after > 0.0;
+}
+
 }  // namespace
 
 const char* to_text(SwitchingLaw law) noexcept {
@@ -286,7 +313,8 @@ Feedback find_feedback(const LoopColumns& c) {
   }
   const Eigen::VectorXd& solved = c.sp.empty() ? law.solved : with.solved;
   f.closed = f.by_mode || (c.automatic.empty() &&
-                           (f.explained > kFeedbackShare || answers_set_point(c)));
+                           (f.explained > kFeedbackShare || answers_set_point(c)) &&
+                           !goes_on_the_same_way(c));
   for (std::size_t i = 0; i < 3; ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     f.own[i] = solved(1 + at) + (i == 0 ? 1.0 : 0.0);

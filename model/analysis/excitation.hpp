@@ -5,7 +5,8 @@
 //
 // by least squares over the samples in automatic. Closed: the record's mode says so, or the terms in y explain
 // a good part (0.3) of what u's own past and SP leave. In open loop they explain next to nothing: y(k) follows
-// from u, not u from y. Rows in which CO only rests explain nothing, however exact the log is.
+// from u, not u from y. Rows in which CO only rests explain nothing, however exact the log is. If PV moves before CO's
+// steps the way it goes on after them, CO is logged too late, and no controller acts against PV.
 //
 // A controller with rests has no such law. switching_law() recognises three by when CO moves:
 //   two levels  CO switches at the first row at which PV has passed a level, and not by the clock

@@ -25,7 +25,6 @@ constexpr double kSpanOverBand = 4.0;       // of CO's range over the band of a 
 constexpr double kMostFactor = 2.0;         // from the gain to the ends of its interval
 constexpr double kSamplesALag = 20.0;       // a thinned record keeps
 constexpr double kHalf = 0.5;               // of what a straight line leaves, and of what another fit leaves
-constexpr double kExplains = 50.0;          // % of PV, of a model whose sign is to be relied on
 constexpr std::size_t kMostLate = 3;        // samples, of CO in the log
 constexpr double kFarBetter = 0.8;          // of the sum of squares
 constexpr double kSlowLogging = 3.0;        // periods: shorter lags are unsure by a factor of kLagFactor
@@ -338,20 +337,6 @@ std::size_t late_samples(const Samples& s) {
   return late;
 }
 
-// Whether the law by which CO follows PV would drive the process away: then PV follows CO, in a row that is too early.
-bool drives_away(const Columns& c, const Feedback& feedback) {
-  SamplesUsed whole{.from = 0, .thinned = std::max<std::size_t>(1, c.size() / kMostSamples)};
-  whole.count = c.size() / whole.thinned;
-  const Samples s = samples_of(c, whole);
-  const PredictionFit rough = start_fit(s, false);
-  const double law = feedback.of_pv[0] + feedback.of_pv[1] + feedback.of_pv[2];
-  double squares = 0.0;
-  for (const double y : s.y) squares += std::isfinite(y) ? y * y : 0.0;
-  const double spread = std::sqrt(squares / static_cast<double>(s.used));
-  return feedback.of_pv[0] * rough.gain > 0.0 && law * rough.gain >= 0.0 &&
-         free_run_rms(s, rough) < (1.0 - kExplains / 100.0) * spread;
-}
-
 // `fit` beside the noise that its own form leaves: what one lag left may have looked like noise.
 PredictionFit with_own_noise(const Samples& s, const PredictionFit& fit) {
   PredictionFit best = fit;
@@ -450,8 +435,7 @@ namespace {
 
 Identification by_outside_moves(const Columns& c) {
   const ControllerRows rows = controller_rows(c);
-  Feedback feedback = find_feedback(rows.loop());
-  if (feedback.closed && !feedback.by_mode && drives_away(c, feedback)) feedback.closed = false;
+  const Feedback feedback = find_feedback(rows.loop());
   Identification out;
   if (!feedback.closed || feedback.by_mode) {
     const SwitchingLaw law =
@@ -550,16 +534,6 @@ Identification by_outside_moves(const Columns& c) {
                  number(bent->at_high, 3) + " at CO " + number(bent->high_co, 4);
     out.notes.push_back(of_opening);
   }
-  if (!(chosen.rmse < line)) {
-    out.reason = "The best model leaves " + number(chosen.rmse, 3) +
-                 " PV units of PV (rms), and a straight line leaves " + number(line, 3) +
-                 ": it is no model of this record. " +
-                 (feedback.closed ? "CO only follows what moves PV otherwise."
-                                  : "PV does not follow CO, or not by one gain, lags and a dead time.");
-    out.settle = feedback.closed ? kStepIt : kStepByHand;
-    return out;
-  }
-
   Values outside = s.u;
   if (feedback.closed) {
     outside = outside_output(rows.loop(), feedback, chosen.process(), rows.period_s);
@@ -591,6 +565,15 @@ Identification by_outside_moves(const Columns& c) {
   out.reason = too_wide(chosen.gain);
   if (!out.can_tell()) {
     out.settle = kStepIt;
+    return out;
+  }
+  if (!(chosen.rmse < line)) {
+    out.reason = "The best model leaves " + number(chosen.rmse, 3) +
+                 " PV units of PV (rms), and a straight line leaves " + number(line, 3) +
+                 ": it is no model of this record. " +
+                 (feedback.closed ? "CO only follows what moves PV otherwise."
+                                  : "PV does not follow CO, or not by one gain, lags and a dead time.");
+    out.settle = feedback.closed ? kStepIt : kStepByHand;
     return out;
   }
   out.fits = std::move(described_fits);

@@ -48,7 +48,7 @@ LevelFinding find_level(Fitter& fitter, const SearchResult& search, const Scale&
                             .block_t = lead.t,
                             .rmse_with = search.chosen.training_rmse,
                             .rmse_without = out.chosen.training_rmse,
-                            .rmse_model = out.base_rmse,
+                            .rmse_model = search.base_rmse,
                             .noise_rms = scale.noise_rms});
   return out;
 }

@@ -316,7 +316,7 @@ std::string hidden_by_load(const SearchResult& search, const ModelFit& model_fit
 
 std::string sentence_of(const Summary& r) {
   if (r.outcome == Outcome::no_gap) {
-    return text("The model explains the record: what is left, %.3g rms, is %s.", r.before.rmse,
+    return text("The model explains the record: what is left, %.3g rms, is %s.", r.after.rmse,
                 r.with_load ? "noise and an unmeasured load" : "the noise of the record");
   }
   if (r.outcome == Outcome::unexplained) {

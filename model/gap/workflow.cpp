@@ -24,6 +24,7 @@
 #include "model/gap/model_run.hpp"
 #include "model/gap/prove.hpp"
 #include "model/gap/say.hpp"
+#include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
 
 namespace loopwarden::gap {
@@ -331,11 +332,34 @@ class Workflow {
     result_.outcome = outcome_of(kept_, kept_.level && refuted ? Proof::holds : proof_);
     if (result_.outcome != Outcome::missing_effect) kept_.other_settings = false;
     result_.corrected = corrected(kept_, refuted ? search_.base : fit());
-    if (!refuted) return;
+    if (refuted) show_without_names();
+    if (result_.outcome == Outcome::no_gap) show_adjusted();
+  }
+
+  void show_without_names() {
     series_.pv_before = pv_of(as_given(kept_.level.has_value()), search_.base);
     series_.pv_after = kept_.by_reading || kept_.level ? pv_of(result_.corrected, search_.base)
                                                        : series_.pv_before;
     take_misfits();
+  }
+
+  // Where nothing is missing: the model with its process moved within the stated uncertainty, if that leaves less.
+  void show_adjusted() {
+    const plant::ProcessParameters& given = model_.process;
+    const plant::ProcessParameters& moved = result_.adjusted.process;
+    std::vector<double> pv = model_pv();
+    if (pv == series_.pv_before) return;
+    series_.pv_after = std::move(pv);
+    take_misfits();
+    result_.check.notes.push_back(
+        {"process",
+         text("within its uncertainty the process fits best with gain %.4g (model: %.4g)",
+              moved.gain, given.gain) +
+             (given.integrating() ? std::string()
+                                  : text(", time constant %.4g s (%.4g s)", moved.time_constant_s,
+                                         given.time_constant_s)) +
+             text(", dead time %.4g s (%.4g s): that leaves %.3g rms", moved.dead_time_s,
+                  given.dead_time_s, result_.after.rmse)});
   }
 
   // What wanders on can't be carried into the holdout: it must not make that worse, and is proved on blocks left out.
@@ -510,6 +534,11 @@ class Workflow {
     for (FoundEffect& effect : describe_effects(kept_, proof_, search_, model_fit_)) {
       effect.confidence = most_confidence(effect.confidence);
       effect.evidence += doubt();
+      if (repeats_with_set_point(effect.spec)) {
+        effect.confidence = std::min(effect.confidence, kMostRepeating);
+        effect.evidence += "; its delay is the time between two moves of SP, with which every error "
+                           "of the model repeats";
+      }
       effects.push_back(std::move(effect));
     }
     if (kept_.level && result_.outcome == Outcome::missing_effect) {
@@ -532,6 +561,25 @@ class Workflow {
       result_.candidates.push_back(
           describe_level_tried(*level_, search_, kept_.level.has_value(), result_.outcome));
     }
+  }
+
+  // Whether PV would feed back on itself after the very time between two moves of SP.
+  bool repeats_with_set_point(const plant::EffectSpec& spec) const {
+    const auto delay = spec.parameters.find("delay");
+    if (spec.name != "recycle" || delay == spec.parameters.end() || !record_.record.has_sp()) {
+      return false;
+    }
+    std::vector<double> apart_s;
+    double last_s = kNone;
+    for (std::size_t k = 1; k < record_.sp.size(); ++k) {
+      if (record_.sp[k] == record_.sp[k - 1]) continue;
+      const double now_s = record_.record.time_s(k);
+      if (std::isfinite(last_s)) apart_s.push_back(now_s - last_s);
+      last_s = now_s;
+    }
+    if (apart_s.empty()) return false;
+    const double times = delay->second / numeric::median(std::move(apart_s));
+    return times > 0.5 && std::abs(times - std::round(times)) < kRepeats;
   }
 
   // No name is surer than the test of what it leaves allows.
