@@ -37,7 +37,7 @@ class ModelReader {
     model_.sample_time_s = sample_time_.valid ? sample_time_.value : 0.1;
     std::optional<MapReader> controller =
         root_.need_section("controller", "what the loop runs with");
-    std::optional<MapReader> valve = root_.maybe_section("valve", "between CO and flow");
+    std::optional<MapReader> valve = read_valve();
     std::optional<MapReader> process = root_.need_section("process", "between flow and PV");
     std::optional<MapReader> transmitter = root_.need_section("transmitter", "what measures PV");
     if (transmitter) read_transmitter(*transmitter);
@@ -65,6 +65,17 @@ class ModelReader {
   }
 
  private:
+  // A section, or the word none.
+  std::optional<MapReader> read_valve() {
+    constexpr const char* kMeaning =
+        "between CO and flow; `valve: none` states that nothing can stick (a heater, a pump, a "
+        "drive)";
+    if (root_.word("valve") != "none") return root_.maybe_section("valve", kMeaning);
+    root_.declare("valve", "mapping, or none", Presence::optional, "", kMeaning);
+    model_.has_valve = false;
+    return std::nullopt;
+  }
+
   void read_transmitter(MapReader& in) {
     plant::TransmitterParameters& transmitter = model_.transmitter;
     pv_range_ = in.need_range("range", {"PV units", any_number(), "of the transmitter"});
@@ -127,6 +138,7 @@ class ModelReader {
                                 "steady-state gain, not 0; integrating: PV units/(CO unit s)"});
     if (gain.valid && gain == 0.0) in.error("gain", "must not be 0");
     process.gain = gain;
+    read_level(in);
     read_lags(in);
     context_.time_constant_s = process.time_constant_s;
     const Value<double> dead_time = in.need_number("dead_time", {"s", at_least(0.0), "dead time"});
@@ -147,6 +159,20 @@ class ModelReader {
     }
     model_.process_effects = read_effects(in, "effects", Block::process, context_,
                                           "in the order in which the flow meets them");
+  }
+
+  void read_level(MapReader& in) {
+    const Value<double> level =
+        in.maybe_number("level", {"PV units", any_number(),
+                                  "PV at CO 0 without disturbance (room temperature, static head); "
+                                  "self_regulating only; a simulation takes 0",
+                                  "estimated from the record"});
+    if (level.given && model_.process.integrating()) {
+      in.error("level",
+               "does not go with `kind: integrating`: such a process rests at every level. Remove it");
+    } else if (level.given && level.valid) {
+      model_.process.level = level.value;
+    }
   }
 
   void read_lags(MapReader& in) {
@@ -236,6 +262,12 @@ class ModelReader {
     scenario.seed = static_cast<std::uint64_t>(
         in.integer("seed", {0, kLargestSeed, "", "of all random numbers"}, 1));
     scenario.faults = read_faults(in, context_);
+    for (const plant::ScheduledFault& fault : scenario.faults) {
+      if (model_.has_valve || fault.block != Block::valve) continue;
+      in.error("faults", fmt::format("{} is a valve's, and the model states `valve: none`. Remove one "
+                                     "of them",
+                                     fault.effect.name));
+    }
   }
 
   void check_set_point(MapReader& in, const std::vector<std::pair<double, double>>& points) {

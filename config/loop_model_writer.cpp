@@ -103,8 +103,12 @@ class ModelWriter {
   std::string write(const plant::LoopModel& model) {
     line(0, "sample_time", number(model.sample_time_s), "s");
     write_controller(model.controller);
-    line(0, "valve");
-    effects(2, "effects", model.valve_effects);
+    if (model.has_valve) {
+      line(0, "valve");
+      effects(2, "effects", model.valve_effects);
+    } else {
+      line(0, "valve", "none");
+    }
     write_process(model);
     line(0, "transmitter");
     line(2, "range", pair(model.transmitter.low, model.transmitter.high), "PV units");
@@ -229,6 +233,7 @@ class ModelWriter {
       line(2, "gain", number(process.gain), "PV units/CO unit");
       line(2, "time_constant", number(process.time_constant_s), "s");
     }
+    if (process.level) line(2, "level", number(*process.level), "PV units, PV at CO 0");
     if (process.second_time_constant_s != 0.0) {
       line(2, "second_time_constant", number(process.second_time_constant_s), "s");
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/numeric/enum_name.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::analysis {
@@ -15,6 +16,21 @@ constexpr double kFeedbackShare = 0.3;
 constexpr double kJump = 8.0;              // robust standard deviations
 constexpr std::size_t kMostRows = 50'000;  // of a long record, evenly
 constexpr double kRunsAway = 20.0;         // times the range of CO in the record
+constexpr double kRounding = 1e-12;        // of the moves of CO, squared
+// Of switching_law().
+constexpr double kMostMoving = 0.5;        // share of the rows in which CO moves
+constexpr std::size_t kFewestSwitches = 8; // up, and as many down
+constexpr double kOnTime = 0.9;            // share of the switches within kRowsOff of what the law says
+constexpr std::size_t kRowsOff = 2;
+constexpr double kApart = 0.97;            // of pairs of an up and a down move: PV is lower at the first
+constexpr double kLeastMoving = 0.3;       // share of the rows beyond the gap in which CO moves
+// Of goes_on_the_same_way(): correlations of CO's moves with those of PV before and after.
+constexpr double kSameWay = 0.5;
+constexpr double kSomeWay = 0.1;
+// Of answers_set_point().
+constexpr std::size_t kFewestSetPoints = 3;
+constexpr double kAnswered = 0.8;          // share of SP's moves that CO follows within kRowsOff rows
+constexpr double kByChance = 0.4;          // at most so many would be followed by chance
 
 bool moves(std::span<const double> column) {
   return std::any_of(column.begin(), column.end(), [&](double v) { return v != column.front(); });
@@ -58,7 +74,195 @@ Regression regress(Eigen::MatrixXd columns, const Eigen::VectorXd& wanted) {
   return r;
 }
 
+// The rows in which CO moves, by direction.
+struct Moves {
+  std::vector<std::size_t> up, down;
+  bool two_levels = true;
+};
+
+Moves moves_of(const LoopColumns& c) {
+  const auto [low, high] = std::minmax_element(c.co.begin(), c.co.end());
+  Moves moves;
+  for (std::size_t k = 1; k < c.co.size(); ++k) {
+    moves.two_levels = moves.two_levels && (c.co[k] == *low || c.co[k] == *high);
+    if (c.co[k] == c.co[k - 1] || !in_automatic(c, k)) continue;
+    (c.co[k] > c.co[k - 1] ? moves.up : moves.down).push_back(k);
+  }
+  return moves;
+}
+
+double spread(std::vector<double> v) {
+  return numeric::quantile(v, 0.9) - numeric::quantile(v, 0.1);
+}
+
+std::vector<double> steps_between(const std::vector<std::size_t>& rows) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    steps.push_back(static_cast<double>(rows[i] - rows[i - 1]));
+  }
+  return steps;
+}
+
+// Whether the moves at `rows` come at the first row since the last move the other way at which `x` has passed the level
+// that it usually has then. `side`: 1 if it rises to that, -1 if it falls.
+bool at_first_passage(std::span<const double> x, const std::vector<std::size_t>& rows,
+                      const std::vector<std::size_t>& others, double side) {
+  std::vector<double> at;
+  for (const std::size_t k : rows) at.push_back(side * x[k]);
+  // Nearly all have passed it.
+  const double level = numeric::quantile(at, 0.1);
+  std::size_t on_time = 0;
+  std::size_t count = 0;
+  for (const std::size_t k : rows) {
+    const auto next = std::lower_bound(others.begin(), others.end(), k);
+    if (next == others.begin()) continue;
+    std::size_t first = *(next - 1);
+    while (first < k && side * x[first] < level) ++first;
+    ++count;
+    if (k - first <= kRowsOff) ++on_time;
+  }
+  return count > 0 && static_cast<double>(on_time) >= kOnTime * static_cast<double>(count);
+}
+
+bool switches_at_levels(std::span<const double> x, const Moves& moves) {
+  // A clock switches after equal times, whatever PV does.
+  const auto clocked = [](const std::vector<std::size_t>& a, const std::vector<std::size_t>& b) {
+    std::vector<double> lengths;
+    for (const std::size_t k : a) {
+      const auto next = std::upper_bound(b.begin(), b.end(), k);
+      if (next != b.end()) lengths.push_back(static_cast<double>(*next - k));
+    }
+    return spread(std::move(lengths)) <= static_cast<double>(kRowsOff);
+  };
+  if (clocked(moves.up, moves.down) && clocked(moves.down, moves.up)) return false;
+  // Of a controller that switches up where PV is low, or where it is high.
+  for (const double side : {1.0, -1.0}) {
+    if (at_first_passage(x, moves.down, moves.up, side) &&
+        at_first_passage(x, moves.up, moves.down, -side)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool pulses_follow(const LoopColumns& c, std::span<const double> x, const Moves& moves) {
+  const std::vector<double> cycles = steps_between(moves.up);
+  const double cycle = numeric::median(cycles);
+  const auto regular = std::count_if(cycles.begin(), cycles.end(), [&](double v) {
+    const double whole = std::max(1.0, std::round(v / cycle));
+    return std::abs(v - whole * cycle) <= whole;
+  });
+  if (cycle < 3.0 || static_cast<double>(regular) < kOnTime * static_cast<double>(cycles.size())) {
+    return false;
+  }
+  std::vector<double> on, pv;
+  for (std::size_t i = 1; i < moves.up.size(); ++i) {
+    const auto from = static_cast<std::ptrdiff_t>(moves.up[i - 1]);
+    const auto to = static_cast<std::ptrdiff_t>(moves.up[i]);
+    on.push_back(numeric::mean({c.co.begin() + from, c.co.begin() + to}));
+    pv.push_back(x[moves.up[i - 1]]);
+  }
+  return find_feedback({.co = on, .pv = pv, .sp = {}, .automatic = {}}).closed;
+}
+
+// Of the rows in which `x` is at least as far to one side as in most of the moves there, the share in which CO moves.
+double moving_share(std::span<const double> x, const std::vector<std::size_t>& moves, double side) {
+  std::vector<double> at;
+  for (const std::size_t k : moves) at.push_back(side * x[k]);
+  const double level = numeric::median(at);
+  const auto rows = std::count_if(x.begin(), x.end(), [&](double v) { return side * v >= level; });
+  return 0.5 * static_cast<double>(moves.size()) / static_cast<double>(std::max<std::ptrdiff_t>(rows, 1));
+}
+
+// Nearly all up moves at a lower PV than nearly all down moves, or the reverse, and CO moves as long as PV is there.
+bool moves_by_side(std::span<const double> x, const Moves& moves) {
+  std::vector<double> down;
+  for (const std::size_t k : moves.down) down.push_back(x[k]);
+  std::sort(down.begin(), down.end());
+  const double lower = numeric::mean(down);
+  double upper = 0.0;
+  for (const std::size_t k : moves.up) upper += x[k] / static_cast<double>(moves.up.size());
+  const double side = upper >= lower ? 1.0 : -1.0;
+  if (moving_share(x, moves.up, side) < kLeastMoving ||
+      moving_share(x, moves.down, -side) < kLeastMoving) {
+    return false;
+  }
+  double above = 0.0;
+  for (const std::size_t k : moves.up) {
+    above += static_cast<double>(down.end() - std::upper_bound(down.begin(), down.end(), x[k]));
+  }
+  const double share =
+      above / (static_cast<double>(moves.up.size()) * static_cast<double>(down.size()));
+  return share > kApart || share < 1.0 - kApart;
+}
+
+// Whether CO moves when SP has moved.
+bool answers_set_point(const LoopColumns& c) {
+  const auto moves_within = [&](std::size_t k) {
+    const std::size_t end = std::min(k + kRowsOff + 1, c.co.size());
+    for (std::size_t i = k; i < end; ++i) {
+      if (c.co[i] != c.co[i - 1]) return true;
+    }
+    return false;
+  };
+  double moved = 0.0, answered = 0.0, by_chance = 0.0;
+  for (std::size_t k = 1; k < c.sp.size(); ++k) {
+    const bool follows = moves_within(k);
+    by_chance += follows ? 1.0 : 0.0;
+    if (c.sp[k] == c.sp[k - 1]) continue;
+    moved += 1.0;
+    answered += follows ? 1.0 : 0.0;
+  }
+  return moved >= static_cast<double>(kFewestSetPoints) && answered >= kAnswered * moved &&
+         by_chance < kByChance * static_cast<double>(c.sp.size());
+}
+
+// Whether PV moves before a move of CO, in a CO that mostly rests, the way it goes on after it: then PV answers to CO, which
+// is logged too late, and CO doesn't act against PV.
+bool goes_on_the_same_way(const LoopColumns& c) {
+  double moves = 0.0;
+  double du2 = 0.0, before2 = 0.0, after2 = 0.0, with_before = 0.0, with_after = 0.0;
+  for (std::size_t k = kLags; k + kRowsOff < c.co.size(); ++k) {
+    const double du = c.co[k] - c.co[k - 1];
+    if (du == 0.0) continue;
+    moves += 1.0;
+    const double sp_moved = c.sp.empty() ? 0.0 : c.sp[k] - c.sp[k - kLags];
+    const double before = c.pv[k] - c.pv[k - kLags] - sp_moved;
+    const double after = c.pv[k + kRowsOff] - c.pv[k];
+    du2 += du * du;
+    before2 += before * before;
+    after2 += after * after;
+    with_before += du * before;
+    with_after += du * after;
+  }
+  return moves < kMostMoving * static_cast<double>(c.co.size()) &&
+         std::abs(with_before) > kSameWay * std::sqrt(du2 * before2) &&
+         std::abs(with_after) > kSomeWay * std::sqrt(du2 * after2) &&
+         with_before * with_after > 0.0;
+}
+
 }  // namespace
+
+const char* to_text(SwitchingLaw law) noexcept {
+  return numeric::enum_name<SwitchingLaw::gap_action>(
+      law, {"none", "two levels", "pulses", "gap action"});
+}
+
+SwitchingLaw switching_law(const LoopColumns& c) {
+  const Moves moves = moves_of(c);
+  if (moves.up.size() < kFewestSwitches || moves.down.size() < kFewestSwitches) {
+    return SwitchingLaw::none;
+  }
+  const double moving = static_cast<double>(moves.up.size() + moves.down.size());
+  if (moving > kMostMoving * static_cast<double>(c.co.size())) return SwitchingLaw::none;
+  std::vector<double> x(c.pv.begin(), c.pv.end());
+  for (std::size_t k = 0; k < c.sp.size(); ++k) x[k] -= c.sp[k];
+  if (!moves.two_levels) {
+    return moves_by_side(x, moves) ? SwitchingLaw::gap_action : SwitchingLaw::none;
+  }
+  if (switches_at_levels(x, moves)) return SwitchingLaw::two_levels;
+  return pulses_follow(c, x, moves) ? SwitchingLaw::pulses : SwitchingLaw::none;
+}
 
 Feedback find_feedback(const LoopColumns& c) {
   Feedback f;
@@ -101,14 +305,16 @@ Feedback find_feedback(const LoopColumns& c) {
   const Regression law = regress(calm_columns, calm_u);
   const double before = without.left.squaredNorm();
   const Eigen::Index free = calm_u.size() - columns.cols();
-  if (free > 0 && before > 1e-12 * calm_u.squaredNorm() && before > 0.0) {
+  if (free > 0 && before > kRounding * u.squaredNorm()) {
     // Three terms explain something of any few rows: of the variances, not of the sums.
     const double left =
         law.left.squaredNorm() / before * static_cast<double>(free + 3) / static_cast<double>(free);
     f.explained = std::clamp(1.0 - left, 0.0, 1.0);
   }
   const Eigen::VectorXd& solved = c.sp.empty() ? law.solved : with.solved;
-  f.closed = f.by_mode || (c.automatic.empty() && f.explained > kFeedbackShare);
+  f.closed = f.by_mode || (c.automatic.empty() &&
+                           (f.explained > kFeedbackShare || answers_set_point(c)) &&
+                           !goes_on_the_same_way(c));
   for (std::size_t i = 0; i < 3; ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     f.own[i] = solved(1 + at) + (i == 0 ? 1.0 : 0.0);

@@ -5,7 +5,13 @@
 //
 // by least squares over the samples in automatic. Closed: the record's mode says so, or the terms in y explain
 // a good part (0.3) of what u's own past and SP leave. In open loop they explain next to nothing: y(k) follows
-// from u, not u from y.
+// from u, not u from y. Rows in which CO only rests explain nothing, however exact the log is. If PV moves before CO's
+// steps the way it goes on after them, CO is logged too late, and no controller acts against PV.
+//
+// A controller with rests has no such law. switching_law() recognises three by when CO moves:
+//   two levels  CO switches at the first row at which PV has passed a level, and not by the clock
+//   pulses      CO is switched on at equal times, and the share of each cycle that it is on follows PV
+//   gap action  CO moves up only where PV is low and down only where it is high (or SP - PV)
 //
 // What comes from outside, in closed loop, is what SP brings in through c (and CO moved by hand); without a column
 // sp, the jumps in n: beyond eight of its robust standard deviations. outside_output() runs the loop of this
@@ -13,8 +19,8 @@
 //
 // Rows are those in which the controller acts: of a record that is faster, every n-th (identification.cpp).
 //
-// Errors: none. What it can't do: controllers that are far from linear, one with a dead band of CO that lets it move
-// less than 60 times in the record among them; slow hands on a manual valve that follow PV.
+// Errors: none. What it can't do: other controllers that are far from linear; slow hands on a manual valve that follow
+// PV; a switching controller whose record repeats exactly is taken for a clock, as nothing moved it from outside.
 //
 // Source: Söderström, Gustavsson and Ljung, Int. J. Control 21 (1975) (identifiability in closed loop); Van den Hof and
 // Schrama, Automatica 29 (1993) (two stages: CO as the set point alone would have it).
@@ -22,6 +28,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -47,6 +54,10 @@ struct Feedback {
 };
 
 Feedback find_feedback(const LoopColumns& columns);
+
+enum class SwitchingLaw : std::uint8_t { none, two_levels, pulses, gap_action };
+const char* to_text(SwitchingLaw law) noexcept;
+SwitchingLaw switching_law(const LoopColumns& columns);
 
 // CO as what comes from outside alone would have moved it, from 0. Empty where that loop runs away: the law found
 // is none that could have controlled this process.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/analysis/identification.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "model/analysis/excitation.hpp"
@@ -14,12 +16,21 @@ namespace {
 
 using Values = std::vector<double>;
 
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
 constexpr std::size_t kFewestSamples = 30;
 constexpr std::size_t kMostSamples = 20'000;
 constexpr double kMostOutsideMargin = 0.2;  // of the gain
 constexpr double kSpanOverBand = 4.0;       // of CO's range over the band of a cycle, at least
 constexpr double kMostFactor = 2.0;         // from the gain to the ends of its interval
 constexpr double kSamplesALag = 20.0;       // a thinned record keeps
+constexpr double kHalf = 0.5;               // of what a straight line leaves, and of what another fit leaves
+constexpr std::size_t kMostLate = 3;        // samples, of CO in the log
+constexpr double kFarBetter = 0.8;          // of the sum of squares
+constexpr double kSlowLogging = 3.0;        // periods: shorter lags are unsure by a factor of kLagFactor
+constexpr double kLagFactor = 2.0;
+constexpr double kBentGain = 1.5;           // from one end of the travel to the other
+constexpr double kBentLeaves = 0.25;        // of what one gain leaves, squared
 
 std::string number(double value, int digits = 6) { return numeric::text("%.*g", digits, value); }
 
@@ -274,6 +285,133 @@ std::string too_wide(const Estimate& gain) {
          " (95 %): too wide for a model.";
 }
 
+// What a straight line through PV leaves, rms.
+double left_by_line(const Samples& s) {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    if (!std::isfinite(s.y[k])) continue;
+    const double t = static_cast<double>(k) / static_cast<double>(s.size());
+    n += 1.0;
+    x += t;
+    y += s.y[k];
+    xx += t * t;
+    xy += t * s.y[k];
+    yy += s.y[k] * s.y[k];
+  }
+  const double own = xx - x * x / n;
+  const double slope = own > 0.0 ? (xy - x * y / n) / own : 0.0;
+  return std::sqrt(std::max(0.0, (yy - y * y / n - slope * (xy - x * y / n)) / n));
+}
+
+// Of the free run, less its mean.
+double free_run_rms(const Samples& s, const PredictionFit& fit) {
+  const Values run = free_run(s, fit);
+  double n = 0.0, sum = 0.0, squares = 0.0;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    if (!std::isfinite(s.y[k])) continue;
+    const double left = s.y[k] - run[k];
+    n += 1.0;
+    sum += left;
+    squares += left * left;
+  }
+  return std::sqrt(std::max(0.0, squares - sum * sum / n) / n);
+}
+
+Samples with_co_earlier(const Samples& s, std::size_t samples) {
+  Samples out = s;
+  for (std::size_t k = 0; k < s.size(); ++k) out.u[k] = s.u[std::min(k + samples, s.size() - 1)];
+  return out;
+}
+
+// By how many samples CO is logged too late: PV answers no sooner than in the row after CO's move.
+std::size_t late_samples(const Samples& s) {
+  double least = kFarBetter * start_fit(s, false).sum_squares;
+  std::size_t late = 0;
+  for (std::size_t by = 1; by <= kMostLate; ++by) {
+    const PredictionFit fit = start_fit(with_co_earlier(s, by), false);
+    // Further back it would be a dead time.
+    if (!(fit.sum_squares < least)) continue;
+    least = kFarBetter * fit.sum_squares;
+    late = by;
+  }
+  return late;
+}
+
+// `fit` beside the noise that its own form leaves: what one lag left may have looked like noise.
+PredictionFit with_own_noise(const Samples& s, const PredictionFit& fit) {
+  PredictionFit best = fit;
+  for (std::size_t order = 0; order < fit.noise.order(); ++order) {
+    const PredictionFit other = refined(s, with_noise_order(s, fit, order));
+    if (other.criterion < best.criterion) best = other;
+  }
+  return best;
+}
+
+// Two lags, integrating, integrating with a lag, beside the noise of `base`.
+std::vector<PredictionFit> all_forms(const Samples& s, const PredictionFit& base) {
+  std::vector<PredictionFit> fits{base, with_own_noise(s, with_second_lag(s, base))};
+  PredictionFit integrating = start_fit(s, true);
+  if (base.noise.order() != 1) integrating = with_noise_order(s, integrating, base.noise.order());
+  fits.push_back(refined(s, integrating));
+  fits.push_back(with_second_lag(s, fits.back()));
+  return fits;
+}
+
+std::size_t least_criterion(const std::vector<PredictionFit>& fits) {
+  const auto least = std::min_element(fits.begin(), fits.end(),
+                                      [](const PredictionFit& one, const PredictionFit& other) {
+                                        return one.criterion < other.criterion;
+                                      });
+  return static_cast<std::size_t>(least - fits.begin());
+}
+
+// By how much an interval is too narrow where the errors hang together from sample to sample.
+double widening(const Samples& s, const PredictionFit& fit) {
+  const Values e = innovations(s, fit);
+  double squares = 0.0, products = 0.0;
+  for (std::size_t k = 1; k < e.size(); ++k) {
+    squares += e[k] * e[k];
+    products += e[k] * e[k - 1];
+  }
+  const double together = squares > 0.0 ? std::clamp(products / squares, 0.0, 0.999) : 0.0;
+  return std::sqrt((1.0 + together) / (1.0 - together));
+}
+
+Estimate widened(const Estimate& e, double by) {
+  return {e.value, e.value - by * (e.value - e.low), e.value + by * (e.high - e.value)};
+}
+
+Intervals widened(Intervals i, double by) {
+  for (Estimate* e : {&i.gain, &i.time_constant_s, &i.second_lag_s, &i.dead_time_s}) {
+    *e = widened(*e, by);
+  }
+  for (Estimate* e : {&i.time_constant_s, &i.second_lag_s, &i.dead_time_s}) {
+    e->low = std::max(0.0, e->low);
+  }
+  return i;
+}
+
+// Lags of about a sampling period: what CO does between two samples is not in the record.
+void allow_for_slow_logging(Intervals& i, double period_s) {
+  for (Estimate* lag : {&i.time_constant_s, &i.second_lag_s}) {
+    lag->low = std::min(lag->low, lag->value / kLagFactor);
+    lag->high = std::max(lag->high, lag->value * kLagFactor);
+  }
+  i.dead_time_s.low = std::max(0.0, std::min(i.dead_time_s.low, i.dead_time_s.value - period_s));
+  i.dead_time_s.high = std::max(i.dead_time_s.high, i.dead_time_s.value + period_s);
+}
+
+std::string by_switching(SwitchingLaw law) {
+  switch (law) {
+    case SwitchingLaw::two_levels: return "CO switches between two values when PV passes a level";
+    case SwitchingLaw::pulses: return "CO is pulsed, and the on-time follows PV";
+    default: break;
+  }
+  return "CO moves up only on one side of the set point and down only on the other";
+}
+
+constexpr const char* kStepByHand =
+    "Step CO in manual twice in each direction, each step held until PV has settled.";
 constexpr const char* kStepIt =
     "Step the set point by 3 to 5 % of its span twice in each direction, each step held until PV "
     "has settled; or step CO in manual.";
@@ -284,7 +422,8 @@ plant::ProcessParameters ProcessFit::process() const {
   plant::ProcessParameters p{.gain = gain.value,
                              .time_constant_s = time_constant_s.value,
                              .dead_time_s = dead_time_s.value,
-                             .second_time_constant_s = second_lag_s.value};
+                             .second_time_constant_s = second_lag_s.value,
+                             .level = level};
   if (is_integrating(form)) {
     p.kind = plant::ProcessKind::integrating;
     p.time_constant_s = plant::ProcessParameters{}.time_constant_s;
@@ -298,6 +437,18 @@ Identification by_outside_moves(const Columns& c) {
   const ControllerRows rows = controller_rows(c);
   const Feedback feedback = find_feedback(rows.loop());
   Identification out;
+  if (!feedback.closed || feedback.by_mode) {
+    const SwitchingLaw law =
+        switching_law({.co = c.co, .pv = c.pv, .sp = c.sp, .automatic = c.automatic});
+    if (law != SwitchingLaw::none) {
+      out.closed_loop = true;
+      out.by_mode = feedback.by_mode;
+      out.reason = "The loop is closed by a controller that is not linear: " + by_switching(law) +
+                   ". What CO does to PV can't be separated from what moved PV otherwise.";
+      out.settle = kStepByHand;
+      return out;
+    }
+  }
   out.closed_loop = feedback.closed;
   out.by_mode = feedback.by_mode;
   const bool by_hand =
@@ -311,7 +462,15 @@ Identification by_outside_moves(const Columns& c) {
     return out;
   }
   out.used = choose_samples(c, feedback, out.notes);
-  const Samples s = samples_of(c, out.used);
+  Samples s = samples_of(c, out.used);
+  if (!feedback.closed) {
+    if (const std::size_t late = late_samples(s); late > 0) {
+      s = with_co_earlier(s, late);
+      out.notes.push_back("CO is logged " + std::to_string(late) + " sample" +
+                          (late > 1 ? "s" : "") +
+                          " too late against PV: it was taken back by as much");
+    }
+  }
 
   // The noise order by the simplest form, then the other forms beside that noise.
   PredictionFit base = start_fit(s, false);
@@ -321,34 +480,60 @@ Identification by_outside_moves(const Columns& c) {
     if (other.criterion < base.criterion) base = other;
   }
   base = refined(s, base);
-  std::vector<PredictionFit> fits{base, with_second_lag(s, base)};
-  PredictionFit integrating = start_fit(s, true);
-  if (base.noise.order() != 1) integrating = with_noise_order(s, integrating, base.noise.order());
-  fits.push_back(refined(s, integrating));
-  fits.push_back(with_second_lag(s, fits.back()));
-  const auto least = std::min_element(fits.begin(), fits.end(),
-                                      [](const PredictionFit& one, const PredictionFit& other) {
-                                        return one.criterion < other.criterion;
-                                      });
-  const auto best = static_cast<std::size_t>(least - fits.begin());
+  std::vector<PredictionFit> fits = all_forms(s, base);
+  std::size_t best = least_criterion(fits);
+  const double line = left_by_line(s);
+  double wider = 1.0;
+  if (const double left = free_run_rms(s, fits[best]); !feedback.closed && left > kHalf * line) {
+    std::vector<PredictionFit> exact =
+        all_forms(s, refined(s, with_noise_order(s, start_fit(s, false), 0)));
+    const std::size_t best_exact = least_criterion(exact);
+    if (free_run_rms(s, exact[best_exact]) < kHalf * left) {
+      fits = std::move(exact);
+      best = best_exact;
+      wider = widening(s, fits[best]);
+    }
+  }
   out.preferred = best;
 
+  const double quickest = is_integrating(fits[best].form) ? kInfinite : fits[best].time_constant_s;
+  const bool slow_logging =
+      quickest < kSlowLogging * s.period_s && (feedback.closed || quickest < s.period_s);
+  if (slow_logging) {
+    out.notes.push_back("the time constant is about the sampling period of " +
+                        number(s.period_s, 4) +
+                        " s: what CO does between two samples is not in the record, and the "
+                        "intervals of the lags and of the dead time allow for it");
+  }
   std::vector<Intervals> intervals;
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    intervals.push_back(i == best ? profile_intervals(s, fits[i])
-                                  : curvature_intervals(s, fits[i]));
+    intervals.push_back(widened(i == best ? profile_intervals(s, fits[i])
+                                          : curvature_intervals(s, fits[i]),
+                                wider));
+    if (slow_logging) allow_for_slow_logging(intervals.back(), s.period_s);
   }
   double mean =
       mean_of(c.measured, out.used.from, out.used.from + out.used.count * out.used.thinned);
   double spread = 0.0;
   for (const double y : s.y) spread += std::isfinite(y) ? y * y : 0.0;
   spread = std::sqrt(spread / static_cast<double>(s.used));
+  const double first_co = thinned_co(c.co, out.used).front();
   std::vector<ProcessFit> described_fits;
   for (std::size_t i = 0; i < fits.size(); ++i) {
     described_fits.push_back(described(s, fits[i], intervals[i], mean, spread));
+    ProcessFit& fit = described_fits.back();
+    if (!is_integrating(fit.form)) fit.level = fit.rest_pv - fit.gain.value * first_co;
   }
   const ProcessFit& chosen = described_fits[best];
-
+  const std::optional<StaticGain> bent =
+      feedback.closed ? std::nullopt : static_gain(c.co, c.pv);
+  std::string of_opening;
+  if (bent) {
+    of_opening = "the gain depends on the opening: " + number(bent->at_low, 3) +
+                 " PV units/CO unit at CO " + number(bent->low_co, 4) + ", " +
+                 number(bent->at_high, 3) + " at CO " + number(bent->high_co, 4);
+    out.notes.push_back(of_opening);
+  }
   Values outside = s.u;
   if (feedback.closed) {
     outside = outside_output(rows.loop(), feedback, chosen.process(), rows.period_s);
@@ -371,13 +556,24 @@ Identification by_outside_moves(const Columns& c) {
             : "The loop is closed, and what SP moved";
     out.reason = std::string(moved) + " fixes the gain within +-" +
                  number(std::min(100.0 * out.outside_margin, 9999.0), 2) +
-                 " % at best: too little against noise and load.";
-    out.settle = kStepIt;
+                 " % at best: " +
+                 (bent ? "no one gain fits, as " + of_opening + "."
+                       : std::string("too little against all else that moves PV."));
+    out.settle = feedback.closed ? kStepIt : kStepByHand;
     return out;
   }
   out.reason = too_wide(chosen.gain);
   if (!out.can_tell()) {
     out.settle = kStepIt;
+    return out;
+  }
+  if (!(chosen.rmse < line)) {
+    out.reason = "The best model leaves " + number(chosen.rmse, 3) +
+                 " PV units of PV (rms), and a straight line leaves " + number(line, 3) +
+                 ": it is no model of this record. " +
+                 (feedback.closed ? "CO only follows what moves PV otherwise."
+                                  : "PV does not follow CO, or not by one gain, lags and a dead time.");
+    out.settle = feedback.closed ? kStepIt : kStepByHand;
     return out;
   }
   out.fits = std::move(described_fits);
@@ -386,16 +582,144 @@ Identification by_outside_moves(const Columns& c) {
 
 }  // namespace
 
+namespace {
+
+// What the stem jumps by when it starts from rest: the median, and the tenth and the nine tenths. Nothing if it rests and
+// starts too seldom.
+std::optional<Estimate> slip_jump(const Values& stem) {
+  constexpr double kNoise = 6.0;           // robust standard deviations of the stem's moves
+  constexpr double kLeast = 1e-3;          // of the stem's range
+  constexpr std::size_t kRest = 3;         // samples
+  constexpr std::size_t kFewestSlips = 6;
+  Values moves{0.0};
+  Values sizes;
+  for (std::size_t k = 1; k < stem.size(); ++k) {
+    moves.push_back(std::abs(stem[k] - stem[k - 1]));
+    sizes.push_back(moves.back());
+  }
+  const auto [low, high] = std::minmax_element(stem.begin(), stem.end());
+  const double still = std::max(kNoise * numeric::kNormalOverMad * numeric::median(sizes),
+                                kLeast * (*high - *low));
+  Values jumps;
+  std::size_t rested = 0;
+  for (std::size_t k = 1; k + 1 < stem.size(); ++k) {
+    if (moves[k] <= still) {
+      ++rested;
+      continue;
+    }
+    if (rested >= kRest) jumps.push_back(std::abs(stem[k + 1] - stem[k - 1]));
+    rested = 0;
+  }
+  if (jumps.size() < kFewestSlips) return std::nullopt;
+  return Estimate{numeric::median(jumps), numeric::quantile(jumps, 0.1),
+                  numeric::quantile(jumps, 0.9)};
+}
+
+// Beside a measured stem the slip is what the stem shows, and the process is what follows the stem.
+void take_stem(Identification& out, const Columns& c, const IdentificationRecord& record) {
+  if (record.stem.size() != c.size() ||
+      std::none_of(record.stem.begin(), record.stem.end(),
+                   [](double v) { return std::isfinite(v); })) {
+    return;
+  }
+  const Values stem = closed_up(record.stem);
+  if (const std::optional<Estimate> jump = slip_jump(stem)) {
+    out.cycle->j = *jump;
+    out.notes.push_back("j is what the stem jumps by, from its read-back");
+  }
+  Columns from_stem = c;
+  from_stem.co = stem;
+  from_stem.sp.clear();
+  from_stem.automatic.assign(c.size(), 0.0);
+  Identification process = by_outside_moves(from_stem);
+  if (!process.can_tell()) return;
+  out.notes.push_back("the process is identified from the stem's read-back to PV");
+  out.reason.clear();
+  out.settle.clear();
+  out.used = process.used;
+  out.fits = std::move(process.fits);
+  out.preferred = process.preferred;
+}
+
+}  // namespace
+
+std::optional<StaticGain> static_gain(std::span<const double> co, std::span<const double> pv) {
+  constexpr std::size_t kFewestRows = 12;  // of a rest; the last third of it counts
+  constexpr std::size_t kFewestRests = 8;
+  constexpr std::size_t kFewestLevels = 5;
+  std::vector<std::pair<double, double>> rests;
+  std::size_t from = 0;
+  for (std::size_t k = 1; k <= co.size(); ++k) {
+    if (k < co.size() && co[k] == co[from]) continue;
+    const std::size_t length = k - from;
+    if (length >= kFewestRows) {
+      const auto tail = pv.subspan(k - length / 3, length / 3);
+      rests.emplace_back(co[from], numeric::mean(tail));
+    }
+    from = k;
+  }
+  std::sort(rests.begin(), rests.end());
+  std::size_t levels = rests.empty() ? 0 : 1;
+  for (std::size_t i = 1; i < rests.size(); ++i) {
+    if (rests[i].first > rests[i - 1].first) ++levels;
+  }
+  if (rests.size() < kFewestRests || levels < kFewestLevels) return std::nullopt;
+  // PV over CO by a line and by a parabola, CO from -1 to 1.
+  const double middle = 0.5 * (rests.front().first + rests.back().first);
+  const double half = 0.5 * (rests.back().first - rests.front().first);
+  const auto n = static_cast<Eigen::Index>(rests.size());
+  Eigen::MatrixXd columns(n, 3);
+  Eigen::VectorXd y(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& [u, v] = rests[static_cast<std::size_t>(i)];
+    const double x = (u - middle) / half;
+    columns.row(i) << 1.0, x, x * x;
+    y(i) = v;
+  }
+  const Eigen::VectorXd line = columns.leftCols(2).colPivHouseholderQr().solve(y);
+  const Eigen::VectorXd parabola = columns.colPivHouseholderQr().solve(y);
+  const double line_left = (y - columns.leftCols(2) * line).squaredNorm();
+  const double parabola_left = (y - columns * parabola).squaredNorm();
+  // Through the rests of the lower and of the upper third of the travel.
+  const auto slope = [&](double least, double most) {
+    double count = 0.0, x = 0.0, v = 0.0, xx = 0.0, xv = 0.0;
+    for (const auto& [co_at, pv_at] : rests) {
+      const double at = (co_at - middle) / half;
+      if (at < least || at > most) continue;
+      count += 1.0;
+      x += at;
+      v += pv_at;
+      xx += at * at;
+      xv += at * pv_at;
+    }
+    const double own = count * xx - x * x;
+    return own > 0.0 ? (count * xv - x * v) / own / half : std::nan("");
+  };
+  constexpr double kThird = 1.0 / 3.0;
+  const StaticGain gain{.low_co = rests.front().first,
+                        .high_co = rests.back().first,
+                        .at_low = slope(-1.0, -kThird),
+                        .at_high = slope(kThird, 1.0)};
+  const double lesser = std::min(std::abs(gain.at_low), std::abs(gain.at_high));
+  const double greater = std::max(std::abs(gain.at_low), std::abs(gain.at_high));
+  if (parabola_left > kBentLeaves * line_left || !(greater >= kBentGain * lesser)) {
+    return std::nullopt;
+  }
+  return gain;
+}
+
 Identification identify(const IdentificationRecord& record) {
   const Columns c = columns_of(record);
   Identification out = by_outside_moves(c);
   if (out.can_tell()) return out;
   out.cycle = find_sticking_cycle(c.co, c.pv, c.period_s);
   if (!out.cycle) return out;
+  take_stem(out, c, record);
   const StickingCycle& cycle = *out.cycle;
   out.notes.push_back("the valve sticks, s " + number(cycle.s.value, 3) + " and j " +
                       number(cycle.j.value, 3) +
                       " CO units: it and the process were identified together from the cycle");
+  if (out.can_tell()) return out;
   out.reason = too_wide(cycle.gain);
   if (!out.can_tell()) {
     out.reason +=
@@ -437,7 +761,8 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
   out.identification = identify(record);
   const std::optional<StickingCycle>& cycle = out.identification.cycle;
   if (!out.identification.can_tell() && !cycle) return out;
-  const ProcessFit best = cycle ? behind_valve(*cycle) : out.identification.best();
+  const ProcessFit best =
+      out.identification.can_tell() ? out.identification.best() : behind_valve(*cycle);
   const Columns c = columns_of(record);
   plant::LoopModel model;
   model.sample_time_s = record.sample_time_s;
@@ -462,8 +787,7 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
   if (cycle || !is_integrating(best.form)) {
     const double level = cycle ? cycle->level : numeric::mean(c.pv);
     const double mean_co = cycle ? cycle->mean_co : numeric::mean(c.co);
-    const double bias = level - best.gain.value * mean_co;
-    model.transmitter_effects.push_back({"output_bias", {{"bias", bias}}});
+    model.process.level = level - best.gain.value * mean_co;
     out.assumptions.push_back("level: PV " + number(level) + " at CO " + number(mean_co) +
                               ", as in this record");
   }

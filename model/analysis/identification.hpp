@@ -10,6 +10,12 @@
 // number, but the reason and what would help: beyond, intervals hold the truth less often than they say
 // (studies/identify).
 //
+// A model whose free run leaves more than a straight line through PV is no model: then in open loop the forms are
+// fitted again without a noise model (whose errors an exact log makes large), their intervals widened by how its errors
+// hang together; if these are no better, there is no number. In open loop CO may be logged up to three samples too late:
+// it is taken back if PV fits far better so. Lags of about a sampling period have wide intervals, as what CO does between
+// two samples is not in the record. A gain that depends on the opening is reported from where PV rests (static_gain()).
+//
 // Records of more than 20 000 samples are thinned by means where the process is slow against the
 // sampling, then cut to the stretch where SP (in open loop CO) moves most; `notes` says so.
 //
@@ -54,6 +60,7 @@ struct ProcessFit {
   Estimate dead_time_s;      // L
   std::size_t noise_order = 0;
   double rest_pv = 0.0;          // PV units, at the first CO
+  std::optional<double> level;   // PV units, at CO 0; integrating: none
   double prediction_rms = 0.0;   // PV units, of what could not be predicted one sample ahead
   double rmse = 0.0;             // PV units, of the free run of the process alone
   double fit_percent = 0.0;      // of the free run: 100 (1 - rmse / standard deviation of PV)
@@ -63,10 +70,11 @@ struct ProcessFit {
   plant::ProcessParameters process() const;
 };
 
-// Columns of one length; NaN where missing. `sp` and `mode` may be empty.
+// Columns of one length; NaN where missing. `sp`, `mode` and `stem` may be empty.
 struct IdentificationRecord {
   std::span<const double> co, pv, sp;
   std::span<const double> mode{};  // 0 by hand, else automatic
+  std::span<const double> stem{};  // CO units, the positioner's read-back
   double sample_time_s = 0.1;
 };
 
@@ -96,6 +104,14 @@ struct Identification {
 };
 
 Identification identify(const IdentificationRecord& record);
+
+// The gain at both ends of CO's travel in the record, from the places where CO and PV rest. Nothing if there are too few
+// or if one gain explains them.
+struct StaticGain {
+  double low_co = 0.0, high_co = 0.0;      // CO units, least and greatest
+  double at_low = 0.0, at_high = 0.0;      // PV units/CO unit there
+};
+std::optional<StaticGain> static_gain(std::span<const double> co, std::span<const double> pv);
 
 // Lower and upper end, PV units and CO units, where they are known.
 struct KnownRanges {

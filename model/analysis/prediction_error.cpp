@@ -118,8 +118,9 @@ const char* to_text(ProcessForm form) noexcept {
 }
 
 std::size_t PredictionFit::parameters() const noexcept {
-  // K, y0, x0, the noise's variance.
-  return Layout{form, noise.order()}.size() + 4;
+  // K, y0, x0 of each start, the noise's variance.
+  const std::size_t starts = is_integrating(form) ? 1 : form == ProcessForm::two_lags ? 3 : 2;
+  return Layout{form, noise.order()}.size() + 3 + starts;
 }
 
 PredictionFit refined(const Samples& samples, const PredictionFit& from) {
@@ -231,9 +232,11 @@ std::vector<double> free_run(const Samples& samples, const PredictionFit& fit) {
   Column run = unit_response(samples.u, samples.period_s,
                              unit_process(fit.form, is_integrating(fit.form) ? 1.0 : t1,
                                           fit.second_lag_s, fit.dead_time_s));
-  const Column start = start_column(samples, is_integrating(fit.form), t1);
+  const std::vector<Column> start =
+      start_columns(samples, fit.form, t1, fit.second_lag_s, fit.dead_time_s);
   for (std::size_t k = 0; k < run.size(); ++k) {
-    run[k] = fit.gain * run[k] + fit.level + fit.start * start[k];
+    run[k] = fit.gain * run[k] + fit.level;
+    for (std::size_t i = 0; i < start.size(); ++i) run[k] += fit.start[i] * start[i][k];
   }
   return run;
 }

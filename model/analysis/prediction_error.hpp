@@ -4,7 +4,8 @@
 //   y = K g(u; T1, T2, L) + y0 + x0 s(t) + v,   C(q) e = D(q) v     e  what could not be predicted
 //
 //   g   response of the process of unit gain to u - u(0), sampled exactly for u held over each period
-//   s   what a start away from rest leaves: exp(-t/T1); integrating: t, as CO was off balance
+//   s   what a start away from rest leaves: exp(-t/T1), with two lags also exp(-t/T2), and another CO before the first
+//       sample, through the dead time and the lags; integrating: t, as CO was off balance. Each has its own x0
 //   C, D = 1 + c1 q^-1 + ... + cn q^-n, of the same order n: 0 white noise, 1 a wandering load under white noise,
 //          more: loads that come through the process. Held stable by their reflection coefficients
 //
@@ -23,6 +24,7 @@
 // Nonlinear Regression (1988), ch. 6 (profiles).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -55,6 +57,9 @@ struct Samples {
   double length_s() const noexcept { return static_cast<double>(size()) * period_s; }
 };
 
+// Columns of a start away from rest, at most.
+inline constexpr std::size_t kMostStarts = 3;
+
 struct NoiseModel {
   // Reflection coefficients of D and C through atanh.
   std::vector<double> d;
@@ -70,7 +75,7 @@ struct PredictionFit {
   double second_lag_s = 0.0;     // T2; 0: none
   double dead_time_s = 0.0;
   double level = 0.0;  // y0
-  double start = 0.0;  // x0
+  std::array<double, kMostStarts> start{};  // x0 and so on
   NoiseModel noise;
   double sum_squares = 0.0;  // of e
   double criterion = 0.0;    // Bayesian information criterion; the smaller the better

@@ -99,15 +99,33 @@ inline Column unit_response(const Column& u, double period_s,
   return g;
 }
 
-inline Column start_column(const Samples& s, bool integrating, double t1) {
-  Column column(s.size());
+inline Column decay(std::size_t samples, double period_s, double time_constant_s) {
+  Column column(samples);
+  const double keep = std::exp(-period_s / time_constant_s);
   double value = 1.0;
-  const double keep = integrating ? 1.0 : std::exp(-s.period_s / t1);
-  for (std::size_t k = 0; k < s.size(); ++k) {
-    column[k] = integrating ? static_cast<double>(k) / static_cast<double>(s.size()) : value;
+  for (double& v : column) {
+    v = value;
     value *= keep;
   }
   return column;
+}
+
+// What a start away from rest leaves: each lag's own decay, and another CO before the first sample, through the dead time
+// and the lags; integrating: a slope.
+inline std::vector<Column> start_columns(const Samples& s, ProcessForm form, double t1, double t2,
+                                         double dead) {
+  if (is_integrating(form)) {
+    Column slope(s.size());
+    for (std::size_t k = 0; k < s.size(); ++k) {
+      slope[k] = static_cast<double>(k) / static_cast<double>(s.size());
+    }
+    return {std::move(slope)};
+  }
+  Column before = unit_response(Column(s.size(), 1.0), s.period_s, unit_process(form, t1, t2, dead));
+  for (double& v : before) v = 1.0 - v;
+  std::vector<Column> columns{decay(s.size(), s.period_s, t1), std::move(before)};
+  if (form == ProcessForm::two_lags) columns.push_back(decay(s.size(), s.period_s, t2));
+  return columns;
 }
 
 // The parameters of the search in a row: [ln T1] [ln T2] L, then the noise model.
@@ -148,7 +166,7 @@ struct Layout {
 struct Linear {
   double gain = 0.0;
   double level = 0.0;
-  double start = 0.0;
+  std::array<double, kMostStarts> start{};
 };
 
 class Problem {
@@ -165,7 +183,7 @@ class Problem {
       const double t1 = layout_.t1(x);
       g_ = unit_response(s_.u, s_.period_s,
                          unit_process(layout_.form, t1, layout_.t2(x), x[layout_.dead()]));
-      start_ = start_column(s_, is_integrating(layout_.form), t1);
+      start_ = start_columns(s_, layout_.form, t1, layout_.t2(x), x[layout_.dead()]);
     }
     if (level_.empty() || !std::equal(noise_at, x.end(), noise_at_.begin(), noise_at_.end())) {
       noise_at_.assign(noise_at, x.end());
@@ -175,21 +193,25 @@ class Problem {
       whiten.run(y_);
     }
     Column g = g_;
-    Column start = start_;
+    std::vector<Column> start = start_;
     whiten.run(g);
-    whiten.run(start);
+    for (Column& column : start) whiten.run(column);
     const auto n = static_cast<Eigen::Index>(s_.size());
-    Eigen::Map<const Eigen::VectorXd> yv(y_.data(), n);
-    std::array<Eigen::Map<const Eigen::VectorXd>, 3> columns{
-        Eigen::Map<const Eigen::VectorXd>(level_.data(), n),
-        Eigen::Map<const Eigen::VectorXd>(start.data(), n),
-        Eigen::Map<const Eigen::VectorXd>(g.data(), n)};
+    using View = Eigen::Map<const Eigen::VectorXd>;
+    View yv(y_.data(), n);
+    // The gain's own comes last.
+    std::vector<View> columns{View(level_.data(), n)};
+    for (const Column& column : start) columns.emplace_back(column.data(), n);
+    columns.emplace_back(g.data(), n);
     r = yv;
-    if (fixed_gain_) r -= *fixed_gain_ * columns[2];
-    const int free = fixed_gain_ ? 2 : 3;
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Identity();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    Eigen::Vector3d scale = Eigen::Vector3d::Ones();
+    if (fixed_gain_) r -= *fixed_gain_ * columns.back();
+    const int free = static_cast<int>(columns.size()) - (fixed_gain_ ? 1 : 0);
+    constexpr int kMost = 2 + static_cast<int>(kMostStarts);
+    using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMost, kMost>;
+    using Small = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMost, 1>;
+    Square normal = Square::Identity(free, free);
+    Small right = Small::Zero(free);
+    Small scale = Small::Ones(free);
     for (int i = 0; i < free; ++i) {
       const double norm = columns[static_cast<std::size_t>(i)].norm();
       scale(i) = norm > 0.0 ? 1.0 / norm : 0.0;
@@ -203,9 +225,13 @@ class Problem {
       }
       normal(i, i) = 1.0 + 1e-12;
     }
-    const Eigen::Vector3d beta = normal.ldlt().solve(right).cwiseProduct(scale);
+    const Small beta = normal.ldlt().solve(right).cwiseProduct(scale);
     for (int i = 0; i < free; ++i) r -= beta(i) * columns[static_cast<std::size_t>(i)];
-    return {.gain = fixed_gain_.value_or(beta(2)), .level = beta(0), .start = beta(1)};
+    Linear linear{.gain = fixed_gain_ ? *fixed_gain_ : beta(free - 1), .level = beta(0)};
+    for (std::size_t i = 0; i < start.size(); ++i) {
+      linear.start[i] = beta(static_cast<Eigen::Index>(i) + 1);
+    }
+    return linear;
   }
 
   std::vector<numeric::Parameter> parameters(const Column& x) const {
@@ -246,6 +272,7 @@ class Problem {
     fit.second_lag_s = layout_.t2(x);
     if (fit.second_lag_s > fit.time_constant_s && !is_integrating(layout_.form)) {
       std::swap(fit.second_lag_s, fit.time_constant_s);
+      std::swap(fit.start.front(), fit.start.back());
     }
     fit.dead_time_s = x[layout_.dead()];
     fit.noise = layout_.noise_of(x);
@@ -279,7 +306,8 @@ class Problem {
   std::optional<double> fixed_gain_;
   // Of the last x: most differences move either the process or the noise model.
   mutable Column process_at_, noise_at_;
-  mutable Column g_, start_;  // as they are
+  mutable Column g_;                   // as they are
+  mutable std::vector<Column> start_;
   mutable Column level_, y_;  // whitened
 };
 

@@ -37,7 +37,7 @@ double pv_at(const LoopModel& model, double travel) {
                                        .output_high = pid.output_high})
                .reset(flow);
   }
-  return model.process.gain * flow;
+  return model.process.level.value_or(0.0) + model.process.gain * flow;
 }
 
 double load_of(const LoopModel& model) {

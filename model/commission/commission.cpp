@@ -227,6 +227,7 @@ class Commissioner {
     }
     LoopModel other = out_.given;
     other.process = assumed.model->process;
+    other.process.level = out_.given.process.level;
     const Runs runs(record_, out_.given);
     if (!runs.checked().quality.usable) return true;  // find_gap says why
     if (runs.stage("", other).rmse < runs.stage("", model_).rmse) {

@@ -221,12 +221,8 @@ class Errors {
     std::vector<std::vector<double>> columns;
     run.columns({}, point, columns);
     const std::vector<double>& pv = checked_.pv;
-    const std::array<double, 2> past = run.past(point, columns, pv, checked_.measured, fitted_);
-    std::vector<double> r(pv.size());
-    for (std::size_t k = 0; k < r.size(); ++k) {
-      r[k] = pv[k] - run.offset()[k] - columns[0][k] - past[0] * columns[1][k] -
-             past[1] * columns[2][k];
-    }
+    std::vector<double> r = run.with_past(point, columns, pv, checked_.measured, fitted_);
+    for (std::size_t k = 0; k < r.size(); ++k) r[k] = pv[k] - r[k];
     return r;
   }
 

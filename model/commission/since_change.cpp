@@ -222,6 +222,9 @@ class Competition {
     const Sums alone = errors_of(twin_);
     if (!(alone.square > noise_square_ * (1.0 + kLeastExcess))) return {};
     kinds_ = kinds(scales());
+    if (!twin_.has_valve) {
+      std::erase_if(kinds_, [](const Kind& kind) { return kind.block == Block::valve; });
+    }
     std::vector<Hypothesis> singles(kinds_.size());
     parallel_(kinds_.size(),
               [&](std::size_t i) { singles[i] = fitted({i}, kinds_[i].start, kLatest); });

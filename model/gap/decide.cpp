@@ -66,7 +66,7 @@ double confidence_after(double confidence, Proof proof) noexcept {
 
 Outcome outcome_of(const Decision& decision, Proof proof) noexcept {
   if (decision.by_reading) return Outcome::missing_effect;
-  const bool named = !decision.named.empty();
+  const bool named = decision.names_any();
   if (named && proof != Proof::refuted) return Outcome::missing_effect;
   // Other settings of the controller close nothing of a gap of the plant, but what makes CO to the last step is found.
   if (decision.unexplained || (named && decision.believable)) {

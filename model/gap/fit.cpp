@@ -236,14 +236,21 @@ double Fitter::solve(Work& work, const Terms& terms, const Point& point, std::si
   return deviance;
 }
 
+void Fitter::columns(Work& work, const Terms& terms, const Point& point) const {
+  free_run_.columns(terms, point, work.columns, training_end_);
+  if (!level_held_ || !free_run_.fits_level()) return;
+  std::vector<double>& level = work.columns[free_run_.base_columns() - 1];
+  std::fill(level.begin(), level.end(), 0.0);
+}
+
 double Fitter::evaluate(Work& work, const Terms& terms, const Point& point, std::size_t load,
                         Fit* fit) const {
-  free_run_.columns(terms, point, work.columns, training_end_);
+  columns(work, terms, point);
   return solve(work, terms, point, load, fit);
 }
 
 void Fitter::choose_load(Work& work, Fit& fit) const {
-  free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
+  columns(work, fit.terms, fit.point);
   // All of them: a load and what a valve leaves can stand for one another up to a point.
   std::size_t best = fit.load;
   double best_deviance = kInfinity;
@@ -584,7 +591,7 @@ Eigen::MatrixXd Fitter::jacobian(const Fit& fit) const {
   const std::size_t searched = x.size();
   const std::size_t solved = fit.solved.size();
   Eigen::MatrixXd jacobian(n, static_cast<Eigen::Index>(searched + solved));
-  free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
+  columns(work, fit.terms, fit.point);
   std::vector<double> white(filter.count());
   if (!free_run_.shows_all(fit.terms)) {
     const std::vector<double> slope = free_run_.slopes(fit.terms, fit.point, whole(fit));
@@ -672,14 +679,24 @@ std::array<double, 2> Fitter::likely_places(const Fit& fit, std::size_t at) cons
   return {low, end(1.0)};
 }
 
+Eigen::MatrixXd Fitter::covariance(const Fit& fit) const {
+  const Eigen::MatrixXd slopes = jacobian(fit);
+  const Eigen::MatrixXd normal = slopes.transpose() * slopes;
+  return fit.noise_rms * fit.noise_rms *
+         solve_normal(normal, Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
+}
+
+double Fitter::level_spread(const Fit& fit) const {
+  if (!free_run_.fits_level()) return 0.0;
+  const auto at =
+      static_cast<Eigen::Index>(positions(fit).size() + free_run_.base_columns() - 1);
+  return std::sqrt(std::max(0.0, covariance(fit)(at, at)));
+}
+
 std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
   const std::vector<double> x = positions(fit);
   const std::size_t searched = x.size();
-  const Eigen::MatrixXd slopes = jacobian(fit);
-  const Eigen::MatrixXd normal = slopes.transpose() * slopes;
-  const Eigen::MatrixXd covariance =
-      fit.noise_rms * fit.noise_rms *
-      solve_normal(normal, Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
+  const Eigen::MatrixXd covariance = this->covariance(fit);
   std::vector<double> spread;
   std::size_t first = kNuisances;
   std::size_t first_solved = searched + free_run_.base_columns();

@@ -32,7 +32,7 @@ struct AllowedWander {
 struct Fit {
   Terms terms;
   Point point;
-  std::vector<double> solved;  // K', c1, c2, then each term's
+  std::vector<double> solved;  // K', c1, c2 and so on (FreeRun), then each term's
   std::size_t load = 0;        // index of the filter it was judged with
   double deviance = 0.0;       // -2 log likelihood; less is better
   double noise_rms = 0.0;      // PV units, of the innovations
@@ -48,6 +48,9 @@ class Fitter {
   // Without `allowances` no friction and momentum of a healthy valve.
   Fitter(const FreeRun& free_run, const std::vector<double>& pv, const std::vector<bool>& used,
          AllowedWander allowed, bool allowances);
+
+  // Holds the fitted level at the model's own (true), or fits it again (false). Fits made before keep theirs.
+  void hold_level(bool hold) noexcept { level_held_ = hold; }
 
   // Friction that a healthy valve may have, of the output's span.
   static constexpr double kHealthyFriction = 0.003;
@@ -96,9 +99,14 @@ class Fitter {
   std::size_t training_end() const noexcept { return training_end_; }
   // Standard deviations of the searched and solved parameters of term `index`, by the curvature.
   std::vector<double> spread(const Fit& fit, std::size_t index) const;
+  // The level beyond the model's and its standard deviation, PV units; 0 if it is not fitted.
+  double fitted_level(const Fit& fit) const { return free_run_.fitted_level(fit.solved); }
+  double level_spread(const Fit& fit) const;
 
  private:
   struct Work;
+  // Those of the free run up to the end of the fit, without the level if it is held.
+  void columns(Work& work, const Terms& terms, const Point& point) const;
   // As simulate(), before the transmitter hides or bends any of it.
   std::vector<double> whole(const Fit& fit) const;
   double evaluate(Work& work, const Terms& terms, const Point& point, std::size_t load,
@@ -125,6 +133,8 @@ class Fitter {
   // Of position `at` with all others held: where the deviance is not yet clearly higher.
   std::array<double, 2> likely_places(const Fit& fit, std::size_t at) const;
   Eigen::MatrixXd jacobian(const Fit& fit) const;
+  // Of the searched and the solved numbers, in this order.
+  Eigen::MatrixXd covariance(const Fit& fit) const;
   Point with_positions(const Terms& terms, const std::vector<double>& x) const;
   std::vector<double> positions(const Fit& fit) const;
 
@@ -133,6 +143,7 @@ class Fitter {
   double healthy_friction_;         // CO units, most that is allowed
   double dead_time_uncertainty_s_;  // s; half a sample on top of the model's: sampling hides that
   bool allowances_;
+  bool level_held_ = false;
   std::size_t training_end_ = 0;
   std::vector<bool> used_;
   std::vector<double> pv_;  // PV units, offset taken off, 0 where not used

@@ -16,7 +16,9 @@ constexpr double kEndQuantile = 0.01;
 
 Level level_of(const CheckedRecord& r, const SearchOptions& options) {
   if (r.closed_loop) return Level::of_nobody;
-  return options.level_of_record ? Level::of_record : Level::of_model;
+  // An integrating process has no level but the one it starts at.
+  if (r.model.process.integrating()) return Level::of_model;
+  return options.level_of_record || !r.model.process.level ? Level::of_record : Level::of_model;
 }
 
 std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOptions& options) {
@@ -48,6 +50,9 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOption
       return candidate.block == plant::Block::valve || candidate.block == plant::Block::process;
     });
   }
+  if (!r.model.has_valve) {
+    std::erase_if(all, [](const Candidate& c) { return c.block == plant::Block::valve; });
+  }
   if (level_of(r, options) != Level::of_model) {
     std::erase_if(all, [](const Candidate& c) { return c.is_level; });
   }
@@ -58,6 +63,7 @@ double pv_span(const CheckedRecord& r) { return r.model.transmitter.span(); }
 
 // What a healthy valve leaves, PV units.
 double healthy_valve_rms(const CheckedRecord& r) {
+  if (!r.model.has_valve) return 0.0;
   const double friction = kHealthyValveLeaves * r.model.controller.pid.output_span();  // CO units
   // An integrating process turns an offset of the valve into a slope, for as long as the loop lets it.
   const double gain =
@@ -66,12 +72,17 @@ double healthy_valve_rms(const CheckedRecord& r) {
   return friction * gain;
 }
 
+// A healthy valve's friction and momentum.
+bool allows(const CheckedRecord& r, const SearchOptions& options) {
+  return options.allowances && r.model.has_valve;
+}
+
 AllowedWander allowed_wander(const CheckedRecord& r, const SearchOptions& options,
                              double largest_load) {
   const double noise = r.quality.noise_rms;
   if (!options.load || !(noise > 0.0)) return {};
   return {.load = largest_load * pv_span(r) * std::sqrt(r.record.period_s) / noise,
-          .valve = options.allowances ? healthy_valve_rms(r) / noise : 0.0};
+          .valve = allows(r, options) ? healthy_valve_rms(r) / noise : 0.0};
 }
 
 }  // namespace
@@ -86,10 +97,10 @@ ModelFit::ModelFit(const CheckedRecord& record, const SearchOptions& options, do
       record_(record),
       options_(options),
       allowed_(allowed_wander(record, options, largest_load)),
-      fitter(run, record.pv, record.training, allowed_, options.allowances) {}
+      fitter(run, record.pv, record.training, allowed_, allows(record, options)) {}
 
 Fitter ModelFit::over_whole_record() const {
-  return {run, record_.pv, record_.measured, allowed_, options_.allowances};
+  return {run, record_.pv, record_.measured, allowed_, allows(record_, options_)};
 }
 
 }  // namespace loopwarden::gap

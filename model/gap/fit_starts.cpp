@@ -34,7 +34,7 @@ struct Fitter::Sticking {
   double middle;
   double width;
   std::size_t short_run;
-  std::vector<double> pv;  // PV units, the level taken off
+  std::vector<double> pv;  // PV units, without the fitted level
 
   double gain_at(double position) const { return middle + width * (2.0 * position - 1.0); }
 };
@@ -103,7 +103,7 @@ std::vector<Fit> Fitter::grid_tries(Work& work, Fit fit, std::size_t base_load) 
   if (candidate.linear_columns() > 0 && !candidate.search.empty()) {
     // Only the last columns change from place to place.
     for (std::size_t j = 0; j < own.size(); ++j) own[j] = candidate.search[j].value(0.5);
-    free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
+    columns(work, fit.terms, fit.point);
     const effects::SearchRange& range = candidate.search[0];
     std::vector<std::vector<double>> last;
     for (int i = 0; i < range.grid; ++i) {
@@ -123,7 +123,7 @@ std::vector<Fit> Fitter::grid_tries(Work& work, Fit fit, std::size_t base_load) 
       for (std::size_t j = 0; j < index.size(); ++j) {
         own[j] = in_grid(candidate.search[j], index[j]);
       }
-      free_run_.columns(fit.terms, fit.point, work.columns, training_end_);
+      columns(work, fit.terms, fit.point);
       consider();
     } while (advance(index, candidate.search));
   }
@@ -162,9 +162,8 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
                     pv_};
   const std::vector<double> gain_positions =
       gain_changed ? std::vector<double>{0.2, 0.5, 0.86} : std::vector<double>{0.5};
-  if (free_run_.base_columns() > 3) {
-    for (double& v : sticking.pv) v -= with.solved[3];  // the level
-  }
+  const double level = free_run_.fitted_level(with.solved);
+  for (double& v : sticking.pv) v -= level;
   const Candidate& candidate = *with.terms.back();
   const auto better = [](const StickingStart& x, const StickingStart& y) {
     return less_deviance(x.fit, y.fit);

@@ -44,17 +44,6 @@ void place_in_valve(std::vector<EffectSpec>& valve, EffectSpec spec) {
   valve.insert(behind, std::move(spec));
 }
 
-void add_bias(std::vector<EffectSpec>& transmitter, double bias) {
-  constexpr const char* kName = "output_bias";
-  const auto own = std::find_if(transmitter.begin(), transmitter.end(),
-                                [](const EffectSpec& s) { return s.name == kName; });
-  if (own == transmitter.end()) {
-    transmitter.insert(transmitter.begin(), EffectSpec{kName, {{"bias", bias}}});
-  } else {
-    own->parameters["bias"] += bias;
-  }
-}
-
 EffectSpec with_actuator(const Candidate& candidate, EffectSpec spec, const Point& point) {
   if (candidate.with_momentum == nullptr || point.actuator_frequency <= 0.0) return spec;
   return candidate.with_momentum(std::move(spec), point.actuator_frequency, point.actuator_damping);
@@ -103,14 +92,15 @@ FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, Level level)
       plain_transmitter_(disturbances_.empty() && transmitter_effects_.empty()) {
   (void)chain_of(model_.valve_effects, Block::valve, context_);  // checks them
   (void)chain_of(model_.process_effects, Block::process, context_);
-  offset_.assign(co_.size(), 0.0);
+  const double stated = model_.process.level.value_or(0.0);
+  offset_.assign(co_.size(), stated);
   if (plain_transmitter_) return;
   plant::EffectChain disturbances = disturbances_;
   plant::EffectChain transmitter = transmitter_effects_;
   for (std::size_t k = 0; k < co_.size(); ++k) {
     const double now_s = static_cast<double>(k) * model_.sample_time_s;
-    offset_[k] = k == 0 ? transmitter.reset(disturbances.reset(0.0, 0.0), 0.0)
-                        : transmitter.step(disturbances.step(0.0, now_s), now_s);
+    offset_[k] = k == 0 ? transmitter.reset(disturbances.reset(stated, 0.0), 0.0)
+                        : transmitter.step(disturbances.step(stated, now_s), now_s);
   }
 }
 
@@ -165,10 +155,12 @@ void FreeRun::pass_transmitter(std::vector<double>& signal) const {
   if (plain_transmitter_) return;
   plant::EffectChain disturbances = disturbances_;
   plant::EffectChain transmitter = transmitter_effects_;
+  const double level = model_.process.level.value_or(0.0);
   for (std::size_t k = 0; k < signal.size(); ++k) {
     const double now_s = static_cast<double>(k) * model_.sample_time_s;
-    const double pv = k == 0 ? transmitter.reset(disturbances.reset(signal[k], 0.0), 0.0)
-                             : transmitter.step(disturbances.step(signal[k], now_s), now_s);
+    const double at = level + signal[k];
+    const double pv = k == 0 ? transmitter.reset(disturbances.reset(at, 0.0), 0.0)
+                             : transmitter.step(disturbances.step(at, now_s), now_s);
     signal[k] = pv - offset_[k];
   }
 }
@@ -212,7 +204,10 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   const double h = model_.sample_time_s;
   columns.resize(column_count(terms));
   for (std::size_t i = 0; i < base_columns(); ++i) columns[i].resize(n);
-  if (level_ != Level::of_model) std::fill(columns[3].begin(), columns[3].end(), 1.0);
+  if (fits_level()) {
+    std::vector<double>& level = columns[base_columns() - 1];
+    std::fill(level.begin(), level.end(), 1.0);
+  }
 
   auto [valve_chain, process_chain, transmitter_chain, with_dead_time] = chains(terms, point);
   const auto pass_terms = [h, &transmitter = transmitter_chain](std::vector<double>& signal) {
@@ -233,18 +228,7 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   valve_chain.run(moves, 0.0, h);
   process_chain.run(moves, 0.0, h);
   for (double& v : moves) v = process.step(v);
-  const double keep = kept(point);
-  const auto delay = static_cast<std::size_t>(point.dead_time_s / h);
-  double past = 1.0;
-  double before = 1.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    columns[1][k] = past;
-    columns[2][k] = before;
-    past *= keep;
-    if (k < delay) continue;
-    // An integrating process goes on by what CO was off balance from the start.
-    before = model_.process.integrating() ? before + h : before * keep;
-  }
+  fill_past(point, columns);
   for (std::size_t i = 0; i < base_columns(); ++i) {
     pass_transmitter(columns[i]);
     pass_terms(columns[i]);
@@ -262,36 +246,89 @@ void FreeRun::columns(const Terms& terms, const Point& point,
   }
 }
 
-std::array<double, 2> FreeRun::past(const Point& point,
-                                    const std::vector<std::vector<double>>& columns,
-                                    const std::vector<double>& pv,
-                                    const std::vector<bool>& measured, std::size_t fitted) const {
+void FreeRun::fill_past(const Point& point, std::vector<std::vector<double>>& columns) const {
+  const double h = model_.sample_time_s;
+  const std::size_t n = columns[0].size();
+  const auto delay = static_cast<std::size_t>(point.dead_time_s / h);
+  const bool integrating = model_.process.integrating();
+  const double second_s = model_.process.second_time_constant_s;
+  const double keep = kept(point);
+  double past = 1.0;
+  for (std::size_t k = 0; k < n; ++k, past *= keep) columns[1][k] = past;
+  // An integrating process goes on by what CO was off balance from the start.
+  for (std::size_t k = 0; k < n; ++k) {
+    const double since = k > delay ? static_cast<double>(k - delay) : 0.0;
+    columns[2][k] = integrating ? 1.0 + h * since : 1.0;
+  }
+  if (second_s <= 0.0) {
+    if (integrating) return;
+    for (std::size_t k = delay + 1; k < n; ++k) columns[2][k] = keep * columns[2][k - 1];
+    return;
+  }
+  if (integrating) {
+    const double lag_keep = std::exp(-h / second_s);
+    double lag = 1.0;
+    for (std::size_t k = 0; k < n; ++k, lag *= lag_keep) columns[3][k] = lag;
+    return;
+  }
+  // Two lags at rest until the other CO has passed the dead time.
+  plant::ProcessParameters unit = model_.process;
+  unit.gain = 1.0;
+  unit.time_constant_s = point.time_constant_s;
+  unit.dead_time_s = 0.0;
+  plant::Process process(unit, h);
+  process.reset(1.0);
+  for (std::size_t k = delay + 1; k < n; ++k) columns[2][k] = process.step(0.0);
+  const double other_keep = std::exp(-h / std::min(point.time_constant_s, second_s));
+  double other = 1.0;
+  for (std::size_t k = 0; k < n; ++k, other *= other_keep) columns[3][k] = other;
+}
+
+std::vector<double> FreeRun::with_past(const Point& point,
+                                       const std::vector<std::vector<double>>& columns,
+                                       const std::vector<double>& pv,
+                                       const std::vector<bool>& measured,
+                                       std::size_t fitted) const {
   const double memory_s =
       point.dead_time_s + 6.0 * (point.time_constant_s + model_.process.second_time_constant_s);
   const std::size_t head =
       model_.process.integrating()
           ? fitted
           : std::min(pv.size(), static_cast<std::size_t>(memory_s / model_.sample_time_s) + 2);
-  Eigen::Vector2d solved = Eigen::Vector2d::Zero();
-  std::vector<double> whole(head);
+  const std::size_t count = past_columns();
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3, 1>;
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3, 3>;
+  const auto size = static_cast<Eigen::Index>(count);
+  Small solved = Small::Zero(size);
+  const auto whole = [&](std::size_t samples) {
+    std::vector<double> out(samples);
+    for (std::size_t k = 0; k < samples; ++k) {
+      out[k] = offset_[k] + columns[0][k];
+      for (std::size_t i = 0; i < count; ++i) {
+        out[k] += solved(static_cast<Eigen::Index>(i)) * columns[1 + i][k];
+      }
+    }
+    return out;
+  };
   // Newton's steps, of which a PV that is shown as it is needs one.
   for (int round = 0; round < (reading_effects_.empty() ? 1 : kPastRounds); ++round) {
-    for (std::size_t k = 0; k < head; ++k) {
-      whole[k] = offset_[k] + columns[0][k] + solved(0) * columns[1][k] + solved(1) * columns[2][k];
-    }
-    const std::vector<double> slope = slopes({}, point, whole);
-    show({}, point, whole);
-    Eigen::Matrix2d normal = Eigen::Matrix2d::Identity() * 1e-6;
-    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    std::vector<double> shown = whole(head);
+    const std::vector<double> slope = slopes({}, point, shown);
+    show({}, point, shown);
+    Square normal = Square::Identity(size, size) * 1e-6;
+    Small right = Small::Zero(size);
+    Small row(size);
     for (std::size_t k = 0; k < head; ++k) {
       if (!measured[k]) continue;
-      const Eigen::Vector2d row = slope[k] * Eigen::Vector2d(columns[1][k], columns[2][k]);
+      for (std::size_t i = 0; i < count; ++i) {
+        row(static_cast<Eigen::Index>(i)) = slope[k] * columns[1 + i][k];
+      }
       normal += row * row.transpose();
-      right += row * (pv[k] - whole[k]);
+      right += row * (pv[k] - shown[k]);
     }
     solved += normal.ldlt().solve(right);
   }
-  return {solved(0), solved(1)};
+  return whole(columns[0].size());
 }
 
 std::vector<double> FreeRun::flow(const Point& point, Block block) const {
@@ -429,8 +466,8 @@ plant::LoopModel FreeRun::corrected(const Terms& terms, const Point& point,
   const bool gain_changed =
       std::any_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->solves_gain; });
   if (!gain_changed) model.process.gain *= solved[0];
-  if (level_ == Level::of_record) {
-    add_bias(model.transmitter_effects, solved[3]);
+  if (level_ == Level::of_record && fitted_level(solved) != 0.0) {
+    model.process.level = model.process.level.value_or(0.0) + fitted_level(solved);
   }
   std::size_t next = base_columns();
   for (std::size_t i = 0; i < terms.size(); ++i) {

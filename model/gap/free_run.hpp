@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The model's free run from the measured CO, taken apart into what PV depends on linearly:
 //
-//   PV = offset + K' z + c1 m1 + c2 m2 + sum of the solved parameters times their columns
+//   PV = offset + K' z + c1 m1 + c2 m2 [+ c3 m3] [+ level] + sum of the solved parameters times their columns
 //
 //   z       valve, process and transmitter at the model's own gain; K' = 1 there
-//   m1, m2  what is left of the unknown past: the process away from rest at the first sample, and
-//           another CO before it, still inside the dead time
-//   offset  what the model's own disturbances and transmitter effects add; a term's lag in the transmitter leaves it as it is
+//   m1, m3  what is left of the state at the first sample: each lag of the process away from rest
+//           (m3 only if the process has a second lag)
+//   m2      another CO before the first sample, still inside the dead time
+//   level   1: PV at CO 0 beyond what the model states (only if the level is fitted)
+//   offset  what the model's level, disturbances and transmitter effects add; a term's lag in the transmitter leaves it
+//           as it is
 //
 // PV at sample k+1 follows from CO held since sample k, through the same effects, process and
 // transmitter that the simulator and the daemon step; noise and rounding are left out.
@@ -41,12 +44,15 @@ struct Point {
   std::vector<std::vector<double>> searched;  // one list a term
 };
 
-// What says where PV stands at a given CO.
+// Where PV at CO 0 comes from.
 enum class Level : std::uint8_t {
-  of_model,
-  of_record,  // the model does not know: a constant is solved for, and corrected() has it as output_bias
-  of_nobody,  // CO was not measured but replayed, from a constant that nobody knows: solved for, and left out again
+  of_model,   // as the model states it; 0 if it does not
+  of_record,  // fitted: a constant is solved for, and corrected() adds it to process.level
+  of_nobody,  // fitted, and left out of corrected(): CO was replayed, from an unknown constant
 };
+
+// Columns that are solved for before those of the terms, at most: z, m1, m2, m3, level.
+inline constexpr std::size_t kMostBaseColumns = 5;
 
 class FreeRun {
  public:
@@ -58,17 +64,31 @@ class FreeRun {
   const std::vector<double>& output() const noexcept { return co_; }  // CO units
   const plant::LoopModel& model() const noexcept { return model_; }
 
-  // z, m1, m2, the level where the model does not say it, then the columns of each term, for at least the first `samples` samples.
+  // z, m1, m2, m3 and the level if they are fitted, then the columns of each term, for at least the first `samples`
+  // samples.
   std::size_t column_count(const Terms& terms) const noexcept;
   // Those before the terms' own.
-  std::size_t base_columns() const noexcept { return level_ == Level::of_model ? 3 : 4; }
+  std::size_t base_columns() const noexcept {
+    return 1 + past_columns() + (fits_level() ? 1 : 0);
+  }
+  // m1, m2 and m3: columns 1 to this.
+  std::size_t past_columns() const noexcept {
+    return model_.process.second_time_constant_s > 0.0 ? 3 : 2;
+  }
+  bool fits_level() const noexcept { return level_ != Level::of_model; }
+  // The fitted level beyond the model's, PV units; 0 if it is not fitted.
+  double fitted_level(const std::vector<double>& solved) const {
+    return fits_level() ? solved[base_columns() - 1] : 0.0;
+  }
   void columns(const Terms& terms, const Point& point, std::vector<std::vector<double>>& columns,
                std::size_t samples = std::numeric_limits<std::size_t>::max()) const;
-  // c1, c2 of a model without terms whose columns these are, from the samples that still remember the start; of an
-  // integrating process, which forgets neither its level nor how far CO was off balance, from the first `fitted`.
-  std::array<double, 2> past(const Point& point, const std::vector<std::vector<double>>& columns,
-                             const std::vector<double>& pv, const std::vector<bool>& measured,
-                             std::size_t fitted) const;
+  // PV of the model without terms whose columns these are. c1 to c3 are fitted to the samples that still remember the
+  // start; of an integrating process, which forgets neither its level nor how far CO was off balance, to the first
+  // `fitted`.
+  std::vector<double> with_past(const Point& point,
+                                const std::vector<std::vector<double>>& columns,
+                                const std::vector<double>& pv, const std::vector<bool>& measured,
+                                std::size_t fitted) const;
   // Sum of squares of what is left of `pv` (offset taken off) when the record is cut into runs of
   // `run_samples`, each with the stem and the process free to start where they fit best. It changes
   // smoothly where one long run of a sticking stem falls from one sequence of slips into another. From `most` on any
@@ -109,8 +129,10 @@ class FreeRun {
   };
   Chains chains(const Terms& terms, const Point& point) const;
   plant::ProcessParameters process_at(const Point& point, double gain, bool with_dead_time) const;
-  // What the process keeps over a sample of the state that it began with.
+  // What the slowest lag of the process keeps over a sample of the state that it began with.
   double kept(const Point& point) const;
+  // Into `columns`: m1, m2, m3.
+  void fill_past(const Point& point, std::vector<std::vector<double>>& columns) const;
   void pass_transmitter(std::vector<double>& signal) const;
   // Of the effects that act on the reading, or of the others.
   plant::EffectChain transmitter_chain(bool of_reading) const;

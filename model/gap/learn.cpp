@@ -286,7 +286,9 @@ std::optional<Learned> learn(const FreeRun& run, const Fit& base, const CheckedR
   for (std::size_t k = 0; k < end; ++k) {
     target[k] = record.pv[k] - run.offset()[k] - gain * columns[0][k];
   }
-  columns.erase(columns.begin());  // the past, and a level nobody knows
+  // What is left are the past and the level, if that is not held at the model's.
+  if (run.fits_level() && run.fitted_level(base.solved) == 0.0) columns.pop_back();
+  columns.erase(columns.begin());
   const double noise = record.quality.noise_rms * record.quality.noise_rms;
   const Blocks alone(columns, target, record.training, end);
   const double without = alone.left();
@@ -299,6 +301,7 @@ std::optional<Learned> learn(const FreeRun& run, const Fit& base, const CheckedR
   std::vector<Tried> tried;
   std::vector<Form> all_forms = forms(record);
   for (const Block block : {Block::valve, Block::process}) {
+    if (block == Block::valve && !run.model().has_valve) continue;
     const std::vector<double> flow = run.flow(base.point, block);
     for (Form& form : all_forms) {
       if (form.block != block) continue;

@@ -311,7 +311,8 @@ LooksLike looks_like(const Leftover& d) {
   if (energy[worst] <= kTellingCondition * samples[worst]) {
     return clear ? LooksLike::disturbance : LooksLike::nothing_known;
   }
-  return worst == kFast ? LooksLike::process : LooksLike::valve;
+  if (worst == kFast) return LooksLike::process;
+  return d.model.has_valve ? LooksLike::valve : LooksLike::nothing_known;
 }
 
 }  // namespace loopwarden::gap

@@ -120,12 +120,7 @@ std::vector<double> free_run(const plant::LoopModel& model, const std::vector<do
     point.dead_time_s = model.process.dead_time_s;
     point.start_offset = below_co;
     run.columns({}, point, columns);
-    const std::array<double, 2> past = run.past(point, columns, pv, measured, training.end);
-    std::vector<double> out = run.offset();
-    for (std::size_t k = 0; k < out.size(); ++k) {
-      out[k] += columns[0][k] + past[0] * columns[1][k] + past[1] * columns[2][k];
-    }
-    return out;
+    return run.with_past(point, columns, pv, measured, training.end);
   };
   std::vector<double> best = from(0.0);
   const double band = resting_band(model);

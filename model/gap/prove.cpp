@@ -28,7 +28,7 @@ Proof judge(const Trial& t) noexcept {
   return t.believable && holds ? Proof::holds : Proof::refuted;
 }
 
-Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
+Trial try_on_holdout(const ModelFit& model_fit, const Fit& model, const Fit& choice,
                      const CheckedRecord& record, const Residuals& left, const Floor& floor,
                      const Misfit& before, const Misfit& after) {
   Trial trial{.believable = left.believable,
@@ -46,10 +46,10 @@ Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
     for (auto i = static_cast<std::size_t>(first); i < e.size(); ++i) squares += e[i] * e[i];
     return squares * fit.noise_rms * fit.noise_rms;
   };
-  Fit base = search.base;
-  base.load = search.chosen.fit.load;
+  Fit base = model;
+  base.load = choice.load;
   trial.model_innovations = sum(base);
-  trial.choice_innovations = sum(search.chosen.fit);
+  trial.choice_innovations = sum(choice);
   return trial;
 }
 

@@ -38,8 +38,8 @@ struct Trial {
 };
 Proof judge(const Trial& trial) noexcept;
 
-// `before` and `after`: free runs of the model alone and with the choice.
-Trial try_on_holdout(const ModelFit& model_fit, const SearchResult& search,
+// `before` and `after`: free runs of `model` alone and with the `choice`.
+Trial try_on_holdout(const ModelFit& model_fit, const Fit& model, const Fit& choice,
                      const CheckedRecord& record, const Residuals& left, const Floor& floor,
                      const Misfit& before, const Misfit& after);
 

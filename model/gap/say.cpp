@@ -75,6 +75,22 @@ plant::EffectSpec spec_of(const FreeRun& run, const Fit& fit, std::size_t index)
   return {};
 }
 
+// The largest of its sizes in CO units: bands, jumps, flows; a place in the travel is none.
+double size_of(const plant::EffectSpec& spec) {
+  constexpr std::array<std::string_view, 2> kPlaces{"position", "travel_limit"};
+  const effects::Descriptor* info = effects::find_effect(spec.name);
+  double size = 0.0;
+  for (const auto& [name, value] : spec.parameters) {
+    const effects::ParameterInfo* parameter =
+        info != nullptr ? effects::find_parameter(*info, name) : nullptr;
+    const bool is_place = std::find(kPlaces.begin(), kPlaces.end(), name) != kPlaces.end();
+    if (parameter != nullptr && !is_place && std::string_view(parameter->unit) == "CO units") {
+      size = std::max(size, value);
+    }
+  }
+  return size;
+}
+
 // A lead in words.
 const char* how_far(double nats) {
   return nats < kTooClose      ? "hardly less likely"
@@ -136,6 +152,14 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
         }
       }
     }
+    const control::PidSettings& pid = model_fit.run.model().controller.pid;
+    if (effect.block == plant::Block::valve &&
+        size_of(effect.spec) > kLargeValveEffect * pid.output_span()) {
+      effect.confidence = std::min(effect.confidence, kMostLarge);
+      doubt += text("; more than %.0f %% of the output's span: more likely the model is wrong (gain, "
+                    "level or units)",
+                    100.0 * kLargeValveEffect);
+    }
     effect.evidence = text(
                           "with it (%s) the free run's rmse falls from %.3g to %.3g on the data of "
                           "the fit; the best "
@@ -146,6 +170,36 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
     out.push_back(std::move(effect));
   }
   return out;
+}
+
+FoundEffect describe_level(const NamedEffect& named, const LevelFinding& level,
+                           const Misfit& before, const Misfit& after) {
+  FoundEffect effect;
+  effect.spec = {kLevelName, {{"bias", level.level}}};
+  effect.block = plant::Block::transmitter;
+  effect.interval["bias"] = {level.level - k95 * level.spread, level.level + k95 * level.spread};
+  effect.confidence = named.confidence;
+  effect.lead_nats = named.lead_nats;
+  effect.evidence =
+      text("the model does not state PV at CO 0 (process.level), and the record shows %.4g there: "
+           "with it the free run's rmse falls from %.3g to %.3g on the data of the fit. If this "
+           "is the loop's own (room temperature, static head, base pressure), write it to "
+           "process.level; only otherwise is PV off",
+           level.level, before.training_rmse, after.training_rmse);
+  return effect;
+}
+
+TriedCandidate describe_level_tried(const LevelFinding& level, const SearchResult& search,
+                                    bool named, Outcome outcome) {
+  TriedCandidate tried;
+  tried.name = kLevelName;
+  tried.block = plant::Block::transmitter;
+  tried.spec = {kLevelName, {{"bias", level.level}}};
+  tried.rmse = search.base_rmse;
+  tried.score = level.lead_nats;
+  tried.chosen = named && outcome == Outcome::missing_effect;
+  if (!tried.chosen) tried.why_not = "is a part of every fit, and more than it is missing";
+  return tried;
 }
 
 FoundEffect describe_controller(const ControllerFinding& found, const control::PidGains& model) {
@@ -262,7 +316,7 @@ std::string hidden_by_load(const SearchResult& search, const ModelFit& model_fit
 
 std::string sentence_of(const Summary& r) {
   if (r.outcome == Outcome::no_gap) {
-    return text("The model explains the record: what is left, %.3g rms, is %s.", r.before.rmse,
+    return text("The model explains the record: what is left, %.3g rms, is %s.", r.after.rmse,
                 r.with_load ? "noise and an unmeasured load" : "the noise of the record");
   }
   if (r.outcome == Outcome::unexplained) {

@@ -13,6 +13,7 @@
 
 #include "model/gap/decide.hpp"
 #include "model/gap/fit_model.hpp"
+#include "model/gap/level.hpp"
 #include "model/gap/result.hpp"
 
 namespace loopwarden::gap {
@@ -20,6 +21,13 @@ namespace loopwarden::gap {
 // The effects that were named, in their order.
 std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
                                           const SearchResult& search, const ModelFit& model_fit);
+
+// PV at CO 0 that the model does not state.
+inline constexpr const char* kLevelName = "output_bias";
+FoundEffect describe_level(const NamedEffect& named, const LevelFinding& level,
+                           const Misfit& before, const Misfit& after);
+TriedCandidate describe_level_tried(const LevelFinding& level, const SearchResult& search,
+                                    bool named, Outcome outcome);
 
 // Other settings of the controller than the model's.
 FoundEffect describe_controller(const ControllerFinding& found, const control::PidGains& model);

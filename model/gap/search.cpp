@@ -343,10 +343,15 @@ class Search {
 }  // namespace
 
 Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& less) {
-  const std::vector<double> a = fitter.left_out_innovations(more, kGainBlocks);
-  const std::vector<double> b = fitter.left_out_innovations(less, kGainBlocks);
+  return lead_between(fitter.left_out_innovations(more, kGainBlocks),
+                      fitter.left_out_innovations(less, kGainBlocks),
+                      less.deviance - more.deviance);
+}
+
+Lead lead_between(const std::vector<double>& a, const std::vector<double>& b,
+                  double deviance_less) {
   const std::size_t n = a.size();
-  const double constant = (less.deviance - more.deviance) / (2.0 * static_cast<double>(n));
+  const double constant = deviance_less / (2.0 * static_cast<double>(n));
   std::vector<double> gains;
   for (std::size_t block = 0; block < kGainBlocks; ++block) {
     double gain = 0.0;

@@ -39,7 +39,7 @@ struct SearchOptions {
   bool load = true;                    // an unmeasured load is modelled
   bool allowances = true;              // a healthy valve's friction and momentum are allowed for
   std::vector<std::string> without{};  // names that are not given
-  // Of a model that this record itself suggested: PV's level is solved for (Level::of_record), and the search for a valve
+  // Of a model that this record itself suggested: the model's level is the record's own and is fitted (Level::of_record), and the search for a valve
   // that sticks starts from what was found with the model too: s, CO units, j/s and where the stem rested; empty: nothing.
   bool level_of_record = false;
   std::vector<double> sticks{};
@@ -59,6 +59,9 @@ struct Lead {
   double ahead = 0.0;  // share of the blocks with a gain
 };
 Lead lead_on_blocks_left_out(const Fitter& fitter, const Fit& more, const Fit& less);
+// The same from the left_out_innovations() of both and the difference of their deviances.
+Lead lead_between(const std::vector<double>& more, const std::vector<double>& less,
+                  double deviance_less);
 
 // Its fits point into the candidates that were searched, and must not outlive them.
 struct SearchResult {

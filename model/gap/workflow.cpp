@@ -18,11 +18,13 @@
 #include "model/gap/fit_model.hpp"
 #include "model/gap/independence.hpp"
 #include "model/gap/learn.hpp"
+#include "model/gap/level.hpp"
 #include "model/gap/locate.hpp"
 #include "model/gap/logger.hpp"
 #include "model/gap/model_run.hpp"
 #include "model/gap/prove.hpp"
 #include "model/gap/say.hpp"
+#include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
 
 namespace loopwarden::gap {
@@ -40,16 +42,31 @@ std::vector<double> simulated(plant::LoopModel model, const Fit& fit, const Chec
                                        run.start_offset(fit.terms, fit.point));
 }
 
+void add_bias(std::vector<plant::EffectSpec>& transmitter, double bias) {
+  const auto own =
+      std::find_if(transmitter.begin(), transmitter.end(),
+                   [](const plant::EffectSpec& s) { return s.name == kLevelName; });
+  if (own == transmitter.end()) {
+    transmitter.insert(transmitter.begin(), plant::EffectSpec{kLevelName, {{"bias", bias}}});
+  } else {
+    own->parameters["bias"] += bias;
+  }
+}
+
 // The model with what was found, its transmitter's noise and rounding as given.
 plant::LoopModel corrected_model(const plant::LoopModel& given, const Decision& decision,
                                  const std::vector<FoundEffect>& reading,
                                  const ControllerFinding& controller, const Fit& fit,
                                  const FreeRun& run) {
   plant::LoopModel out = given;
-  if (!fit.terms.empty() || decision.by_reading) {
+  if (!fit.terms.empty() || decision.by_reading || decision.level) {
     out = run.corrected(fit.terms, fit.point, fit.solved);
     out.transmitter = given.transmitter;
     out.controller = given.controller;
+  }
+  if (decision.level) {
+    out.process.level = given.process.level;
+    add_bias(out.transmitter_effects, run.fitted_level(fit.solved));
   }
   for (const FoundEffect& effect : reading) out.transmitter_effects.push_back(effect.spec);
   if (decision.other_settings) {
@@ -93,12 +110,18 @@ std::vector<Step> steps_of(const SearchResult& search, const CheckedRecord& reco
   return steps;
 }
 
-// What each effect alone accounts for: how much worse the whole is without it.
-std::vector<LocatedEffect> energies_of(const Fit& fit, const Fitter& fitter,
-                                       const CheckedRecord& record) {
-  if (fit.terms.size() == 1) return {{fit.terms[0]->block, 1.0}};
+// What each effect alone accounts for: how much worse the whole is without it. `without_level`: null if no level is
+// named.
+std::vector<LocatedEffect> energies_of(const Fit& fit, const Fit* without_level,
+                                       const Fitter& fitter, const CheckedRecord& record) {
   std::vector<LocatedEffect> out;
   const std::vector<double> whole = fitter.simulate(fit);
+  if (without_level != nullptr) {
+    const std::vector<double> pv = fitter.simulate(*without_level);
+    const double apart = rms_between(whole, pv, record.used, {0, record.training_end});
+    out.push_back({plant::Block::transmitter, apart * apart});
+  }
+  if (fit.terms.size() + out.size() == 1) return {{fit.terms[0]->block, 1.0}};
   for (std::size_t i = 0; i < fit.terms.size(); ++i) {
     const std::vector<double> without = fitter.simulate(fitter.fit_without(fit, i, 60));
     const double apart = rms_between(whole, without, record.used, {0, record.training_end});
@@ -123,6 +146,7 @@ std::vector<std::string> taken_back_names(const Decision& decision, Proof proof)
   std::vector<std::string> names;
   if (proof != Proof::refuted) return names;
   for (const NamedEffect& named : decision.named) names.push_back(named.name);
+  if (decision.level) names.push_back(decision.level->name);
   return names;
 }
 
@@ -217,11 +241,16 @@ class Workflow {
     search_ = search_effects(model_fit_.fitter, model_fit_.searched, scale_, options_.search,
                              parallel, progress);
     choose_alike();
+    settle_level();
     result_.adjusted = free_run().corrected({}, search_.base.point, search_.base.solved);
     result_.adjusted.transmitter = model_.transmitter;
     result_.adjusted.controller = model_.controller;
-    left_ = left_by(search_.chosen);
+    left_ = left_by(search_.chosen, only_level() ? level_->base_rmse : search_.base_rmse);
     decision_ = decide(competition_of(search_), left_, controller_, scale_);
+    if (level_) {
+      decision_.level = {kLevelName, level_->lead_nats,
+                         confidence(level_->lead_nats, left_.adequate), {}};
+    }
     decision_.by_reading = !reading_.empty();
   }
 
@@ -239,9 +268,36 @@ class Workflow {
     search_.chosen = search_.alike[there[(there.size() - 1) / 2].second];
   }
 
-  Residuals left_by(const Hypothesis& hypothesis) const {
-    return examine(model_fit_.fitter, hypothesis, search_.base_rmse, record_.co,
-                   record_.quality.noise_rms, record_.record.period_s);
+  // A level that the model does not state was fitted beside everything else. It is named if the record shows it;
+  // otherwise all is fitted at the model's own.
+  void settle_level() {
+    if (!free_run().fits_level() || record_.closed_loop || options_.search.level_of_record) return;
+    const LevelFinding found = find_level(model_fit_.fitter, search_, scale_);
+    if (found.shown && !left_out(kLevelName)) {
+      level_ = found;
+    } else if (!found.shown) {
+      model_fit_.fitter.hold_level(true);
+      search_.base = found.base;
+      search_.base_rmse = found.base_rmse;
+      search_.chosen = found.chosen;
+    }
+  }
+  bool only_level() const noexcept { return level_ && fit().terms.empty(); }
+
+  // `base_rmse`: of the model alone, PV units, first two thirds.
+  Residuals left_by(const Hypothesis& hypothesis, double base_rmse) const {
+    return examine(model_fit_.fitter, hypothesis, base_rmse, record_.co, record_.quality.noise_rms,
+                   record_.record.period_s);
+  }
+
+  // The model as given. A level that it does not state is the record's, unless it is named as missing.
+  plant::LoopModel as_given(bool level_named) const {
+    plant::LoopModel model = record_.model;
+    const double level = free_run().fitted_level(search_.base.solved);
+    if (!level_named && !record_.closed_loop && level != 0.0) {
+      model.process.level = model.process.level.value_or(0.0) + level;
+    }
+    return model;
   }
 
   plant::LoopModel corrected(const Decision& decision, const Fit& fit) const {
@@ -250,16 +306,20 @@ class Workflow {
 
   void prove() {
     series_ = series_of(taken_.given, record_, controller_);
-    series_.pv_before = pv_of(record_.model, search_.base);
+    series_.pv_before = pv_of(as_given(decision_.level.has_value()), search_.base);
     series_.pv_after = pv_of(corrected(decision_, fit()), fit());
-    weigh_rest(decision_.named.empty() ? model_pv() : series_.pv_after, left_.adequate);
+    weigh_rest(decision_.names_any() ? series_.pv_after : model_pv(), left_.adequate);
     take_misfits();
     if (!decision_.named.empty() && ousted()) {
       proof_ = Proof::refuted;
       ousted_ = true;
-    } else if (!decision_.named.empty()) {
-      trial_ = try_on_holdout(model_fit_, search_, record_, left_, result_.floor, result_.before,
-                              result_.after);
+    } else if (decision_.names_any()) {
+      // Effects are judged against the model with the record's level, the level against the model without.
+      const Misfit before = only_level() ? result_.before
+                                         : misfit(pv_of(as_given(false), search_.base),
+                                                  result_.floor.rmse());
+      trial_ = try_on_holdout(model_fit_, only_level() ? level_->base : search_.base, fit(),
+                              record_, left_, result_.floor, before, result_.after);
       proof_ = judge(trial_);
       if (proof_ == Proof::refuted && holds_until_holdout()) {
         proof_ = Proof::partly;
@@ -269,13 +329,37 @@ class Workflow {
     kept_ = decision_;
     const bool refuted = proof_ == Proof::refuted;
     if (refuted) take_names_back();
-    result_.outcome = outcome_of(kept_, proof_);
+    result_.outcome = outcome_of(kept_, kept_.level && refuted ? Proof::holds : proof_);
     if (result_.outcome != Outcome::missing_effect) kept_.other_settings = false;
     result_.corrected = corrected(kept_, refuted ? search_.base : fit());
-    if (!refuted) return;
-    series_.pv_after =
-        kept_.by_reading ? pv_of(result_.corrected, search_.base) : series_.pv_before;
+    if (refuted) show_without_names();
+    if (result_.outcome == Outcome::no_gap) show_adjusted();
+  }
+
+  void show_without_names() {
+    series_.pv_before = pv_of(as_given(kept_.level.has_value()), search_.base);
+    series_.pv_after = kept_.by_reading || kept_.level ? pv_of(result_.corrected, search_.base)
+                                                       : series_.pv_before;
     take_misfits();
+  }
+
+  // Where nothing is missing: the model with its process moved within the stated uncertainty, if that leaves less.
+  void show_adjusted() {
+    const plant::ProcessParameters& given = model_.process;
+    const plant::ProcessParameters& moved = result_.adjusted.process;
+    std::vector<double> pv = model_pv();
+    if (pv == series_.pv_before) return;
+    series_.pv_after = std::move(pv);
+    take_misfits();
+    result_.check.notes.push_back(
+        {"process",
+         text("within its uncertainty the process fits best with gain %.4g (model: %.4g)",
+              moved.gain, given.gain) +
+             (given.integrating() ? std::string()
+                                  : text(", time constant %.4g s (%.4g s)", moved.time_constant_s,
+                                         given.time_constant_s)) +
+             text(", dead time %.4g s (%.4g s): that leaves %.3g rms", moved.dead_time_s,
+                  given.dead_time_s, result_.after.rmse)});
   }
 
   // What wanders on can't be carried into the holdout: it must not make that worse, and is proved on blocks left out.
@@ -295,11 +379,13 @@ class Workflow {
   // ahead of it where they were fitted.
   void take_names_back() {
     const Hypothesis alone{search_.base, 0.0, search_.base_rmse};
-    const Residuals left = left_by(alone);
+    const Residuals left = left_by(alone, search_.base_rmse);
+    const double nats = only_level() ? level_->lead_nats : search_.chosen.score;
     weigh_rest(model_pv(), left.adequate);
     kept_.named.clear();
     kept_.unexplained = controller_.unexplained || ousted_ || independence_.follows() ||
-                        search_.chosen.score > kFurtherGain || !left.adequate;
+                        nats > kFurtherGain || !left.adequate;
+    if (kept_.unexplained || only_level()) kept_.level.reset();
     if (!kept_.unexplained) left_ = left;
   }
 
@@ -448,14 +534,52 @@ class Workflow {
     for (FoundEffect& effect : describe_effects(kept_, proof_, search_, model_fit_)) {
       effect.confidence = most_confidence(effect.confidence);
       effect.evidence += doubt();
+      if (repeats_with_set_point(effect.spec)) {
+        effect.confidence = std::min(effect.confidence, kMostRepeating);
+        effect.evidence += "; its delay is the time between two moves of SP, with which every error "
+                           "of the model repeats";
+      }
+      effects.push_back(std::move(effect));
+    }
+    if (kept_.level && result_.outcome == Outcome::missing_effect) {
+      FoundEffect effect = describe_level(*kept_.level, *level_, result_.before, result_.after);
+      effect.confidence = most_confidence(confidence_after(effect.confidence, proof_));
+      effect.evidence += doubt();
       effects.push_back(std::move(effect));
     }
     if (learned_) {
       effects.push_back(*learned_);
     } else if (result_.outcome == Outcome::missing_effect) {
       result_.steps = steps_of(search_, record_, free_run(), result_.floor.rmse());
+      if (kept_.level) {
+        result_.steps.push_back({kLevelName, Step::Change::added, result_.after.training_rmse,
+                                 result_.after.holdout_rmse});
+      }
     }
     result_.candidates = describe_tried(search_, model_fit_, result_.outcome);
+    if (level_) {
+      result_.candidates.push_back(
+          describe_level_tried(*level_, search_, kept_.level.has_value(), result_.outcome));
+    }
+  }
+
+  // Whether PV would feed back on itself after the very time between two moves of SP.
+  bool repeats_with_set_point(const plant::EffectSpec& spec) const {
+    const auto delay = spec.parameters.find("delay");
+    if (spec.name != "recycle" || delay == spec.parameters.end() || !record_.record.has_sp()) {
+      return false;
+    }
+    std::vector<double> apart_s;
+    double last_s = kNone;
+    for (std::size_t k = 1; k < record_.sp.size(); ++k) {
+      if (record_.sp[k] == record_.sp[k - 1]) continue;
+      const double now_s = record_.record.time_s(k);
+      if (std::isfinite(last_s)) apart_s.push_back(now_s - last_s);
+      last_s = now_s;
+    }
+    if (apart_s.empty()) return false;
+    const double times = delay->second / numeric::median(std::move(apart_s));
+    return times > 0.5 && std::abs(times - std::round(times)) < kRepeats;
   }
 
   // No name is surer than the test of what it leaves allows.
@@ -475,7 +599,12 @@ class Workflow {
 
   void find_where() {
     std::vector<LocatedEffect> effects;
-    if (!kept_.named.empty()) effects = energies_of(fit(), model_fit_.fitter, record_);
+    if (!kept_.named.empty()) {
+      effects = energies_of(fit(), kept_.level ? &level_->chosen.fit : nullptr,
+                            model_fit_.fitter, record_);
+    } else if (kept_.level) {
+      effects = {{plant::Block::transmitter, 1.0}};
+    }
     const bool controller_differs = controller_.mismatch || controller_.unexplained;
     result_.located =
         locate({.model = model_,
@@ -504,14 +633,14 @@ class Workflow {
                                   .pv = series_.pv,
                                   .pv_after = series_.pv_after,
                                   .co = series_.co,
-                                  .is_noise = left_.adequate && !kept_.named.empty()})};
+                                  .is_noise = left_.adequate && kept_.names_any()})};
     if (independence_.follows_sp) result_.remainder->depends_on.push_back("sp");
     if (independence_.follows_co) result_.remainder->depends_on.push_back("co");
   }
 
   // What is named is the controller's, and the plant's gap stays.
   bool plant_unexplained() const {
-    return kept_.unexplained && kept_.other_settings && kept_.named.empty() && !kept_.by_reading;
+    return kept_.unexplained && kept_.other_settings && !kept_.names_any() && !kept_.by_reading;
   }
 
   void say() {
@@ -536,10 +665,11 @@ class Workflow {
   const plant::LoopModel& model_;
   const Options& options_;
   std::vector<FoundEffect> reading_;
-  const ModelFit model_fit_;
+  ModelFit model_fit_;
   const Scale scale_;
   ControllerFinding controller_;
   SearchResult search_;
+  std::optional<LevelFinding> level_;  // a level that the model does not state and the record shows
   Residuals left_;
   Decision decision_;
   Decision kept_;  // what of it the holdout left

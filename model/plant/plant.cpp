@@ -17,6 +17,12 @@ ProcessParameters process_of(const LoopModel& model) {
   return process;
 }
 
+double rest_level(const LoopModel& model) {
+  if (!model.process.integrating()) return model.process.level.value_or(0.0);
+  return model.scenario.set_point.empty() ? (model.transmitter.low + model.transmitter.high) / 2.0
+                                          : model.scenario.set_point.front().second;
+}
+
 }  // namespace
 
 Plant::Plant(const LoopModel& model, std::uint64_t seed)
@@ -25,9 +31,7 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
       output_high_(model.controller.pid.output_high),
       process_(process_of(model), model.sample_time_s),
       integrating_(model.process.integrating()),
-      level_(model.scenario.set_point.empty()
-                 ? (model.transmitter.low + model.transmitter.high) / 2.0
-                 : model.scenario.set_point.front().second),
+      level_(rest_level(model)),
       transmitter_(model.transmitter, seed) {
   effects::EffectContext context{.sample_time_s = model.sample_time_s,
                                  .output_low = output_low_,

@@ -48,7 +48,7 @@ class Plant {
   EffectChain process_effects_;
   Process process_;
   bool integrating_;
-  double level_;  // PV units, where an integrating process starts
+  double level_;  // PV units at CO 0; an integrating process starts there at any CO
   EffectChain disturbances_;
   EffectChain transmitter_effects_;
   Transmitter transmitter_;

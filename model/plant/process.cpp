@@ -44,7 +44,7 @@ Process::Process(const ProcessParameters& parameters, double period_s)
 
 double Process::reset(double u, double level) noexcept {
   balance_ = integrating_ ? u : 0.0;
-  level_ = integrating_ ? level : 0.0;
+  level_ = level;
   line_.fill(u - balance_);
   first_ = lag_ = gain_ * (u - balance_);
   return level_ + share_ * first_ - lag_share_ * lag_;

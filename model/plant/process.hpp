@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The process: gain, one or two first-order lags and dead time; or an integrator in the place of the first.
 //
-//   self-regulating   T q1' = K u(t - L) - q1         T2 q' = q1 - q
+//   self-regulating   T q1' = K u(t - L) - q1         T2 q' = q1 - (q - level)
 //   integrating          q1' = K (u(t - L) - u0)      T2 q' = q1 - q
 //
 // exactly sampled for u held over each period, L = (n + f) h with n whole and 0 <= f < 1:
@@ -9,6 +9,7 @@
 //   integrator   x(k+1) = x(k) + f h u(k-n-1) + (1 - f) h u(k-n)
 //   two in series by partial fractions: q = K (T x_T - T2 x_T2)/(T - T2), q = q0 + K (x - T2 x_T2)
 //
+//   level  PV at u = 0 at rest, PV units
 //   u  flow command, CO units     q  PV units     K  gain, PV units / CO unit; integrating: PV units / (CO unit s)
 //   T  time_constant, s, > 0      T2  second_time_constant, s, >= 0; 0: none
 //   L  dead_time, s, >= 0         h  s           u0  at which an integrating process stands still: u at reset()
@@ -25,6 +26,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "model/plant/delay_line.hpp"
 
@@ -39,6 +41,9 @@ struct ProcessParameters {
   double dead_time_s = 0.0;             // s
   double second_time_constant_s = 0.0;  // s, 0: none
   ProcessKind kind = ProcessKind::self_regulating;
+  // PV units, PV at CO 0 without disturbance; nothing: the file does not state it, and a simulation takes 0. A
+  // self-regulating process only.
+  std::optional<double> level{};
 
   bool integrating() const noexcept { return kind == ProcessKind::integrating; }
   // The lags and the dead time together; an integrator counts nothing.
@@ -53,7 +58,7 @@ class Process {
  public:
   Process(const ProcessParameters& parameters, double period_s);
 
-  // Rest at `u`. An integrating process rests at every u: at `level`, PV units.
+  // Rest at `u`. `level`, PV units: PV at u = 0; an integrating process rests there at every u.
   double reset(double u, double level = 0.0) noexcept;
   double step(double u) noexcept {
     line_.push(u - balance_);
@@ -80,7 +85,7 @@ class Process {
   std::size_t whole_;  // n
   DelayLine line_;
   double balance_ = 0.0;  // u0, CO units
-  double level_ = 0.0;    // q0, PV units
+  double level_ = 0.0;    // PV units, what reset() was given
   double first_ = 0.0;    // PV units
   double lag_ = 0.0;      // PV units
 };

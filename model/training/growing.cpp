@@ -124,8 +124,9 @@ Signature simulate_signature(const plant::LoopModel& believed, Condition conditi
   m.controller.pid.gains.ki *= random.uniform(0.9, 1.1);
   if (m.transmitter.noise == 0.0) m.transmitter.noise = 0.001 * pv_span;
   // From a valve that is nearly shut to the middle, as the thesis's step to 5 L/min.
-  const double at_low = m.process.gain * (pid.output_low + 0.02 * co_span);
-  const double goal = m.process.gain * (pid.output_low + 0.41 * co_span);
+  const double level = m.process.level.value_or(0.0);
+  const double at_low = level + m.process.gain * (pid.output_low + 0.02 * co_span);
+  const double goal = level + m.process.gain * (pid.output_low + 0.41 * co_span);
   const auto within = [&](double pv) {
     return std::clamp(pv, m.transmitter.low, m.transmitter.high);
   };

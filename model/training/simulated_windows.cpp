@@ -109,7 +109,9 @@ void vary_loop(Draw& d, const WindowRequest& request) {
 // PV units in the middle of what the output reaches.
 double rest_point(const Draw& d, double co_share) {
   const control::PidSettings& pid = d.model.controller.pid;
-  const double pv = d.model.process.gain * (pid.output_low + co_share * d.co_span);
+  const plant::ProcessParameters& process = d.model.process;
+  const double pv =
+      process.level.value_or(0.0) + process.gain * (pid.output_low + co_share * d.co_span);
   const double margin = 0.08 * d.pv_span;
   return std::clamp(pv, d.model.transmitter.low + margin, d.model.transmitter.high - margin);
 }

@@ -74,6 +74,39 @@ TEST_CASE("A process integrates, or has a second lag, where its keys say so", "[
       Catch::Contains("second_time_constant"));
 }
 
+TEST_CASE("PV at CO 0 is stated by `level`, of a self-regulating process only",
+          "[config][model]") {
+  const auto without = read_model_text("m.yaml", kModel);
+  REQUIRE(without);
+  CHECK_FALSE(without->process.level.has_value());
+  const auto stated =
+      read_model_text("m.yaml", with(kModel, "gain: 1.2264", "gain: 1.2264\n  level: -3.5"));
+  REQUIRE(stated);
+  CHECK(stated->process.level == -3.5);
+  const std::string integrating =
+      with(with(kModel, "gain: 1.2264", "kind: integrating\n  gain: 0.02\n  level: 3"),
+           "  time_constant: 1.7\n", "");
+  CHECK_THAT(said_of_model(integrating), Catch::Contains("process.level: does not go with"));
+  CHECK_THAT(said_of_model(with(kModel, "gain: 1.2264", "gain: 1.2264\n  level: warm")),
+             Catch::Contains("process.level"));
+}
+
+TEST_CASE("`valve: none` states that nothing can stick", "[config][model]") {
+  const std::string with_valve = with(kModel, "process:\n", "valve:\n  effects: []\nprocess:\n");
+  const std::string none = with(kModel, "process:\n", "valve: none\nprocess:\n");
+  REQUIRE(read_model_text("m.yaml", with_valve));
+  CHECK(read_model_text("m.yaml", with_valve)->has_valve);
+  const auto model = read_model_text("m.yaml", none);
+  INFO(to_text(model.diagnostics));
+  REQUIRE(model);
+  CHECK_FALSE(model->has_valve);
+  CHECK_THAT(said_of_model(with(kModel, "process:\n", "valve: nothing\nprocess:\n")),
+             Catch::Contains("valve"));
+  const std::string fault =
+      none + "scenario:\n  faults:\n    - {effect: backlash, deadband: 1, block: valve}\n";
+  CHECK_THAT(said_of_model(fault), Catch::Contains("valve: none"));
+}
+
 TEST_CASE("Keys of a model reach their place", "[config][model]") {
   const auto model = read_model_file(LOOPWARDEN_SOURCE_DIR "/tests/config/data/all_effects.yaml");
   INFO(to_text(model.diagnostics));

@@ -39,7 +39,11 @@ TEST_CASE("Integrating processes and second lags are written and read back", "[c
   auto model = read_model_text("m.yaml", test::kModel);
   REQUIRE(model);
   model->process = {.gain = -0.02, .dead_time_s = 3.0, .second_time_constant_s = 0.7};
-  SECTION("self-regulating") { model->process.time_constant_s = 12.0; }
+  SECTION("self-regulating") {
+    model->process.time_constant_s = 12.0;
+    model->process.level = -1.25;
+  }
+  SECTION("without a valve") { model->has_valve = false; }
   SECTION("integrating") { model->process.kind = plant::ProcessKind::integrating; }
   const auto again = read_model_text("again.yaml", write_model(*model));
   INFO(to_text(again.diagnostics));

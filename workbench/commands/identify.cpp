@@ -45,6 +45,7 @@ IdentifyFindings look_at(const record::Record& record) {
                                   .pv = record.pv,
                                   .sp = record.sp,
                                   .mode = record.automatic,
+                                  .stem = record.stem,
                                   .sample_time_s = record.period_s});
   if (f.process.closed_loop) {
     f.no_tangent = "it needs CO stepped by hand";
@@ -155,7 +156,7 @@ void print_found(const IdentifyFindings& f) {
   fmt::print(
       "{}, driven by CO, explains {:.2f} % of PV and leaves {:.4g} PV units (rms); one sample\n"
       "ahead, with a noise model of order {}, {:.4g} are left.\n",
-      p.cycle ? "Valve and process together" : "The process alone", best.fit_percent, best.rmse,
+      p.cycle && p.fits.size() == 1 ? "Valve and process together" : "The process alone", best.fit_percent, best.rmse,
       best.noise_order, best.prediction_rms);
   if (p.fits.size() > 1) fmt::print("Other forms:");
   for (const analysis::ProcessFit& fit : p.fits) {
@@ -180,6 +181,7 @@ void print_found(const IdentifyFindings& f) {
   const plant::ProcessParameters process = best.process();
   if (process.integrating()) fmt::print("  kind: integrating\n");
   fmt::print("  gain: {:.5g}\n", process.gain);
+  if (process.level) fmt::print("  level: {:.5g}\n", *process.level);
   if (!process.integrating()) fmt::print("  time_constant: {:.5g}\n", process.time_constant_s);
   if (process.second_time_constant_s > 0.0) {
     fmt::print("  second_time_constant: {:.5g}\n", process.second_time_constant_s);

@@ -34,6 +34,7 @@ plant::LoopModel model_of(plant::LoopModel twin, const LoopFacts& loop) {
   model.transmitter.high = loop.pv_range[1];
   std::erase_if(model.transmitter_effects,
                 [](const plant::EffectSpec& effect) { return effect.name == "output_bias"; });
+  model.process.level.reset();
   return model;
 }
 

@@ -2,9 +2,11 @@
 #include "model/analysis/identification.hpp"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -148,7 +150,7 @@ TEST_CASE("the intervals of noisy step records hold the truth in 34 of 40 at lea
     const Identification found = identified(r.co, r.pv);
     REQUIRE(found.can_tell());
     const ProcessFit& fit = of_form(found, ProcessForm::one_lag);
-    CHECK(fit.gain.value == Approx(1.2264).epsilon(0.01));
+    CHECK(fit.gain.value == Approx(1.2264).epsilon(0.015));
     CHECK(fit.time_constant_s.value == Approx(1.694).epsilon(0.12));
     CHECK(fit.dead_time_s.value == Approx(2.626).epsilon(0.06));
     CHECK(fit.dead_time_s.high - fit.dead_time_s.low < 0.3);
@@ -222,6 +224,206 @@ TEST_CASE("clocked steps by hand are no controller", "[analysis][identification]
   CHECK_FALSE(found.closed_loop);
   REQUIRE(found.can_tell());
   CHECK(found.best().gain.value == Approx(1.2264).epsilon(0.02));
+}
+
+// A loop whose controller is `law`: CO from SP less PV and the CO before.
+template <class Law>
+LoopRun run_under(Law law, std::uint64_t seed, double load_sd, double noise, double gain = 1.2264) {
+  LoopRun r;
+  numeric::Random random(seed);
+  plant::ProcessParameters slow = kPlant1;
+  slow.gain = gain;
+  slow.time_constant_s = 6.0;
+  slow.dead_time_s = 0.5;
+  plant::Process process(slow, kPeriod);
+  double q = process.reset(4.0);
+  double load = 0.0;
+  double co = 4.0;
+  const double keep = std::exp(-kPeriod / 40.0);
+  for (std::size_t k = 0; k < 4000; ++k) {
+    const double pv = q + load + noise * random.normal();
+    co = law(k, 5.0 - pv, co, random);
+    r.co.push_back(co);
+    r.pv.push_back(pv);
+    r.sp.push_back(5.0);
+    q = process.step(co);
+    load = keep * load + load_sd * std::sqrt(1.0 - keep * keep) * random.normal();
+  }
+  return r;
+}
+
+TEST_CASE("a loop that is closed by switching is no open loop", "[analysis][identification]") {
+  const auto relay = [](std::size_t, double e, double co, numeric::Random&) {
+    return e > 0.1 ? 8.0 : e < -0.1 ? 0.0 : co;
+  };
+  // On for a part of each 2 s that follows the error.
+  double share = 0.5;
+  const auto pulses = [&share](std::size_t k, double e, double, numeric::Random&) {
+    if (k % 20 == 0) share = std::clamp(share + 0.05 * e, 0.0, 1.0);
+    return static_cast<double>(k % 20) < std::round(share * 20.0) ? 8.0 : 0.0;
+  };
+  const auto gap_action = [](std::size_t, double e, double co, numeric::Random&) {
+    return std::abs(e) < 0.3 ? co : std::clamp(co + 0.004 * e, 0.0, 10.0);
+  };
+  const bool with_sp = GENERATE(true, false);
+  const std::uint64_t seed = GENERATE(1U, 2U);
+  for (const LoopRun& r : {run_under(relay, seed, 0.4, 0.02), run_under(pulses, seed, 0.6, 0.02),
+                           run_under(gap_action, seed, 0.6, 0.02)}) {
+    const Identification found = identified(r.co, r.pv, with_sp ? r.sp : std::vector<double>{});
+    CHECK(found.closed_loop);
+    CHECK_FALSE(found.can_tell());
+    CHECK_FALSE(found.reason.empty());
+  }
+}
+
+TEST_CASE("steps by hand are no controller, however they are timed", "[analysis][identification]") {
+  // Two levels at random times, five levels in a fixed order, five at random.
+  std::size_t next = 0;
+  const auto two_levels = [&next](std::size_t k, double, double co, numeric::Random& random) {
+    if (k < next) return co;
+    next = k + 60 + static_cast<std::size_t>(240.0 * random.uniform());
+    return random.uniform() < 0.5 ? 3.0 : 5.0;
+  };
+  const auto staircase = [](std::size_t k, double, double, numeric::Random&) {
+    constexpr std::array kLevels{4.5, 5.5, 5.0, 6.0, 4.0};
+    return kLevels[k / 130 % kLevels.size()];
+  };
+  const auto random_levels = [](std::size_t k, double, double co, numeric::Random& random) {
+    return k % 70 == 0 ? 3.0 + std::floor(5.0 * random.uniform()) : co;
+  };
+  const double noise = GENERATE(0.0, 0.02);
+  next = 0;
+  for (const LoopRun& r : {run_under(two_levels, 3, 0.05, noise), run_under(staircase, 3, 0.05, noise),
+                           run_under(random_levels, 3, 0.05, noise)}) {
+    const Identification found = identified(r.co, r.pv, r.sp);
+    INFO(found.reason);
+    CHECK_FALSE(found.closed_loop);
+    REQUIRE(found.can_tell());
+    CHECK(found.best().gain.value == Approx(1.2264).epsilon(0.05));
+  }
+}
+
+TEST_CASE("a CO that is logged too late closes no loop, and is said", "[analysis][identification]") {
+  const std::size_t late = GENERATE(1U, 2U);
+  const double noise = GENERATE(0.0, 0.01);
+  numeric::Random random(4);
+  plant::Process process({.gain = 0.07, .time_constant_s = 0.25}, kPeriod);
+  double q = process.reset(0.0);
+  std::vector<double> co, pv;
+  for (std::size_t k = 0; k < 2000; ++k) {
+    const std::size_t at = k / 40 % 20;
+    const double u = 10.0 * static_cast<double>(at < 10 ? at : 20 - at);
+    co.push_back(u);
+    pv.push_back(std::round(1000.0 * (q + noise * random.normal())) / 1000.0);
+    q = process.step(u);
+  }
+  std::vector<double> logged(late, 0.0);
+  logged.insert(logged.end(), co.begin(), co.end() - static_cast<std::ptrdiff_t>(late));
+  const Identification found = identified(logged, pv);
+  CHECK_FALSE(found.closed_loop);
+  REQUIRE(found.can_tell());
+  CHECK(found.best().gain.value == Approx(0.07).epsilon(0.01));
+  REQUIRE_FALSE(found.notes.empty());
+  CHECK_THAT(found.notes.front(), Catch::Contains("too late"));
+  const Identification in_place = identified(co, pv);
+  CHECK(in_place.notes.empty());
+  CHECK(in_place.best().gain.value == Approx(0.07).epsilon(0.01));
+}
+
+TEST_CASE("a gain that depends on the opening is reported", "[analysis][identification]") {
+  std::vector<double> co, pv;
+  numeric::Random random(6);
+  const bool bent = GENERATE(true, false);
+  for (std::size_t k = 0; k < 1600; ++k) {
+    const std::size_t at = k / 80 % 20;
+    const double u = 10.0 * static_cast<double>(at < 10 ? at : 20 - at);
+    co.push_back(u);
+    pv.push_back((bent ? 0.01 * u * u : u) + 0.1 * random.normal());
+  }
+  const std::optional<StaticGain> gain = static_gain(co, pv);
+  REQUIRE(gain.has_value() == bent);
+  if (!bent) return;
+  CHECK(gain->low_co == 0.0);
+  CHECK(gain->high_co == 100.0);
+  CHECK(gain->at_low < 0.5);
+  CHECK(gain->at_high > 1.5);
+}
+
+TEST_CASE("a model that leaves more than a straight line is refused", "[analysis][identification]") {
+  // PV drifts and CO is stepped, but the two have nothing to do with each other.
+  std::vector<double> co, pv;
+  numeric::Random random(2);
+  double wander = 0.0;
+  for (std::size_t k = 0; k < 1500; ++k) {
+    co.push_back(k / 100 % 2 == 0 ? 3.0 : 4.0);
+    wander += 0.02 * random.normal();
+    pv.push_back(0.01 * static_cast<double>(k) + wander);
+  }
+  const Identification found = identified(co, pv);
+  CHECK_FALSE(found.can_tell());
+  CHECK_FALSE(found.reason.empty());
+}
+
+TEST_CASE("slow logging widens the intervals of the lags and is said",
+          "[analysis][identification]") {
+  // The controller acts ten times a sample; T 1.2 of a sample.
+  numeric::Random random(9);
+  plant::Process process({.gain = 1.2, .time_constant_s = 1.2, .dead_time_s = 0.4}, kPeriod);
+  double q = process.reset(5.0);
+  double integral = 5.0;
+  std::vector<double> co, pv, sp;
+  for (std::size_t k = 0; k < 8000; ++k) {
+    const double set = 6.0 + static_cast<double>(k / 600 % 2);
+    const double measured = q + 0.02 * random.normal();
+    integral += 0.03 * (set - measured);
+    const double u = integral + 0.3 * (set - measured);
+    if (k % 10 == 0) {
+      co.push_back(u);
+      pv.push_back(measured);
+      sp.push_back(set);
+    }
+    q = process.step(u);
+  }
+  const Identification found =
+      identify({.co = co, .pv = pv, .sp = sp, .mode = {}, .sample_time_s = 1.0});
+  INFO(found.reason);
+  REQUIRE(found.can_tell());
+  const ProcessFit& best = found.best();
+  CHECK(best.time_constant_s.low < 1.2);
+  CHECK(best.time_constant_s.high > 1.2);
+  CHECK(best.dead_time_s.high > 0.4);
+  REQUIRE_FALSE(found.notes.empty());
+  CHECK_THAT(found.notes.front(), Catch::Contains("sampling period"));
+}
+
+TEST_CASE("two close lags are within their intervals, from any start",
+          "[analysis][identification][long]") {
+  int first = 0;
+  int second = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    numeric::Random random(seed);
+    plant::Process process({.gain = 1.0,
+                            .time_constant_s = 20.0,
+                            .dead_time_s = 3.0,
+                            .second_time_constant_s = 8.0},
+                           1.0);
+    double q = process.reset(50.0);
+    double u = 50.0;
+    std::vector<double> co, pv;
+    for (std::size_t k = 0; k < 2000; ++k) {
+      if (k % 60 == 0) u = random.uniform() < 0.5 ? 45.0 : 55.0;
+      co.push_back(u);
+      pv.push_back(q + 0.1 * random.normal());
+      q = process.step(u);
+    }
+    const Identification found =
+        identify({.co = co, .pv = pv, .sp = {}, .mode = {}, .sample_time_s = 1.0});
+    const ProcessFit& fit = of_form(found, ProcessForm::two_lags);
+    first += fit.time_constant_s.low <= 20.0 && 20.0 <= fit.time_constant_s.high ? 1 : 0;
+    second += fit.second_lag_s.low <= 8.0 && 8.0 <= fit.second_lag_s.high ? 1 : 0;
+  }
+  CHECK(first >= 8);
+  CHECK(second >= 8);
 }
 
 TEST_CASE("a set point that moves too little against the load gives no number",
@@ -313,9 +515,8 @@ TEST_CASE("a record alone suggests a loop model, and what it assumed is said",
   CHECK(assumed.model->uncertainty.gain >= 0.03);
   CHECK(assumed.assumptions.size() >= 5);
   // The process alone would put PV elsewhere: what was identified are changes.
-  const std::vector<plant::EffectSpec>& level = assumed.model->transmitter_effects;
-  REQUIRE(level.size() == 1);
-  CHECK(level[0].parameters.at("bias") ==
+  REQUIRE(assumed.model->process.level);
+  CHECK(*assumed.model->process.level ==
         Approx(numeric::mean(r.pv) - assumed.model->process.gain * numeric::mean(r.co)));
   const AssumedModel told =
       assumed_model({.co = r.co, .pv = r.pv, .sp = r.sp, .sample_time_s = kPeriod},

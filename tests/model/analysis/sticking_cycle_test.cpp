@@ -32,7 +32,7 @@ struct Loop {
 };
 
 struct Run {
-  std::vector<double> co, pv;
+  std::vector<double> co, pv, stem;
 };
 
 // PI on a SP that stands.
@@ -53,7 +53,8 @@ Run run_of(const Loop& loop, std::uint64_t seed, std::size_t samples = 3000) {
     const double error = kSetPoint - r.pv.back();
     integral += loop.ki * kPeriod * error;
     r.co.push_back(loop.kp * error + integral);
-    q = process.step(valve.step(r.co.back()));
+    r.stem.push_back(valve.step(r.co.back()));
+    q = process.step(r.stem.back());
   }
   return r;
 }
@@ -110,8 +111,26 @@ TEST_CASE("a cycle without SP is identified, and suggests a loop model with its 
   REQUIRE(assumed.model->scenario.set_point.size() == 1);
   CHECK(assumed.model->scenario.set_point[0].second == Approx(kSetPoint).epsilon(0.001));
   CHECK(assumed.model->valve_effects.empty());
-  REQUIRE(assumed.model->transmitter_effects.size() == 1);
-  CHECK(assumed.model->transmitter_effects[0].name == "output_bias");
+  CHECK(assumed.model->transmitter_effects.empty());
+  CHECK(assumed.model->process.level.has_value());
+}
+
+TEST_CASE("beside a stem the slip jump and the process are those of the stem",
+          "[analysis][identification]") {
+  const Run r = run_of({.valve = {.s = 5.0, .j = 2.0}, .wander = 0.005}, 1);
+  numeric::Random random(2);
+  std::vector<double> stem;
+  for (const double x : r.stem) stem.push_back(x + 0.01 * random.normal());
+  const Identification found =
+      identify({.co = r.co, .pv = r.pv, .sp = {}, .mode = {}, .stem = stem,
+                .sample_time_s = kPeriod});
+  REQUIRE(found.cycle);
+  CHECK(found.cycle->j.value == Approx(2.0).epsilon(0.15));
+  CHECK(found.cycle->j.low <= 2.0);
+  CHECK(found.cycle->j.high >= 2.0);
+  REQUIRE(found.can_tell());
+  CHECK(found.best().gain.value == Approx(1.3).epsilon(0.05));
+  CHECK(found.best().time_constant_s.value == Approx(4.0).epsilon(0.15));
 }
 
 TEST_CASE("a stem that rests after each slip shows gain times slip jump, not the gain",

@@ -33,6 +33,20 @@ EffectSpec effect(const char* name, std::map<std::string, double> parameters) {
 
 }  // namespace
 
+TEST_CASE("PV at CO 0 is the process's level", "[plant]") {
+  LoopModel model;
+  model.process = {.gain = 2.0, .time_constant_s = 1.0, .level = 7.0};
+  model.transmitter = {.low = -100.0, .high = 300.0};
+  Plant plant(model, 1);
+  plant.reset(0.0);
+  CHECK(plant.process_variable() == Approx(7.0));
+  plant.reset(10.0);
+  CHECK(plant.process_variable() == Approx(27.0));
+  for (int k = 0; k < 500; ++k) plant.step(20.0);
+  CHECK(plant.process_variable() == Approx(47.0));
+  CHECK(plant.output_for(17.0) == Approx(5.0));
+}
+
 TEST_CASE("a plant at rest stays at rest", "[plant][loop]") {
   Plant plant(plain(), 1);
   plant.reset(4.0);
