@@ -41,7 +41,7 @@ struct FolderReading {
   std::vector<StopOutput> outputs;  // of all loops that are controlled here
   std::vector<Diagnostic> diagnostics;
   bool sound = false;  // no errors
-  // What errors there are concern single loops and links, and some loop is without.
+  // All errors concern single loops and links, and at least one loop can run.
   bool runnable = false;
 };
 FolderReading read_folder(const std::filesystem::path& directory, const Drafts& drafts = {},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Validates a configuration: the one judgement for `loopwarden check`, `loopwardend --check`, the
-// start, a reload, its dry run and `loopwarden setup`. Whatever a start would refuse because of
+// start, a reload, its dry run and `loopwarden setup`. All that a start refuses because of
 // what files say is an error here, also in files that loop files name: twins, specialists, records
 // to replay. What depends on the machine, such as a port that is in use or a device that is absent,
 // is none.

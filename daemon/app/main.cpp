@@ -76,6 +76,7 @@ int run(const std::string& directory, bool check, bool safe) {
   auto [reading, specialists] = config::validate(directory);
   fmt::print(stderr, "{}", config::to_text(reading.diagnostics));
   if (safe) {
+    if (reading.outputs.empty() && !reading.sound) return kExitConfiguration;
     const auto log = open_log(reading.configuration.daemon.log_level);
     return loopwarden::daemon::drive_to_stop_actions(reading.outputs);
   }
