@@ -292,7 +292,9 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
                              loop.commissioning->holder().has_value();
   // Parts that are in force already are no command. An order with at least one command is given whole: it has the last word.
   rt::Order command = order;
-  rt::leave_out_in_force(command, now, orders.standing(), loop.settings->get());
+  if (!request.expect) {  // otherwise the cycle's answer is of interest, and stands in the journal
+    rt::leave_out_in_force(command, now, orders.standing(), loop.settings->get());
+  }
   if (order.ends_commissioning) {
     command.mode = order.mode;
   } else {
@@ -326,7 +328,9 @@ protocol::OrderTaken OperatorOrders::tune(const protocol::TuneRequest& request,
     order.expected.kd = request.expect->kd;
   }
   const rt::InForce now = in_force(loop, desk(index));
-  rt::leave_out_in_force(order, now, desk(index).standing(), loop.settings->get());
+  if (!request.expect) {
+    rt::leave_out_in_force(order, now, desk(index).standing(), loop.settings->get());
+  }
   std::vector<journal::JournalEntry> lines;
   if (!order.empty()) {
     journal::JournalEntry& line = lines.emplace_back(line_of(index, sender.peer));
