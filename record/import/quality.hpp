@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Columns of qualities: their names, and what their words and codes say. Vocabulary of OPC DA and
+// Columns of qualities: their names, and what their words and codes mean. Vocabulary of OPC DA and
 // OPC UA, PI, AVEVA, Siemens, Honeywell PHD, Aspen IP.21, Ignition and eWON, in several languages.
 //
 // Codes are judged together, as a column has one scheme:
@@ -26,7 +26,7 @@ namespace loopwarden::record {
 
 enum class SampleQuality : std::uint8_t { good, questionable, bad };
 
-// What a column's name says of its cells.
+// Kind of a column of qualities, by its name.
 enum class QualityKind : std::uint8_t {
   none,          // no column of qualities
   state,         // Quality, OPCQuality, StatusCode
