@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the unit of a column of times: from its name ("t[ms]", "timestamp_us"), from the size of the
-// numbers, and from the steps between them.
+// Finds the unit of a column of times: from its name ("t[ms]", "timestamp_us"), from the size of
+// the numbers, and from the steps between them.
 #pragma once
 
 #include <string>
