@@ -293,7 +293,7 @@ class FileReader {
     return true;
   }
 
-  // What is known of a signal while its cells are read.
+  // State of a signal while its cells are read.
   struct Watched {
     SignalTarget target;
     std::vector<std::size_t> qualities;                 // columns
@@ -338,7 +338,7 @@ class FileReader {
       watched.states[k].push_back(row_quality_[watched.qualities[k]]);
   }
 
-  // Where every row says something, one without a value says that there was none.
+  // In a table with a row per value, a row without a value marks a missing one.
   static void say_there_was_none(const SignalTarget& target) {
     double& value = target.signal->value.back();
     if (std::isnan(value) && target.role != Role::mode) value = kBad;
@@ -373,12 +373,12 @@ class FileReader {
     if (numbers == 0 || taken < numbers || *watched.target.error) return;
     *watched.target.error =
         RecordError(RecordError::Kind::data, 1, 0,
-                    fmt::format("{}: no value of {} has a good quality, as {} says", source_.name(),
+                    fmt::format("{}: no value of {} has a good quality in {}", source_.name(),
                                 base::in_quotes(watched.target.name),
                                 base::in_quotes(layout_.names[watched.qualities.front()])));
   }
 
-  // Whether the decimal mark fits all that was read; if nothing tells, the user is asked.
+  // Checks the decimal mark against all cells that were read, and asks the user if they allow both.
   void settle_decimals() {
     if (layout_.decimal_known || options_.decimal) return;
     std::set<char> by_jumps;

@@ -3,9 +3,9 @@
 //
 //   plant,unit=1 FIC101.PV=36.8,FIC101.OP=35i 1793599200000000000
 //
-// A series is called MEASUREMENT.TAGS.FIELD, without a field `value`, as in annotated CSV. Tags that
-// have the same value in all of the first lines are left out of the name. Numbers may end in i or u,
-// true and false become 1 and 0, strings stay as they are.
+// A series is called MEASUREMENT.TAGS.FIELD, without a field `value`, as in annotated CSV.
+// Tags that have the same value in all of the first lines are left out of the name.
+// Numbers may end in i or u, true and false become 1 and 0, strings stay as they are.
 #pragma once
 
 #include <memory>
@@ -32,8 +32,8 @@ bool parse_protocol_line(std::string_view text, ProtocolLine& line);
 // Whether the first lines are of the protocol; comments and empty lines do not count.
 bool is_line_protocol(std::string_view head);
 
-// The table as text, tabs between cells. Throws RecordError for a line that is none of the protocol,
-// and for one without a time.
+// The table as text, tabs between cells. Throws RecordError for a line of another
+// format, and for one without a time.
 std::unique_ptr<TextSource> protocol_table(std::unique_ptr<TextSource> text);
 
 }  // namespace loopwarden::record

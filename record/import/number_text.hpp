@@ -18,8 +18,8 @@ std::optional<double> parse_number(std::string_view text, char decimal);
 // Returns the position after the digits and marks at the beginning of `text`; 0 without a digit.
 std::size_t number_end(std::string_view text) noexcept;
 
-// What the marks of a number allow. `open`: one mark before exactly three digits, as in 1,045,
-// is a decimal mark or a thousands mark.
+// The readings that the marks of a number allow. `open`: one mark before exactly three
+// digits, as in 1,045, is a decimal mark or a thousands mark.
 enum class Marks : std::uint8_t {
   none,  // no number
   whole,

@@ -64,7 +64,7 @@ bool has_word(std::string_view list, const std::string& word) {
   return !word.empty() && word.find(' ') == word.npos && list.find(' ' + word + ' ') != list.npos;
 }
 
-// Whether a word of the list is `text` or its beginning. Words of up to three letters must be all of it.
+// Whether a word of the list is `text` or its beginning; of up to three letters: all of it.
 bool begins_with_one_of(std::string_view list, std::string_view text) {
   while (!list.empty()) {
     const std::size_t end = std::min(list.find('|'), list.size());

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Columns of qualities: their names, and what their words and codes say. Vocabulary of OPC DA and
+// Columns of qualities: their names, and what their words and codes mean. Vocabulary of OPC DA and
 // OPC UA, PI, AVEVA, Siemens, Honeywell PHD, Aspen IP.21, Ignition and eWON, in several languages.
 //
 // Codes are judged together, as a column has one scheme:
 //
-//   0 and 1         by the column's name (Valid, Questionable, ...); otherwise the more frequent is good
+//   0 and 1         by the column's name (Valid, Questionable); otherwise the more frequent is good
 //   percent         Confidence, or codes up to 100 with 100 among them: 100 good, 0 bad
 //   OPC UA          codes from 0x40000000, below 0, or written 0x........: the two highest bits
 //   AVEVA           0, 1, 133: good, bad, doubtful
 //   eWON            3 is good, if the column is IQuality or 3 is the most frequent code
-//   OPC DA, Siemens the two highest bits of the low byte: 0xC0 and 0x80 good, 0x40 doubtful, else bad
+//   OPC DA, Siemens the two highest bits of the low byte: 0xC0, 0x80 good, 0x40 doubtful
 //
 // A word or code that is not known is bad and reported with its count. If no cell has a known good
-// state and one unknown state has more than half of the cells, this state is taken as good, and reported.
+// state and one unknown state has more than half of the cells, this state is taken as good, and
+// reported.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,7 @@ namespace loopwarden::record {
 
 enum class SampleQuality : std::uint8_t { good, questionable, bad };
 
-// What a column's name says of its cells.
+// Kind of a column of qualities, by its name.
 enum class QualityKind : std::uint8_t {
   none,          // no column of qualities
   state,         // Quality, OPCQuality, StatusCode
@@ -50,7 +51,7 @@ class QualityCells {
 
   using Id = std::uint16_t;
   Id add(std::string_view cell);
-  // Returns what people should know, a sentence each: "'Gestört' in 12 cells: not known, taken as bad".
+  // Returns remarks for people: "'Gestört' in 12 cells: not known, taken as bad".
   std::vector<std::string> settle();
   SampleQuality quality(Id id) const { return states_[id].quality; }
 

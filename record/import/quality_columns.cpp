@@ -13,7 +13,7 @@
 namespace loopwarden::record {
 namespace {
 
-// What may be something else than a quality, unless its place or its whole name tells.
+// Returns whether the name is used for other things than qualities, too.
 bool is_vague(QualityKind kind) {
   return kind == QualityKind::status || kind == QualityKind::flags;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which columns of a table have the qualities of which others.
 //
-//   FIC101.PV, FIC101.PV Quality    by its name, also Quality FIC101.PV, FIC101.PV_IsGood, PV.Status
+//   FIC101.PV, FIC101.PV Quality    by its name, also Quality FIC101.PV, FIC101.PV_IsGood
 //   FIC101.Quality                  of all signals of the loop
 //   FIC101.PV, Quality, FIC101.OP   directly after its value
 //   PV, SP, OP, Quality             one column after or before all signals: of the whole row

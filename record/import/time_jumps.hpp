@@ -2,10 +2,11 @@
 // Rows whose times do not go on from the row before: a clock that was not set yet, was set back, or
 // wrote a few wrong stamps.
 //
-//   far away    stretches more than a year apart: the one with four fifths of the rows is kept. Without
-//               such a one, those before 1990 and after 2100 are left out if one stretch is between
+//   far away      stretches more than a year apart: the one with four fifths of the rows is kept.
+//                 Without such a one, those before 1990 and after 2100 are left out if one
+//                 stretch is between
 //   wrong stamps  at most 1 % of the rows, each more than two hours off its neighbours: left out
-//   set back    two stretches with the same times: refused. Rows of two stretches are never mixed
+//   set back      two stretches with the same times: refused. Rows of two stretches are never mixed
 #pragma once
 
 #include <cstddef>

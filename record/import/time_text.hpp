@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Times as historians and spreadsheets write them.
 //
-//   seconds, milliseconds, microseconds, nanoseconds, minutes, hours    numbers, counted from anywhere
+//   seconds, minutes, hours          numbers, counted from anywhere; also milliseconds to nanoseconds
 //   epoch_s, _ms, _us, _ns           numbers since 1970-01-01 UTC
 //   excel                            days since 1899-12-30, with a fraction
 //   ymd                              2026-03-01T10:00:00.5+01:00 and what is like it (ISO 8601 and its relatives; also 20260301T100000Z)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a column of numbers counts: from its name ("t[ms]", "timestamp_us"), from the size of the
-// numbers, and from the steps between them.
+// Finds the unit of a column of times: from its name ("t[ms]", "timestamp_us"), from the size of
+// the numbers, and from the steps between them.
 #pragma once
 
 #include <string>
@@ -21,12 +21,12 @@ bool is_time_name(std::string_view name);
 struct CountedTime {
   TimeForm form = TimeForm::seconds;
   std::string hint;      // what else the times may be, for people
-  std::string question;  // not empty: the steps fit two units, and nothing tells which
+  std::string question;  // not empty: the steps fit two units, so the user has to choose
 };
 // `name`: of the column, with its unit. `times`: numbers, in the order of the rows.
 CountedTime count_times(std::string_view name, const std::vector<double>& times);
 
-// What times in seconds with this step may be instead, as a sentence; empty: nothing else.
+// Another unit that times in seconds with this step may have, as a sentence; empty: none.
 std::string other_time_units(double step_s);
 
 }  // namespace loopwarden::record

@@ -13,7 +13,7 @@ struct WithUnit {
   std::string_view text;  // the number or the name
   std::string_view unit;  // empty if there is none
 };
-// Splits "12.51 °C" and "45%" into the number's text and its unit. Without a known unit, `text` is all.
+// Splits "12.51 °C" and "45%" into number and unit. Without a known unit, `text` is all.
 WithUnit split_cell(std::string_view cell);
 // Splits "PV.CV GPM" and "GAIN.CV No EngUnits" at the blank. Brackets are not looked at.
 WithUnit split_name(std::string_view name);

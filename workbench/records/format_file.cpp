@@ -51,11 +51,11 @@ record::ImportOptions read_format(MapReader in) {
   if (rows.given && rows.valid) options.header_rows = static_cast<std::size_t>(rows.value);
   if (auto time = in.maybe_section("time", "how times are written")) {
     options.time_column = time->text("column", "name of the column, or its number from 1", "");
-    const std::string form =
-        time->word_of("form",
-                      {"auto", "seconds", "milliseconds", "microseconds", "nanoseconds", "minutes", "hours", "epoch-s",
-                       "epoch-ms", "epoch-us", "epoch-ns", "excel", "ymd", "dmy", "mdy"},
-                      "what a cell counts or how its date is ordered");
+    const std::string form = time->word_of(
+        "form",
+        {"auto", "seconds", "milliseconds", "microseconds", "nanoseconds", "minutes", "hours",
+         "epoch-s", "epoch-ms", "epoch-us", "epoch-ns", "excel", "ymd", "dmy", "mdy"},
+        "what a cell counts or how its date is ordered");
     options.time = record::time_form(form).value_or(TimeForm::automatic);
     const auto zone = time->text("zone", "of local times, such as +01:00 or UTC", "");
     if (zone.given && zone.valid) {

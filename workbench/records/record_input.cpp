@@ -81,12 +81,13 @@ void RecordInput::add_options(Command& command, bool one_loop) {
       "--map", map_,
       "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)");
   reading.option("--format", format_, "YAML that says how the export is laid out (docs/import.md)");
-  reading.option("--time", time_,
-                 "form of the times: seconds, milliseconds, microseconds, nanoseconds, minutes or "
-                 "hours since any start; epoch-s, epoch-ms, epoch-us or epoch-ns since 1970; "
-                 "excel, ymd, dmy, mdy",
-                 one_of({"seconds", "milliseconds", "microseconds", "nanoseconds", "minutes", "hours", "epoch-s",
-                         "epoch-ms", "epoch-us", "epoch-ns", "excel", "ymd", "dmy", "mdy"}));
+  reading.option(
+      "--time", time_,
+      "form of the times: seconds, milliseconds, microseconds, nanoseconds, minutes or "
+      "hours since any start; epoch-s, epoch-ms, epoch-us or epoch-ns since 1970; "
+      "excel, ymd, dmy, mdy",
+      one_of({"seconds", "milliseconds", "microseconds", "nanoseconds", "minutes", "hours",
+              "epoch-s", "epoch-ms", "epoch-us", "epoch-ns", "excel", "ymd", "dmy", "mdy"}));
   reading.option("--time-column", time_column_, "its name, or its number from 1");
   reading.option("--zone", zone_, "of local times: +01:00, UTC");
   reading.option("--delimiter", delimiter_, "comma, semicolon, tab, bar, space or one character");

@@ -1133,9 +1133,8 @@ TEST_CASE("a word of quality that is not known is said, and no good value is a r
   CHECK(got.notes.remarks.front() ==
         "column 'Quality': 'Wartung' in 12 cells: not known, taken as bad");
   CHECK(imported(with("Jo", "Bad")).record.missing_pv == 12);
-  CHECK(
-      failure(with("Bad", "Bad")).find("no value of 'FIC1.PV' has a good quality, as 'Quality'") !=
-      std::string::npos);
+  CHECK(failure(with("Bad", "Bad")).find("no value of 'FIC1.PV' has a good quality in 'Quality'") !=
+        std::string::npos);
   const TemporaryFolder folder;
   write_file(folder / "e.csv", with("Good", "Bad"));
   CHECK(Importer({folder / "e.csv"}, {}).other_names() == std::vector<std::string>{"Note"});
