@@ -168,8 +168,9 @@ class ModelReader {
                                   "self_regulating only; a simulation takes 0",
                                   "estimated from the record"});
     if (level.given && model_.process.integrating()) {
-      in.error("level",
-               "does not go with `kind: integrating`: such a process rests at every level. Remove it");
+      in.error(
+          "level",
+          "does not go with `kind: integrating`: such a process rests at every level. Remove it");
     } else if (level.given && level.valid) {
       model_.process.level = level.value;
     }
@@ -264,9 +265,10 @@ class ModelReader {
     scenario.faults = read_faults(in, context_);
     for (const plant::ScheduledFault& fault : scenario.faults) {
       if (model_.has_valve || fault.block != Block::valve) continue;
-      in.error("faults", fmt::format("{} is a valve's, and the model states `valve: none`. Remove one "
-                                     "of them",
-                                     fault.effect.name));
+      in.error("faults",
+               fmt::format("{} is a valve's, and the model states `valve: none`. Remove one "
+                           "of them",
+                           fault.effect.name));
     }
   }
 

@@ -18,19 +18,19 @@ constexpr std::size_t kMostRows = 50'000;  // of a long record, evenly
 constexpr double kRunsAway = 20.0;         // times the range of CO in the record
 constexpr double kRounding = 1e-12;        // of the moves of CO, squared
 // Of switching_law().
-constexpr double kMostMoving = 0.5;        // share of the rows in which CO moves
-constexpr std::size_t kFewestSwitches = 8; // up, and as many down
-constexpr double kOnTime = 0.9;            // share of the switches within kRowsOff of what the law says
+constexpr double kMostMoving = 0.5;         // share of the rows in which CO moves
+constexpr std::size_t kFewestSwitches = 8;  // up, and as many down
+constexpr double kOnTime = 0.9;  // share of the switches within kRowsOff of what the law says
 constexpr std::size_t kRowsOff = 2;
-constexpr double kApart = 0.97;            // of pairs of an up and a down move: PV is lower at the first
-constexpr double kLeastMoving = 0.3;       // share of the rows beyond the gap in which CO moves
+constexpr double kApart = 0.97;       // of pairs of an up and a down move: PV is lower at the first
+constexpr double kLeastMoving = 0.3;  // share of the rows beyond the gap in which CO moves
 // Of goes_on_the_same_way(): correlations of CO's moves with those of PV before and after.
 constexpr double kSameWay = 0.5;
 constexpr double kSomeWay = 0.1;
 // Of answers_set_point().
 constexpr std::size_t kFewestSetPoints = 3;
-constexpr double kAnswered = 0.8;          // share of SP's moves that CO follows within kRowsOff rows
-constexpr double kByChance = 0.4;          // at most so many would be followed by chance
+constexpr double kAnswered = 0.8;  // share of SP's moves that CO follows within kRowsOff rows
+constexpr double kByChance = 0.4;  // at most so many would be followed by chance
 
 bool moves(std::span<const double> column) {
   return std::any_of(column.begin(), column.end(), [&](double v) { return v != column.front(); });
@@ -171,7 +171,8 @@ double moving_share(std::span<const double> x, const std::vector<std::size_t>& m
   for (const std::size_t k : moves) at.push_back(side * x[k]);
   const double level = numeric::median(at);
   const auto rows = std::count_if(x.begin(), x.end(), [&](double v) { return side * v >= level; });
-  return 0.5 * static_cast<double>(moves.size()) / static_cast<double>(std::max<std::ptrdiff_t>(rows, 1));
+  return 0.5 * static_cast<double>(moves.size()) /
+         static_cast<double>(std::max<std::ptrdiff_t>(rows, 1));
 }
 
 // Nearly all up moves at a lower PV than nearly all down moves, or the reverse, and CO moves as long as PV is there.
@@ -312,9 +313,9 @@ Feedback find_feedback(const LoopColumns& c) {
     f.explained = std::clamp(1.0 - left, 0.0, 1.0);
   }
   const Eigen::VectorXd& solved = c.sp.empty() ? law.solved : with.solved;
-  f.closed = f.by_mode || (c.automatic.empty() &&
-                           (f.explained > kFeedbackShare || answers_set_point(c)) &&
-                           !goes_on_the_same_way(c));
+  f.closed =
+      f.by_mode || (c.automatic.empty() && (f.explained > kFeedbackShare || answers_set_point(c)) &&
+                    !goes_on_the_same_way(c));
   for (std::size_t i = 0; i < 3; ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     f.own[i] = solved(1 + at) + (i == 0 ? 1.0 : 0.0);

@@ -24,13 +24,13 @@ constexpr double kMostOutsideMargin = 0.2;  // of the gain
 constexpr double kSpanOverBand = 4.0;       // of CO's range over the band of a cycle, at least
 constexpr double kMostFactor = 2.0;         // from the gain to the ends of its interval
 constexpr double kSamplesALag = 20.0;       // a thinned record keeps
-constexpr double kHalf = 0.5;               // of what a straight line leaves, and of what another fit leaves
-constexpr std::size_t kMostLate = 3;        // samples, of CO in the log
-constexpr double kFarBetter = 0.8;          // of the sum of squares
-constexpr double kSlowLogging = 3.0;        // periods: shorter lags are unsure by a factor of kLagFactor
+constexpr double kHalf = 0.5;  // of what a straight line leaves, and of what another fit leaves
+constexpr std::size_t kMostLate = 3;  // samples, of CO in the log
+constexpr double kFarBetter = 0.8;    // of the sum of squares
+constexpr double kSlowLogging = 3.0;  // periods: shorter lags are unsure by a factor of kLagFactor
 constexpr double kLagFactor = 2.0;
-constexpr double kBentGain = 1.5;           // from one end of the travel to the other
-constexpr double kBentLeaves = 0.25;        // of what one gain leaves, squared
+constexpr double kBentGain = 1.5;     // from one end of the travel to the other
+constexpr double kBentLeaves = 0.25;  // of what one gain leaves, squared
 
 std::string number(double value, int digits = 6) { return numeric::text("%.*g", digits, value); }
 
@@ -466,6 +466,7 @@ Identification by_outside_moves(const Columns& c) {
   if (!feedback.closed) {
     if (const std::size_t late = late_samples(s); late > 0) {
       s = with_co_earlier(s, late);
+      out.late = late * out.used.thinned;
       out.notes.push_back("CO is logged " + std::to_string(late) + " sample" +
                           (late > 1 ? "s" : "") +
                           " too late against PV: it was taken back by as much");
@@ -507,9 +508,8 @@ Identification by_outside_moves(const Columns& c) {
   }
   std::vector<Intervals> intervals;
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    intervals.push_back(widened(i == best ? profile_intervals(s, fits[i])
-                                          : curvature_intervals(s, fits[i]),
-                                wider));
+    intervals.push_back(widened(
+        i == best ? profile_intervals(s, fits[i]) : curvature_intervals(s, fits[i]), wider));
     if (slow_logging) allow_for_slow_logging(intervals.back(), s.period_s);
   }
   double mean =
@@ -525,8 +525,7 @@ Identification by_outside_moves(const Columns& c) {
     if (!is_integrating(fit.form)) fit.level = fit.rest_pv - fit.gain.value * first_co;
   }
   const ProcessFit& chosen = described_fits[best];
-  const std::optional<StaticGain> bent =
-      feedback.closed ? std::nullopt : static_gain(c.co, c.pv);
+  const std::optional<StaticGain> bent = feedback.closed ? std::nullopt : static_gain(c.co, c.pv);
   std::string of_opening;
   if (bent) {
     of_opening = "the gain depends on the opening: " + number(bent->at_low, 3) +
@@ -555,8 +554,7 @@ Identification by_outside_moves(const Columns& c) {
             ? "The loop is closed, SP is not in the record, and what moved CO from outside"
             : "The loop is closed, and what SP moved";
     out.reason = std::string(moved) + " fixes the gain within +-" +
-                 number(std::min(100.0 * out.outside_margin, 9999.0), 2) +
-                 " % at best: " +
+                 number(std::min(100.0 * out.outside_margin, 9999.0), 2) + " % at best: " +
                  (bent ? "no one gain fits, as " + of_opening + "."
                        : std::string("too little against all else that moves PV."));
     out.settle = feedback.closed ? kStepIt : kStepByHand;
@@ -568,11 +566,12 @@ Identification by_outside_moves(const Columns& c) {
     return out;
   }
   if (!(chosen.rmse < line)) {
-    out.reason = "The best model leaves " + number(chosen.rmse, 3) +
-                 " PV units of PV (rms), and a straight line leaves " + number(line, 3) +
-                 ": it is no model of this record. " +
-                 (feedback.closed ? "CO only follows what moves PV otherwise."
-                                  : "PV does not follow CO, or not by one gain, lags and a dead time.");
+    out.reason =
+        "The best model leaves " + number(chosen.rmse, 3) +
+        " PV units of PV (rms), and a straight line leaves " + number(line, 3) +
+        ": it is no model of this record. " +
+        (feedback.closed ? "CO only follows what moves PV otherwise."
+                         : "PV does not follow CO, or not by one gain, lags and a dead time.");
     out.settle = feedback.closed ? kStepIt : kStepByHand;
     return out;
   }
@@ -587,9 +586,9 @@ namespace {
 // What the stem jumps by when it starts from rest: the median, and the tenth and the nine tenths. Nothing if it rests and
 // starts too seldom.
 std::optional<Estimate> slip_jump(const Values& stem) {
-  constexpr double kNoise = 6.0;           // robust standard deviations of the stem's moves
-  constexpr double kLeast = 1e-3;          // of the stem's range
-  constexpr std::size_t kRest = 3;         // samples
+  constexpr double kNoise = 6.0;    // robust standard deviations of the stem's moves
+  constexpr double kLeast = 1e-3;   // of the stem's range
+  constexpr std::size_t kRest = 3;  // samples
   constexpr std::size_t kFewestSlips = 6;
   Values moves{0.0};
   Values sizes;
@@ -598,8 +597,8 @@ std::optional<Estimate> slip_jump(const Values& stem) {
     sizes.push_back(moves.back());
   }
   const auto [low, high] = std::minmax_element(stem.begin(), stem.end());
-  const double still = std::max(kNoise * numeric::kNormalOverMad * numeric::median(sizes),
-                                kLeast * (*high - *low));
+  const double still =
+      std::max(kNoise * numeric::kNormalOverMad * numeric::median(sizes), kLeast * (*high - *low));
   Values jumps;
   std::size_t rested = 0;
   for (std::size_t k = 1; k + 1 < stem.size(); ++k) {
@@ -617,9 +616,8 @@ std::optional<Estimate> slip_jump(const Values& stem) {
 
 // Beside a measured stem the slip is what the stem shows, and the process is what follows the stem.
 void take_stem(Identification& out, const Columns& c, const IdentificationRecord& record) {
-  if (record.stem.size() != c.size() ||
-      std::none_of(record.stem.begin(), record.stem.end(),
-                   [](double v) { return std::isfinite(v); })) {
+  if (record.stem.size() != c.size() || std::none_of(record.stem.begin(), record.stem.end(),
+                                                     [](double v) { return std::isfinite(v); })) {
     return;
   }
   const Values stem = closed_up(record.stem);

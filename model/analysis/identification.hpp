@@ -89,6 +89,7 @@ struct Identification {
   bool closed_loop = false;
   bool by_mode = false;  // the mode column says that it is closed
   SamplesUsed used;
+  std::size_t late = 0;          // samples, of CO in the log; it was taken back by as much
   std::vector<ProcessFit> fits;  // with intervals; none where the record can't tell
   std::size_t preferred = 0;     // of `fits`
   std::string reason;            // why it can't tell, a sentence; empty where it can
@@ -108,8 +109,8 @@ Identification identify(const IdentificationRecord& record);
 // The gain at both ends of CO's travel in the record, from the places where CO and PV rest. Nothing if there are too few
 // or if one gain explains them.
 struct StaticGain {
-  double low_co = 0.0, high_co = 0.0;      // CO units, least and greatest
-  double at_low = 0.0, at_high = 0.0;      // PV units/CO unit there
+  double low_co = 0.0, high_co = 0.0;  // CO units, least and greatest
+  double at_low = 0.0, at_high = 0.0;  // PV units/CO unit there
 };
 std::optional<StaticGain> static_gain(std::span<const double> co, std::span<const double> pv);
 

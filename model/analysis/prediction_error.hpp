@@ -74,7 +74,7 @@ struct PredictionFit {
   double time_constant_s = 0.0;  // T1; 0 where integrating
   double second_lag_s = 0.0;     // T2; 0: none
   double dead_time_s = 0.0;
-  double level = 0.0;  // y0
+  double level = 0.0;                       // y0
   std::array<double, kMostStarts> start{};  // x0 and so on
   NoiseModel noise;
   double sum_squares = 0.0;  // of e

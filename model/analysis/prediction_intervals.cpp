@@ -32,8 +32,7 @@ double gain_error_under(const Samples& samples, const PredictionFit& fit,
   const double by_s = 0.5 * samples.period_s;
   slope(response(t1, fit.second_lag_s, fit.dead_time_s + by_s), by_s);
   columns.emplace_back(samples.size(), 1.0);
-  for (Column& start :
-       start_columns(samples, fit.form, t1, fit.second_lag_s, fit.dead_time_s)) {
+  for (Column& start : start_columns(samples, fit.form, t1, fit.second_lag_s, fit.dead_time_s)) {
     columns.push_back(std::move(start));
   }
   const auto n = static_cast<Eigen::Index>(samples.size());

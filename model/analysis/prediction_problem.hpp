@@ -121,7 +121,8 @@ inline std::vector<Column> start_columns(const Samples& s, ProcessForm form, dou
     }
     return {std::move(slope)};
   }
-  Column before = unit_response(Column(s.size(), 1.0), s.period_s, unit_process(form, t1, t2, dead));
+  Column before =
+      unit_response(Column(s.size(), 1.0), s.period_s, unit_process(form, t1, t2, dead));
   for (double& v : before) v = 1.0 - v;
   std::vector<Column> columns{decay(s.size(), s.period_s, t1), std::move(before)};
   if (form == ProcessForm::two_lags) columns.push_back(decay(s.size(), s.period_s, t2));
@@ -207,7 +208,8 @@ class Problem {
     if (fixed_gain_) r -= *fixed_gain_ * columns.back();
     const int free = static_cast<int>(columns.size()) - (fixed_gain_ ? 1 : 0);
     constexpr int kMost = 2 + static_cast<int>(kMostStarts);
-    using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMost, kMost>;
+    using Square =
+        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMost, kMost>;
     using Small = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMost, 1>;
     Square normal = Square::Identity(free, free);
     Small right = Small::Zero(free);
@@ -306,7 +308,7 @@ class Problem {
   std::optional<double> fixed_gain_;
   // Of the last x: most differences move either the process or the noise model.
   mutable Column process_at_, noise_at_;
-  mutable Column g_;                   // as they are
+  mutable Column g_;  // as they are
   mutable std::vector<Column> start_;
   mutable Column level_, y_;  // whitened
 };

@@ -366,6 +366,7 @@ class Commissioner {
   }
 
   double most_friction() const {
+    if (!out_.given.has_valve) return 0.0;
     return 0.01 * request_.healthy_limit_percent * out_.given.controller.pid.output_span();
   }
 

@@ -43,13 +43,13 @@ struct NamedEffect {
 };
 
 struct Decision {
-  std::vector<NamedEffect> named;  // in the order in which they were found
+  std::vector<NamedEffect> named;    // in the order in which they were found
   std::optional<NamedEffect> level;  // PV at CO 0 is another than the model's (level.hpp)
-  bool believable = true;          // without a look at the holdout
-  bool other_settings = false;     // of the controller
-  bool exact_settings = false;     // they are all of what CO does, whatever the plant lacks
-  bool by_reading = false;         // what PV's flat places say of the transmitter
-  bool unexplained = false;        // more is left than noise and a quiet load
+  bool believable = true;            // without a look at the holdout
+  bool other_settings = false;       // of the controller
+  bool exact_settings = false;       // they are all of what CO does, whatever the plant lacks
+  bool by_reading = false;           // what PV's flat places say of the transmitter
+  bool unexplained = false;          // more is left than noise and a quiet load
 
   bool names_any() const noexcept { return !named.empty() || level.has_value(); }
 };

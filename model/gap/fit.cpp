@@ -688,8 +688,7 @@ Eigen::MatrixXd Fitter::covariance(const Fit& fit) const {
 
 double Fitter::level_spread(const Fit& fit) const {
   if (!free_run_.fits_level()) return 0.0;
-  const auto at =
-      static_cast<Eigen::Index>(positions(fit).size() + free_run_.base_columns() - 1);
+  const auto at = static_cast<Eigen::Index>(positions(fit).size() + free_run_.base_columns() - 1);
   return std::sqrt(std::max(0.0, covariance(fit)(at, at)));
 }
 

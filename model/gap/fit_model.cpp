@@ -18,6 +18,9 @@ Level level_of(const CheckedRecord& r, const SearchOptions& options) {
   if (r.closed_loop) return Level::of_nobody;
   // An integrating process has no level but the one it starts at.
   if (r.model.process.integrating()) return Level::of_model;
+  const bool left_out = std::find(options.without.begin(), options.without.end(), kLevelName) !=
+                        options.without.end();
+  if (left_out && !options.level_of_record) return Level::of_model;
   return options.level_of_record || !r.model.process.level ? Level::of_record : Level::of_model;
 }
 

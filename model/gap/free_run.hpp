@@ -51,8 +51,8 @@ enum class Level : std::uint8_t {
   of_nobody,  // fitted, and left out of corrected(): CO was replayed, from an unknown constant
 };
 
-// Columns that are solved for before those of the terms, at most: z, m1, m2, m3, level.
-inline constexpr std::size_t kMostBaseColumns = 5;
+// The name in the catalogue of a level beside the model's.
+inline constexpr const char* kLevelName = "output_bias";
 
 class FreeRun {
  public:
@@ -68,9 +68,7 @@ class FreeRun {
   // samples.
   std::size_t column_count(const Terms& terms) const noexcept;
   // Those before the terms' own.
-  std::size_t base_columns() const noexcept {
-    return 1 + past_columns() + (fits_level() ? 1 : 0);
-  }
+  std::size_t base_columns() const noexcept { return 1 + past_columns() + (fits_level() ? 1 : 0); }
   // m1, m2 and m3: columns 1 to this.
   std::size_t past_columns() const noexcept {
     return model_.process.second_time_constant_s > 0.0 ? 3 : 2;
@@ -85,8 +83,7 @@ class FreeRun {
   // PV of the model without terms whose columns these are. c1 to c3 are fitted to the samples that still remember the
   // start; of an integrating process, which forgets neither its level nor how far CO was off balance, to the first
   // `fitted`.
-  std::vector<double> with_past(const Point& point,
-                                const std::vector<std::vector<double>>& columns,
+  std::vector<double> with_past(const Point& point, const std::vector<std::vector<double>>& columns,
                                 const std::vector<double>& pv, const std::vector<bool>& measured,
                                 std::size_t fitted) const;
   // Sum of squares of what is left of `pv` (offset taken off) when the record is cut into runs of

@@ -38,18 +38,19 @@ LevelFinding find_level(Fitter& fitter, const SearchResult& search, const Scale&
   out.lead_nats = 0.5 * (deviance_less - std::log(static_cast<double>(with.samples)));
   const Lead lead = lead_between(left_with, left_without, deviance_less);
   const std::vector<double> pv = fitter.simulate(with);
-  out.shown = worth_adding({.score_with = out.lead_nats,
-                            .score_without = 0.0,
-                            .first = with.terms.empty(),
-                            .moves_pv = numeric::rms_apart(
-                                std::span(pv).first(fitter.training_end()), fitter.simulate(without)),
-                            .least_rms = scale.least_rms,
-                            .left_out_nats = lead.nats,
-                            .block_t = lead.t,
-                            .rmse_with = search.chosen.training_rmse,
-                            .rmse_without = out.chosen.training_rmse,
-                            .rmse_model = search.base_rmse,
-                            .noise_rms = scale.noise_rms});
+  out.shown =
+      worth_adding({.score_with = out.lead_nats,
+                    .score_without = 0.0,
+                    .first = with.terms.empty(),
+                    .moves_pv = numeric::rms_apart(std::span(pv).first(fitter.training_end()),
+                                                   fitter.simulate(without)),
+                    .least_rms = scale.least_rms,
+                    .left_out_nats = lead.nats,
+                    .block_t = lead.t,
+                    .rmse_with = search.chosen.training_rmse,
+                    .rmse_without = out.chosen.training_rmse,
+                    .rmse_model = search.base_rmse,
+                    .noise_rms = scale.noise_rms});
   return out;
 }
 

@@ -156,9 +156,10 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
     if (effect.block == plant::Block::valve &&
         size_of(effect.spec) > kLargeValveEffect * pid.output_span()) {
       effect.confidence = std::min(effect.confidence, kMostLarge);
-      doubt += text("; more than %.0f %% of the output's span: more likely the model is wrong (gain, "
-                    "level or units)",
-                    100.0 * kLargeValveEffect);
+      doubt += text(
+          "; more than %.0f %% of the output's span: more likely the model is wrong (gain, "
+          "level or units)",
+          100.0 * kLargeValveEffect);
     }
     effect.evidence = text(
                           "with it (%s) the free run's rmse falls from %.3g to %.3g on the data of "
@@ -180,12 +181,12 @@ FoundEffect describe_level(const NamedEffect& named, const LevelFinding& level,
   effect.interval["bias"] = {level.level - k95 * level.spread, level.level + k95 * level.spread};
   effect.confidence = named.confidence;
   effect.lead_nats = named.lead_nats;
-  effect.evidence =
-      text("the model does not state PV at CO 0 (process.level), and the record shows %.4g there: "
-           "with it the free run's rmse falls from %.3g to %.3g on the data of the fit. If this "
-           "is the loop's own (room temperature, static head, base pressure), write it to "
-           "process.level; only otherwise is PV off",
-           level.level, before.training_rmse, after.training_rmse);
+  effect.evidence = text(
+      "the model does not state PV at CO 0 (process.level), and the record shows %.4g there: "
+      "with it the free run's rmse falls from %.3g to %.3g on the data of the fit. If this "
+      "is the loop's own (room temperature, static head, base pressure), write it to "
+      "process.level; only otherwise is PV off",
+      level.level, before.training_rmse, after.training_rmse);
   return effect;
 }
 

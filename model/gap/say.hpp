@@ -23,7 +23,6 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
                                           const SearchResult& search, const ModelFit& model_fit);
 
 // PV at CO 0 that the model does not state.
-inline constexpr const char* kLevelName = "output_bias";
 FoundEffect describe_level(const NamedEffect& named, const LevelFinding& level,
                            const Misfit& before, const Misfit& after);
 TriedCandidate describe_level_tried(const LevelFinding& level, const SearchResult& search,

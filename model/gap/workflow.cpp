@@ -43,9 +43,8 @@ std::vector<double> simulated(plant::LoopModel model, const Fit& fit, const Chec
 }
 
 void add_bias(std::vector<plant::EffectSpec>& transmitter, double bias) {
-  const auto own =
-      std::find_if(transmitter.begin(), transmitter.end(),
-                   [](const plant::EffectSpec& s) { return s.name == kLevelName; });
+  const auto own = std::find_if(transmitter.begin(), transmitter.end(),
+                                [](const plant::EffectSpec& s) { return s.name == kLevelName; });
   if (own == transmitter.end()) {
     transmitter.insert(transmitter.begin(), plant::EffectSpec{kLevelName, {{"bias", bias}}});
   } else {
@@ -248,8 +247,8 @@ class Workflow {
     left_ = left_by(search_.chosen, only_level() ? level_->base_rmse : search_.base_rmse);
     decision_ = decide(competition_of(search_), left_, controller_, scale_);
     if (level_) {
-      decision_.level = {kLevelName, level_->lead_nats,
-                         confidence(level_->lead_nats, left_.adequate), {}};
+      decision_.level = {
+          kLevelName, level_->lead_nats, confidence(level_->lead_nats, left_.adequate), {}};
     }
     decision_.by_reading = !reading_.empty();
   }
@@ -273,9 +272,9 @@ class Workflow {
   void settle_level() {
     if (!free_run().fits_level() || record_.closed_loop || options_.search.level_of_record) return;
     const LevelFinding found = find_level(model_fit_.fitter, search_, scale_);
-    if (found.shown && !left_out(kLevelName)) {
+    if (found.shown) {
       level_ = found;
-    } else if (!found.shown) {
+    } else {
       model_fit_.fitter.hold_level(true);
       search_.base = found.base;
       search_.base_rmse = found.base_rmse;
@@ -315,9 +314,9 @@ class Workflow {
       ousted_ = true;
     } else if (decision_.names_any()) {
       // Effects are judged against the model with the record's level, the level against the model without.
-      const Misfit before = only_level() ? result_.before
-                                         : misfit(pv_of(as_given(false), search_.base),
-                                                  result_.floor.rmse());
+      const Misfit before =
+          only_level() ? result_.before
+                       : misfit(pv_of(as_given(false), search_.base), result_.floor.rmse());
       trial_ = try_on_holdout(model_fit_, only_level() ? level_->base : search_.base, fit(),
                               record_, left_, result_.floor, before, result_.after);
       proof_ = judge(trial_);
@@ -536,8 +535,9 @@ class Workflow {
       effect.evidence += doubt();
       if (repeats_with_set_point(effect.spec)) {
         effect.confidence = std::min(effect.confidence, kMostRepeating);
-        effect.evidence += "; its delay is the time between two moves of SP, with which every error "
-                           "of the model repeats";
+        effect.evidence +=
+            "; its delay is the time between two moves of SP, with which every error "
+            "of the model repeats";
       }
       effects.push_back(std::move(effect));
     }
@@ -600,8 +600,8 @@ class Workflow {
   void find_where() {
     std::vector<LocatedEffect> effects;
     if (!kept_.named.empty()) {
-      effects = energies_of(fit(), kept_.level ? &level_->chosen.fit : nullptr,
-                            model_fit_.fitter, record_);
+      effects = energies_of(fit(), kept_.level ? &level_->chosen.fit : nullptr, model_fit_.fitter,
+                            record_);
     } else if (kept_.level) {
       effects = {{plant::Block::transmitter, 1.0}};
     }

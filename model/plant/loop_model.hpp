@@ -92,7 +92,7 @@ struct Scenario {
 struct LoopModel {
   double sample_time_s = 0.1;  // s
   control::ControllerSettings controller;
-  bool has_valve = true;                  // else nothing that could stick: a heater, a pump, a drive
+  bool has_valve = true;  // else nothing that could stick: a heater, a pump, a drive
   std::vector<EffectSpec> valve_effects;  // in the order in which CO meets them
   ProcessParameters process;
   std::vector<EffectSpec> process_effects;

@@ -74,8 +74,7 @@ TEST_CASE("A process integrates, or has a second lag, where its keys say so", "[
       Catch::Contains("second_time_constant"));
 }
 
-TEST_CASE("PV at CO 0 is stated by `level`, of a self-regulating process only",
-          "[config][model]") {
+TEST_CASE("PV at CO 0 is stated by `level`, of a self-regulating process only", "[config][model]") {
   const auto without = read_model_text("m.yaml", kModel);
   REQUIRE(without);
   CHECK_FALSE(without->process.level.has_value());

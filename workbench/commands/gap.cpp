@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden gap: where a model and a record disagree, the missing effect, the corrected model.
+#include "model/gap/logger.hpp"
 #include "model/gap/workflow.hpp"
 
 #include <fmt/format.h>
@@ -55,6 +56,7 @@ struct GapOptions {
   bool controller_known = true;  // false: SP says nothing about CO
   bool stem = false;             // the valve alone: its stem in the place of PV
   bool identified = false;       // the model, from this record itself
+  int late = 0;                  // samples, by which CO is logged too late
   std::optional<analysis::StickingCycle> cycle{};  // that the model was identified with
   std::vector<double> pv_range{},
       co_range{};                 // of the record, where it is not in the model's units
@@ -352,6 +354,7 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
     leave_out_guesses(imported);
     gap::Record record = stretch_of(imported.record, options, first_s);
     record.pv_as_stored = !imported.pv_drawn.empty();
+    if (options.late > 0) record = gap::with_co_moved_back(record, options.late);
     if (!options.controller_known) record.sp.clear();
     say_if_long(options.record, record.pv.size());
     Progress progress("gap", 100);
@@ -382,6 +385,13 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
     if (options.stem) {
       found.result.check.notes.push_back(
           {"stem", "The stem stands in the place of PV: the valve alone, in CO units."});
+    }
+    if (options.late > 0) {
+      found.result.check.notes.push_back(
+          {"logger",
+           fmt::format("CO is logged {} sample{} too late against PV: it is taken back by "
+                       "as much.",
+                       options.late, options.late > 1 ? "s" : "")});
     }
     if (const std::string source = source_text(found.notes); !source.empty())
       found.result.check.notes.push_back({"source", source});
@@ -486,6 +496,7 @@ int run_gap_on_assumed_model(GapOptions options) {
     options.model = (out / "model.assumed.yaml").string();
     options.controller_known = assumed.controller_known;
     options.identified = true;
+    options.late = static_cast<int>(assumed.identification.late);
     options.cycle = assumed.identification.cycle;
     files.add(options.model, config::write_model(*assumed.model, heading));
     files.commit();

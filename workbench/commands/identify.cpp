@@ -156,8 +156,8 @@ void print_found(const IdentifyFindings& f) {
   fmt::print(
       "{}, driven by CO, explains {:.2f} % of PV and leaves {:.4g} PV units (rms); one sample\n"
       "ahead, with a noise model of order {}, {:.4g} are left.\n",
-      p.cycle && p.fits.size() == 1 ? "Valve and process together" : "The process alone", best.fit_percent, best.rmse,
-      best.noise_order, best.prediction_rms);
+      p.cycle && p.fits.size() == 1 ? "Valve and process together" : "The process alone",
+      best.fit_percent, best.rmse, best.noise_order, best.prediction_rms);
   if (p.fits.size() > 1) fmt::print("Other forms:");
   for (const analysis::ProcessFit& fit : p.fits) {
     if (fit.form == best.form) continue;

@@ -293,8 +293,9 @@ TEST_CASE("steps by hand are no controller, however they are timed", "[analysis]
   };
   const double noise = GENERATE(0.0, 0.02);
   next = 0;
-  for (const LoopRun& r : {run_under(two_levels, 3, 0.05, noise), run_under(staircase, 3, 0.05, noise),
-                           run_under(random_levels, 3, 0.05, noise)}) {
+  for (const LoopRun& r :
+       {run_under(two_levels, 3, 0.05, noise), run_under(staircase, 3, 0.05, noise),
+        run_under(random_levels, 3, 0.05, noise)}) {
     const Identification found = identified(r.co, r.pv, r.sp);
     INFO(found.reason);
     CHECK_FALSE(found.closed_loop);
@@ -303,7 +304,8 @@ TEST_CASE("steps by hand are no controller, however they are timed", "[analysis]
   }
 }
 
-TEST_CASE("a CO that is logged too late closes no loop, and is said", "[analysis][identification]") {
+TEST_CASE("a CO that is logged too late closes no loop, and is said",
+          "[analysis][identification]") {
   const std::size_t late = GENERATE(1U, 2U);
   const double noise = GENERATE(0.0, 0.01);
   numeric::Random random(4);
@@ -349,7 +351,8 @@ TEST_CASE("a gain that depends on the opening is reported", "[analysis][identifi
   CHECK(gain->at_high > 1.5);
 }
 
-TEST_CASE("a model that leaves more than a straight line is refused", "[analysis][identification]") {
+TEST_CASE("a model that leaves more than a straight line is refused",
+          "[analysis][identification]") {
   // PV drifts and CO is stepped, but the two have nothing to do with each other.
   std::vector<double> co, pv;
   numeric::Random random(2);
@@ -402,11 +405,9 @@ TEST_CASE("two close lags are within their intervals, from any start",
   int second = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     numeric::Random random(seed);
-    plant::Process process({.gain = 1.0,
-                            .time_constant_s = 20.0,
-                            .dead_time_s = 3.0,
-                            .second_time_constant_s = 8.0},
-                           1.0);
+    plant::Process process(
+        {.gain = 1.0, .time_constant_s = 20.0, .dead_time_s = 3.0, .second_time_constant_s = 8.0},
+        1.0);
     double q = process.reset(50.0);
     double u = 50.0;
     std::vector<double> co, pv;

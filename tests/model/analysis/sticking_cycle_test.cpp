@@ -121,9 +121,8 @@ TEST_CASE("beside a stem the slip jump and the process are those of the stem",
   numeric::Random random(2);
   std::vector<double> stem;
   for (const double x : r.stem) stem.push_back(x + 0.01 * random.normal());
-  const Identification found =
-      identify({.co = r.co, .pv = r.pv, .sp = {}, .mode = {}, .stem = stem,
-                .sample_time_s = kPeriod});
+  const Identification found = identify(
+      {.co = r.co, .pv = r.pv, .sp = {}, .mode = {}, .stem = stem, .sample_time_s = kPeriod});
   REQUIRE(found.cycle);
   CHECK(found.cycle->j.value == Approx(2.0).epsilon(0.15));
   CHECK(found.cycle->j.low <= 2.0);

@@ -21,10 +21,8 @@ plant::LoopModel heater() {
   model.controller.pid.gains = {.kp = 4.0, .ki = 0.05};
   model.controller.pid.output_low = 0.0;
   model.controller.pid.output_high = 100.0;
-  model.process = {.gain = 0.5,
-                   .time_constant_s = 60.0,
-                   .dead_time_s = 5.0,
-                   .second_time_constant_s = 12.0};
+  model.process = {
+      .gain = 0.5, .time_constant_s = 60.0, .dead_time_s = 5.0, .second_time_constant_s = 12.0};
   model.uncertainty = {.gain = 0.1, .time_constant = 0.1, .dead_time = 0.2};
   model.transmitter = {.low = 0.0, .high = 100.0, .resolution = 0.0, .noise = 0.0};
   return model;
@@ -60,8 +58,7 @@ TEST_CASE("A level that the model does not state is no fault of a valve", "[gap]
   INFO(result.sentence);
   REQUIRE(result.effects.size() == 1);
   CHECK(result.effects[0].spec.name == "output_bias");
-  CHECK(result.effects[0].spec.parameters.at("bias") ==
-        Approx(*truth.process.level).margin(0.5));
+  CHECK(result.effects[0].spec.parameters.at("bias") == Approx(*truth.process.level).margin(0.5));
   const auto& interval = result.effects[0].interval.at("bias");
   CHECK((interval[0] < *truth.process.level && *truth.process.level < interval[1]));
   CHECK_THAT(result.effects[0].evidence, Catch::Contains("process.level"));

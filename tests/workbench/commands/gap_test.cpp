@@ -257,6 +257,39 @@ TEST_CASE("a stick's interval reaches to the fits that are as likely, and holds 
   CHECK(s[1].get<double>() - s[0].get<double>() > 0.01);
 }
 
+TEST_CASE("a heater whose room the model does not state has no fault of a valve",
+          "[gap][program]") {
+  const TemporaryFolder folder;
+  const auto model = [](const std::string& level) {
+    return "sample_time: 1\n"
+           "controller: {kp: 2, ki: 0.05, output: [0, 100]}\n"
+           "valve: none\n"
+           "process: {gain: 0.5, " +
+           level +
+           "time_constant: 40, dead_time: 3}\n"
+           "transmitter: {range: [0, 100], resolution: 0.01, noise: 0.05}\n"
+           "scenario: {duration: 600, set_point: [[0, 40], [60, 50], [240, 44], [420, 52]]}\n";
+  };
+  write_file(folder / "truth.yaml", model("level: 22, "));
+  write_file(folder / "model.yaml", model(""));
+  const auto path = [&](const char* name) { return (folder / name).string(); };
+  REQUIRE(loopwarden("simulate " + path("truth.yaml") + " --out " + path("record.csv")).exit_code ==
+          0);
+  const auto answer = [&](const char* name) {
+    const ShellOutcome outcome = loopwarden("gap " + path("record.csv") + " --model " + path(name) +
+                                            " --jobs 1 --out " + path("found"));
+    INFO(outcome.text);
+    REQUIRE(outcome.exit_code == 0);
+    return nlohmann::json::parse(read_file(folder / "found/gap.json"));
+  };
+  const nlohmann::json unknown = answer("model.yaml");
+  REQUIRE(unknown["effects"].size() == 1);
+  CHECK(unknown["effects"][0]["name"] == "output_bias");
+  CHECK(unknown["effects"][0]["parameters"]["bias"] == Approx(22.0).margin(0.5));
+  for (const nlohmann::json& tried : unknown["candidates"]) CHECK(tried["name"] != "stiction");
+  CHECK(answer("truth.yaml")["verdict"] == "no_gap");
+}
+
 TEST_CASE("the level of PV is the record's where the process was identified from it",
           "[gap][program][long]") {
   // A temperature around 318 whose process is known by its changes alone.
