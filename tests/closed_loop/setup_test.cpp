@@ -370,7 +370,7 @@ TEST_CASE("a record that ends at a limit, by a key or a fault puts the output ba
     CHECK(person.told("output back to 4"));
     CHECK(plant.back());
   }
-  CHECK(plant.daemon.is("FIC-101", "requested_mode", "MAN"));
+  CHECK(test::eventually([&] { return plant.daemon.is("FIC-101", "requested_mode", "MAN"); }));
   CHECK_FALSE(plant.commissioned());
 }
 
@@ -383,7 +383,7 @@ TEST_CASE("a record does not begin outside of its limits", "[setup]") {
   person.lines = {"FIC-101", "5", "0.4", pv ? "2 8" : "5 8", pv ? "6 9" : "1 9"};
   CHECK_THROWS_AS(setup::record_moves(plant.s.all), setup::Paused);
   CHECK(person.told("outside"));
-  CHECK(plant.daemon.is("FIC-101", "requested_mode", "MAN"));
+  CHECK(test::eventually([&] { return plant.daemon.is("FIC-101", "requested_mode", "MAN"); }));
   CHECK_FALSE(plant.commissioned());
   person.lines = {"FIC-101", "8.9", "0.4", "2 8", "1 9.9"};
   CHECK_THROWS_WITH(setup::record_moves(plant.s.all), Catch::Contains("limits of the set point"));

@@ -243,7 +243,8 @@ std::optional<std::vector<double>> numbers_in(const std::string& text, std::size
 
 std::string without_unit(const std::string& text, const std::string& unit) {
   const std::string wanted = base::lower_case(unit);
-  if (wanted.empty()) return text;
+  // A digit may be the number's own.
+  if (wanted.empty() || std::isdigit(static_cast<unsigned char>(wanted.front())) != 0) return text;
   std::string rest = text;
   for (std::size_t at = 0; (at = base::lower_case(rest).find(wanted, at)) != std::string::npos;) {
     const std::size_t before = rest.find_last_not_of(kBlanks, at == 0 ? 0 : at - 1);

@@ -242,15 +242,6 @@ TEST_CASE("a record ends with the commissioning in which it began, and after its
     CHECK_FALSE(file().empty());
     bench.operators.collect(later(62));
     CHECK(ended());
-    json line;
-    REQUIRE(test::eventually([&] {
-      for (const json& one :
-           bench.ask_status(R"({"request": "journal", "most": 20})").at("lines")) {
-        if (one.at("what") == "record stopped") line = one;
-      }
-      return line.is_object();
-    }));
-    CHECK(line.at("reason") == "the commissioning has ended");
   }
   SECTION("given back, or taken back") {
     const json taken = bench.commission();
