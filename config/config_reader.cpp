@@ -14,7 +14,6 @@
 #include "base/device_name.hpp"
 #include "base/digest/digest.hpp"
 #include "base/file.hpp"
-#include "base/text.hpp"
 #include "config/document.hpp"
 #include "config/link_address.hpp"
 #include "config/bus_budget.hpp"
@@ -110,7 +109,7 @@ std::string iio_device(const std::string& root, const std::string& name) {
        entry.increment(error)) {
     for (const char* attribute : {"name", "label"}) {
       const auto text = base::read_file(entry->path() / attribute);
-      if (!text || base::trimmed(*text) != name) continue;
+      if (!text || text->substr(0, text->find('\n')) != name) continue;
       found.push_back(base::device_name(entry->path().string()));
       break;
     }
