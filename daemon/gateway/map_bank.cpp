@@ -177,6 +177,7 @@ bool is_momentary(const Register& reg) noexcept {
 
 // In manual the output in force is the one that was ordered: the device may round it, and it may be on its way.
 bool is_output_in_force(double value, bool reads_so, const LoopReading& loop) {
+  if (!loop.standing.output_known) return false;
   if (loop.standing.mode == Mode::automatic || loop.standing.output_in_fault) return reads_so;
   const control::ControllerSettings& controller = loop.settings.controller;
   const control::PidSettings& pid = controller.pid;

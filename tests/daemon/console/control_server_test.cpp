@@ -238,7 +238,7 @@ TEST_CASE(
   };
   refused(R"({"request": "set", "loop": "FIC-101", "output": 60})",
           "in automatic the controller has the output");
-  refused(R"({"request": "set", "loop": "FIC-101", "output": 60, "mode": "auto"})",
+  refused(R"({"request": "set", "loop": "FIC-101", "output": 61, "mode": "auto"})",
           "in automatic the controller has the output");
   refused(R"({"request": "set", "loop": "FIC-101", "set_point": 20, "mode": "man"})",
           "in manual the set point follows PV");

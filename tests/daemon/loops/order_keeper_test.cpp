@@ -101,6 +101,9 @@ TEST_CASE("a set point that a master moves all the time is written once in 10 s"
   }
   CHECK(writes >= 60);
   CHECK(writes <= 60 + 9);
+  do {
+    bench.order({.set_point = set_point += 0.01});
+  } while (!bench.look(0.1));
   // A mode, or an order that somebody asks for, does not wait.
   bench.order({.mode = Mode::manual});
   CHECK(bench.look(0.05));
