@@ -185,7 +185,7 @@ TEST_CASE("routine evidence that is replayed has the same verdict, and says so w
     }
   }
   REQUIRE(e.routine);
-  CHECK(e.pv.size() == monitor::RoutineWatch::kSamples);
+  CHECK(e.pv.size() == 2 * monitor::RoutineWatch::kSamples);
   CHECK(e.sample_time_s == 10.0);
   CHECK(e.routine->sum_before > 0.0);
   CHECK(e.routine->sum > e.routine->sum_before);
@@ -197,7 +197,7 @@ TEST_CASE("routine evidence that is replayed has the same verdict, and says so w
   CHECK(text.exit_code == (changed ? 65 : 0));
   CHECK_THAT(text.text, Catch::Contains(changed ? "NOT the same verdict." : "\nThe same verdict."));
   CHECK_THAT(text.text, Catch::Contains("stiction of FIC-101"));
-  CHECK_THAT(text.text, Catch::Contains("the last 125 min"));
+  CHECK_THAT(text.text, Catch::Contains("the last 250 min"));
   const ShellOutcome answer = replay((folder / "one").string() + " --json");
   INFO(answer.text);
   const json result = json::parse(answer.text);
