@@ -68,9 +68,9 @@ hal::Sample WatchCycle::as_output(const hal::SourceSample& value) const noexcept
 hal::Sample WatchCycle::checked_pv(const hal::SourceSample& pv, double co, Mode mode) noexcept {
   const control::PidSettings& pid = settings_.controller.pid;
   hal::Sample judged = pv.sample;
-  const double held_s = static_cast<double>(now_ns_ - pv.sample.time_ns) * 1e-9;
-  const double max_held_s = settings_.pv_check.max_held_s;
-  if (max_held_s == 0.0 || held_s <= max_held_s) {
+  const double held_ns = static_cast<double>(now_ns_ - pv.sample.time_ns);
+  const double most_ns = settings_.pv_check.max_held_s * 1e9;
+  if (most_ns == 0.0 || held_ns <= most_ns) {
     judged.time_ns = std::max(judged.time_ns, pv.alive_ns);
   }
   judged = pv_guard_.check(
