@@ -12,7 +12,7 @@ namespace loopwarden::gap {
 namespace {
 
 constexpr int kEvaluations = 150;
-constexpr Fitter::Evolution kPolish{.evaluations = 1280, .seed = 1, .wide = false};
+constexpr Fitter::Evolution kPolish{.evaluations = 3840, .seed = 1, .wide = false};
 
 }  // namespace
 
