@@ -36,14 +36,15 @@ double set_point_at(double time_s) {
   return part == 0 ? 12.0 : part == 1 ? 13.0 : part == 2 ? 12.0 : 11.2;
 }
 
-// The valve sticks from `sticks_s` on. `co`: where CO and the plant begin.
-gap::Record run(double seconds, double co, double sticks_s, std::uint64_t seed) {
+// The valve sticks from `sticks_s` on. `stem`: where it begins, CO units; CO begins at 48.
+gap::Record run(double seconds, double stem, double sticks_s, std::uint64_t seed) {
+  constexpr double co = 48.0;
   plant::LoopModel m = healthy_loop();
   m.scenario.faults = {{.effect = {.name = "stiction", .parameters = {{"s", 4.2}, {"j", 1.8}}},
                         .block = plant::Block::valve,
                         .schedule = {.from_s = sticks_s}}};
   plant::Plant plant(m, seed);
-  plant.reset(co);
+  plant.reset(stem);
   control::LoopController controller(m.controller, kPeriod_s, 12.0, co);
   controller.assume_output(co);
   controller.request_mode(control::Mode::automatic);
@@ -81,8 +82,8 @@ TEST_CASE("minutes that begin at PV 0 are explained by what happened after that"
     ++alarm;
   }
   REQUIRE(watch.on());
-  const commission::Explanation e = commission::explain(
-      record, made.twin, alarm, {.judge_controller = false}, test::serial);
+  const commission::Explanation e =
+      commission::explain(record, made.twin, alarm, {.judge_controller = false}, test::serial);
   const double first_s = kPeriod_s * static_cast<double>(e.stretch.begin);
   CHECK(first_s > 5.0);
   if (e.usable() && !e.result.effects.empty()) {
