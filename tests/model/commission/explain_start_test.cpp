@@ -74,7 +74,7 @@ TEST_CASE("minutes that begin at PV 0 are explained by what happened after that"
   INFO(made.why);
   REQUIRE(made.outcome == commission::Outcome::commissioned);
 
-  const gap::Record record = run(1100.0, 0.0, 180.0, seed);
+  const gap::Record record = run(760.0, 0.0, 60.0, seed);
   monitor::TwinWatch watch(made.twin);
   std::size_t alarm = 0;
   while (alarm + 1 < record.size() && !watch.on()) {
