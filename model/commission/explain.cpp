@@ -104,7 +104,7 @@ void take_over(Explanation& out, SinceChange&& since, std::size_t first) {
 const gap::FoundEffect* sure_effect(const Explanation& e) {
   if (e.result.outcome != gap::Outcome::missing_effect || e.result.effects.empty()) return nullptr;
   const gap::FoundEffect& first = e.result.effects.front();
-  return monitor::gives_name(first.spec.name, first.confidence, e.closed, {}) ? &first : nullptr;
+  return monitor::gives_name(first.spec.name, first.confidence, e.closed, false) ? &first : nullptr;
 }
 
 // The record without PV where the twin may not judge: from beyond the commissioned range until samples count again.
