@@ -173,10 +173,9 @@ void WatchBoard::set_flaps(std::size_t loop, const model::ProcessWatch& process)
 void WatchBoard::explained(std::size_t loop, const Explanation& found) {
   const std::lock_guard lock(mutex_);
   LoopWatch& watch = watches_[loop];
-  const model::StickSeen stick{watch.stick_seen, model::stick_alarm_on(watch.alarms)};
   Explanation explanation = found;
-  if (!model::gives_name(found.effect, found.confidence, found.gap_closed, stick))
-    explanation.final_name.reset();
+  // Whether its name is sure was decided where the final name was given.
+  if (model::refuted(found.effect, watch.stick_seen)) explanation.final_name.reset();
   const auto before_it = watch.explanations[model::index_of(explanation.alarm)];
   keep(watch, explanation);
   if (!before_it || !same_name(*before_it, explanation)) tell_explanation(loop, explanation);
@@ -192,7 +191,7 @@ void WatchBoard::explained(std::size_t loop, const Explanation& found) {
                  .block = explanation.block,
                  .confidence = explanation.confidence,
                  .gap_closed = explanation.gap_closed,
-                 .stick = stick}));
+                 .stick_seen = watch.stick_seen}));
   if (!of_incident(watch, explanation, utc_ms_())) return;
   const Memories before = memories(loop);
   write_down(loop, before,

@@ -104,24 +104,20 @@ void take_over(Explanation& out, SinceChange&& since, std::size_t first) {
 const gap::FoundEffect* sure_effect(const Explanation& e) {
   if (e.result.outcome != gap::Outcome::missing_effect || e.result.effects.empty()) return nullptr;
   const gap::FoundEffect& first = e.result.effects.front();
-  return monitor::gives_name(first.spec.name, first.confidence, e.closed, {}) ? &first : nullptr;
+  return monitor::gives_name(first.spec.name, first.confidence, e.closed, false) ? &first : nullptr;
 }
 
-// The record without PV where the twin may not judge.
+// The record without PV where the twin may not judge: from beyond the commissioned range until samples count again.
 gap::Record judged_part(gap::Record record, const plant::LoopModel& twin) {
-  const auto again = static_cast<std::size_t>(
-      std::lround(monitor::TwinWatch::kAgain * plant::answer_s(twin) / record.period_s));
   monitor::TwinWatch watch(twin);
   double co = std::numeric_limits<double>::quiet_NaN();
-  std::size_t left_out = 0;
+  bool left_out = false;
   for (std::size_t k = 0; k < record.size(); ++k) {
     if (std::isfinite(record.co[k])) co = record.co[k];
     if (!std::isfinite(record.pv[k])) continue;
     watch.add(record.pv[k], co);
-    if (std::isfinite(co) && !watch.inside()) left_out = again + 1;
-    if (left_out == 0) continue;
-    --left_out;
-    record.pv[k] = std::numeric_limits<double>::quiet_NaN();
+    left_out = !watch.inside() || (left_out && !watch.judged_here());
+    if (left_out) record.pv[k] = std::numeric_limits<double>::quiet_NaN();
   }
   return record;
 }

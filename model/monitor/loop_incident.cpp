@@ -57,7 +57,7 @@ LoopIncident::Changes LoopIncident::explained(std::int64_t now_ms,
     return changes;
   }
   const bool sure = gives_name(explanation.effect, explanation.confidence, explanation.gap_closed,
-                               explanation.stick);
+                               explanation.stick_seen);
   incident_.confidence = sure ? explanation.confidence : Incident::kNone;
   if (explanation.from_ms > 0 && explanation.from_ms < incident_.opened_ms) {
     incident_.from_ms = explanation.from_ms;

@@ -77,7 +77,7 @@ struct IncidentExplanation {
   std::optional<plant::Block> block{};
   double confidence = Incident::kNone;
   double gap_closed = Incident::kNone;  // share; NaN: too near to the noise
-  StickSeen stick{};
+  bool stick_seen = false;              // by the read-back
 };
 
 struct IncidentChange {

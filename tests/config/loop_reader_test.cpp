@@ -373,6 +373,10 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
   CHECK_THAT(said(moves + limits + "s_interval: [0.5, 0.8], read_back: false"),
              Catch::Contains("only with a read-back"));
   CHECK(said(moves + "shadow: true, read_back: false").empty());
+  // Of the other sign, in shadow as well; kModbusLoop has action reverse.
+  std::string other_sign = moves + "shadow: true, read_back: false";
+  other_sign.replace(other_sign.find("gain: 1"), 7, "gain: -1");
+  CHECK_THAT(said(other_sign), Catch::Contains("gain -1 contradicts controller.action reverse"));
   CHECK(said("kind: backlash, gap: 0.3, shadow: true").empty());
   const std::string jacket =
       "  jacket: {form: dwell, max_mean_error: 1, valve_position: {model: [{effect: backlash, "

@@ -190,13 +190,6 @@ class Replayer {
     if (!result_.incidents.empty()) result_.incidents.back().incident = incident_.incident();
   }
 
-  monitor::StickSeen stick() const { return {stick_seen_, monitor::stick_alarm_on(alarms_)}; }
-
-  bool gives_name(const commission::Explanation& e) const {
-    const gap::FoundEffect& first = e.result.effects.front();
-    return monitor::gives_name(first.spec.name, first.confidence, e.closed, stick());
-  }
-
   void explain_incident(std::int64_t now_ms, monitor::AlarmKind alarm,
                         const commission::Explanation& e, const nlohmann::json& told) {
     monitor::IncidentExplanation says{.alarm = alarm, .raised_ms = now_ms};
@@ -208,7 +201,7 @@ class Replayer {
         says.block = first.block;
         says.confidence = first.confidence;
         says.gap_closed = e.closed;
-        says.stick = stick();
+        says.stick_seen = stick_seen_;
       }
     }
     incident_.explained(now_ms, says);
@@ -232,7 +225,7 @@ class Replayer {
       }
       const commission::Explanation& e = explainer_->at(k);
       std::optional<monitor::AlarmKind> name = commission::final_name(e, t.kind);
-      if (name && !gives_name(e)) name.reset();
+      if (name && monitor::refuted(e.result.effects.front().spec.name, stick_seen_)) name.reset();
       line.explanation = explainer_->json(e, name.value_or(t.kind));
       explain_incident(now_ms, t.kind, e, *line.explanation);
       if (!name) {

@@ -65,6 +65,18 @@ TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[dae
     CHECK(words.find("fic-101.yaml:7:9: error: monitor.twin: ") != std::string::npos);
     CHECK(words.find(said) != std::string::npos);
   }
+  // A twin whose PV moves the other way would drive planned moves away from the set point.
+  for (const auto& [gain, action] :
+       {std::pair{"-1.0", control::Action::reverse}, std::pair{"1.0", control::Action::direct}}) {
+    std::string text = twin_text("0.1", "[0, 10]", "[0, 100]");
+    text.replace(text.find("gain: 1.0"), 9, std::string("gain: ") + gain);
+    write_file(file, text);
+    config::Configuration other = loop_with(file);
+    other.loops.front().controller.pid.action = action;
+    const auto refused = daemon::load_specialists(other);
+    CHECK_FALSE(refused);
+    CHECK(config::to_text(refused.diagnostics).find("controller.action") != std::string::npos);
+  }
   // Planned moves know no process that integrates.
   write_file(
       file,

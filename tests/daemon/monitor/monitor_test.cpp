@@ -948,6 +948,28 @@ TEST_CASE("an explanation stands with the alarm, and gives it another name where
   CHECK(said == std::vector<std::string>{"gain_changeagrees", "backlashdoes not agree"});
 }
 
+TEST_CASE("an alarm whose stick the read-back shows is not renamed to learned",
+          "[monitor][explain]") {
+  Bench bench;
+  bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
+  bench.run(2 * kWindow);
+  REQUIRE(model::shows_stick(bench.board->watch(0).measures));
+  Explanation e;
+  e.alarm = AlarmKind::stiction;
+  e.raised_ms = bench.now_ms;
+  e.verdict = "missing_effect";
+  e.effect = "learned";
+  e.block = plant::Block::valve;
+  e.confidence = 0.95;
+  e.gap_closed = 0.95;
+  e.final_name = AlarmKind::unknown;
+  bench.board->explained(0, e);
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
+  CHECK(bench.state(AlarmKind::unknown) == AlarmState::normal);
+  CHECK(bench.board->watch(0).incident.incident().name == "stiction");
+  CHECK_FALSE(bench.board->watch(0).explanation->final_name);
+}
+
 TEST_CASE("what is explained again has a line where its name is another one",
           "[monitor][explain]") {
   Bench bench;

@@ -1025,6 +1025,8 @@ TEST_CASE("planned moves don't act where the file does not allow it, nor beside 
   auto settings = plain_settings();
   SECTION("not allowed") {
     Loop loop(settings);
+    loop.channels.moves_settings.publish(
+        {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3});
     loop.order({.moves = MovesWish::shadow});
     loop.run(1);
     CHECK(loop.answer() == Refusal::none);
@@ -1049,6 +1051,42 @@ TEST_CASE("planned moves don't act where the file does not allow it, nor beside 
     loop.run(1);
     CHECK(loop.answer() == Refusal::jacket_acts);
   }
+}
+
+TEST_CASE("planned moves whose process gain contradicts the controller's action are refused") {
+  auto settings = plain_settings();
+  settings.moves_may_act = true;
+  const double sign = settings.controller.pid.action == control::Action::reverse ? 1.0 : -1.0;
+  Loop loop(settings);
+  const auto answer_to = [&](double gain, MovesWish wish) {
+    loop.channels.moves_settings.publish(
+        {.gain = gain, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3});
+    loop.order({.moves = wish});
+    loop.run(1);
+    return loop.answer();
+  };
+  const MovesWish wish = GENERATE(MovesWish::shadow, MovesWish::on);
+  CHECK(answer_to(-1.5 * sign, wish) == Refusal::moves_of_other_sign);
+  CHECK_FALSE(loop.channels.moves.read());
+  CHECK(answer_to(1.5 * sign, wish) == Refusal::none);
+  CHECK(loop.channels.moves.read());
+}
+
+TEST_CASE("in manual no state of planned moves is shown: nothing steps them") {
+  auto settings = plain_settings();
+  Loop loop(settings);
+  loop.channels.moves_settings.publish(
+      {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3});
+  loop.run(2);
+  loop.order({.moves = MovesWish::shadow});
+  loop.run(1);
+  REQUIRE(loop.channels.moves.read());
+  loop.order({.mode = Mode::manual});
+  loop.run(1);
+  CHECK_FALSE(loop.channels.moves.read());
+  loop.order({.mode = Mode::automatic});
+  loop.run(1);
+  CHECK(loop.channels.moves.read());
 }
 
 TEST_CASE("an uncertain PV counts as bad unless the configuration says otherwise") {

@@ -2,6 +2,8 @@
 #include "model/control/compensator.hpp"
 
 #include <catch2/catch.hpp>
+#include <limits>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -333,6 +335,41 @@ TEST_CASE("backlash compensation shortens the set-point answer of a loop with pl
   const Swing without = swing(m, 250.0, 650.0);
   m.controller.compensator = {.kind = CompensatorKind::backlash, .gap = 1.2, .noise_band = 0.02};
   CHECK(swing(m, 250.0, 650.0).rms < 0.9 * without.rms);
+}
+
+TEST_CASE("the first of two moves lasts its time after CO has arrived", "[control][compensator]") {
+  const bool shadow = GENERATE(false, true);
+  const double rate_per_s = GENERATE(0.1, 1.0, std::numeric_limits<double>::infinity());
+  CAPTURE(shadow, rate_per_s);
+  const CompensatorSettings settings{
+      .kind = CompensatorKind::two_move, .shadow = shadow, .stick_band = 1.0, .move_time_s = 2.0};
+  constexpr double kPeriod_s = 0.1;
+  TwoMove law(settings, kPeriod_s);
+  law.reset(5.0);
+  const OutputLimits limits{.low = 0.0, .high = 10.0, .rate_per_s = rate_per_s};
+  // Two equal cycles of a triangle are learnt from.
+  double co = 5.0;
+  double virtual_co = 5.0;
+  double largest = 0.0;
+  int at_its_place = 0;
+  for (int k = 0; k < 4000 && !law.resting(); ++k) {
+    const double phase = std::fmod(0.01 * k, 2.0);
+    const double output = 5.0 + 0.6 * (phase < 1.0 ? 2.0 * phase - 1.0 : 3.0 - 2.0 * phase);
+    const Correction c = law.step({.set_point = 5.0,
+                                   .error = phase < 1.0 ? -1.0 : 1.0,
+                                   .output = output,
+                                   .applied = co,
+                                   .commanded = co,
+                                   .limits = limits});
+    virtual_co = limit_output(limits, output + c.added, virtual_co, kPeriod_s).output;
+    co = limit_output(limits, shadow ? output : output + c.added, co, kPeriod_s).output;
+    const bool moves = c.hold_integral && !law.resting();
+    largest = std::max(largest, std::abs(c.added));
+    if (moves && has_arrived(limits, output + c.added, virtual_co, kPeriod_s)) ++at_its_place;
+  }
+  CHECK(law.resting());
+  CHECK(largest > 1.0);
+  CHECK(at_its_place * kPeriod_s >= 2.0 - 2.0 * kPeriod_s);
 }
 
 }  // namespace compensator_test
