@@ -3,8 +3,8 @@
 // lw-reload, which may hang on the disk; the main thread plans (reload.hpp), offers the settings to the
 // loops' cycles and takes down what each of them says.
 //
-// While a loop is being commissioned no files are taken. The newest such reload is kept, and carried out when the
-// commissioning has ended: its files are read then.
+// While a loop is being commissioned no files are taken. The newest such reload is kept, and
+// carried out when the commissioning has ended: its files are read then.
 #pragma once
 
 #include <chrono>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Settings on their way from a plan to the loops' cycles. Used by the main thread.
 //
-// A cycle may take an offer while a newer plan, made without it, withdraws it. Every withdrawn offer is followed until the
-// cycle has either taken it or seen that it is withdrawn, so that no taken offer is lost from view.
+// A cycle may take an offer while a newer plan, made without it, withdraws it. Every withdrawn
+// offer is followed until the cycle has either taken it or seen that it is withdrawn, so that no
+// taken offer is lost from view.
 #pragma once
 
 #include <cstddef>

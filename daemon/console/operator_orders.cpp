@@ -275,7 +275,8 @@ void OperatorOrders::refuse_watched(std::size_t loop) const {
                      " is controlled elsewhere: nothing of it can be ordered from here");
 }
 
-// Nothing but the order itself has an effect here: what goes with it waits until the loop has taken it (desk()).
+// Nothing but the order itself has an effect here: what goes with it waits until the loop has taken
+// it (desk()).
 protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
                                          const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
@@ -285,12 +286,14 @@ protocol::OrderTaken OperatorOrders::set(const protocol::SetRequest& request,
   if (order.empty()) throw RequestError("set needs set_point, output, mode or jacket");
   orders::OrderDesk& orders = desk(index);
   const rt::InForce now = in_force(loop, orders);
-  // Anybody takes the valve back: manual ends a commissioning. A machine may repeat the manual that is in force.
+  // Anybody takes the valve back: manual ends a commissioning. A machine may repeat the manual that
+  // is in force.
   const bool may_repeat = sender.socket == SocketName::edge && order.mode == now.mode;
   order.ends_commissioning = !request.session && order.mode == control::Mode::manual &&
                              !order.set_point && !may_repeat &&
                              loop.commissioning->holder().has_value();
-  // Parts that are in force already are no command. An order with at least one command is given whole: it has the last word.
+  // Parts that are in force already are no command. An order with at least one command is given
+  // whole: it has the last word.
   rt::Order command = order;
   if (!request.expect) {  // otherwise the cycle's answer is of interest, and stands in the journal
     rt::leave_out_in_force(command, now, orders.standing(), loop.settings->get());

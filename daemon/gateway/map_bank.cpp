@@ -123,8 +123,8 @@ Exception MapBank::collect(Table table, std::uint16_t address,
   return Exception::none;
 }
 
-// Anybody takes a loop that is being commissioned back by manual, with or without an output. Manual that is in force takes
-// nothing back: masters repeat it.
+// Anybody takes a loop that is being commissioned back by manual, with or without an output. Manual
+// that is in force takes nothing back: masters repeat it.
 bool MapBank::takes_back(const std::vector<Wish>& wishes, std::size_t loop) {
   bool manual = false;
   for (const Wish& wish : wishes) {
@@ -175,7 +175,8 @@ bool is_momentary(const Register& reg) noexcept {
          reg.field == Field::unshelve_process || reg.field == Field::calm;
 }
 
-// In manual the output in force is the one that was ordered: the device may round it, and it may be on its way.
+// In manual the output in force is the one that was ordered: the device may round it, and it may be
+// on its way.
 bool is_output_in_force(double value, bool reads_so, const LoopReading& loop) {
   if (!loop.standing.output_known) return false;
   if (loop.standing.mode == Mode::automatic || loop.standing.output_in_fault) return reads_so;
@@ -312,8 +313,8 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
   return Exception::none;
 }
 
-// A master that writes the same again and again holds it: that is one command. Its 0 is the rest, and no command unless it
-// has held something.
+// A master that writes the same again and again holds it: that is one command. Its 0 is the rest,
+// and no command unless it has held something.
 bool MapBank::is_new(const Wish& wish, const Peer& peer, double now_s) {
   constexpr double kHeld_s = 30.0;  // between two writes
   constexpr std::size_t kMostHeld = 10'000;

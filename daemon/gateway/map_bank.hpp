@@ -5,10 +5,11 @@
 // value of two registers is written in one request or not at all (exception 3); so is everything else
 // that a request writes. Of what it asks of a loop, the mode takes effect first (daemon/rt/order.hpp).
 //
-// Masters repeat what they write. A write of the value in force is no command: it is left out of the request, has no effect
-// and no line in the journal. In force is what the loop's cycle, with the master's orders on their way, goes by; the
-// register may show it rounded. Coils, the shelve registers, `unshelve_process` and `calm` act on a new value only: a 1
-// (or a number of minutes) that the same master has not written within the last 30 s, and a 0 after its own 1.
+// Masters repeat what they write. A write of the value in force is no command: it is left out of
+// the request, has no effect and no line in the journal. In force is what the loop's cycle, with
+// the master's orders on their way, goes by; the register may show it rounded. Coils, the shelve
+// registers, `unshelve_process` and `calm` act on a new value only: a 1 (or a number of minutes)
+// that the same master has not written within the last 30 s, and a 0 after its own 1.
 #pragma once
 
 #include <cstddef>

@@ -67,8 +67,8 @@ class Journal {
   // As stop(), for at most `patience`; false if the disk hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // Any thread but the real-time one. Returns a number to wait for. Refusals that repeat are left out
-  // (repeated_refusals.hpp).
+  // Any thread but the real-time one. Returns a number to wait for. Refusals that repeat are left
+  // out (repeated_refusals.hpp).
   std::uint64_t post(JournalEntry entry);
   // Of all lines up to `ticket`. Waits for nothing.
   Written written(std::uint64_t ticket) const;

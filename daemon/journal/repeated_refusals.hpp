@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: Apache-2.0
-// Finds lines of refused commands that repeat, so that a master which repeats a refused command each second does not fill
-// the journal. A repeated line says what the newest refusal of the same command to the same loop by the same peer said:
-// same value, same reason, less than 30 s ago. A command that is done, another value or another reason ends the row.
+// SPDX-License-Identifier: Apache-2.0 Finds lines of refused commands that repeat, so that a master
+// which repeats a refused command each second does not fill the journal. A repeated line says what
+// the newest refusal of the same command to the same loop by the same peer said: same value, same
+// reason, less than 30 s ago. A command that is done, another value or another reason ends the row.
 #pragma once
 
 #include <cstdint>

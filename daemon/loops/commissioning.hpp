@@ -2,8 +2,8 @@
 // Who commissions a loop: it is out of service for everybody else until he gives it back, or shows no sign of life for a
 // minute and the stop action is taken. Any thread.
 //
-// The holder is the one truth for ordinary threads. The cycle gets a copy in its channels, which is written with the holder
-// under the same lock.
+// The holder is the one truth for ordinary threads. The cycle gets a copy in its channels, which is
+// written with the holder under the same lock.
 #pragma once
 
 #include <chrono>

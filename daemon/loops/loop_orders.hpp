@@ -11,14 +11,14 @@
 
 namespace loopwarden::daemon {
 
-// A sender's queue of orders to a loop; `box` is the sender's of the loop's channels. `done` is called for each order that
-// the loop has taken, after what every order does.
+// A sender's queue of orders to a loop; `box` is the sender's of the loop's channels. `done` is
+// called for each order that the loop has taken, after what every order does.
 using OrderDone = std::function<void(const rt::Order&, const journal::JournalEntry&)>;
 orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal,
                           OrderDone done = {});
 
-// Returns the values that the sender's next order will find in force: the loop's, with the sender's orders that it has not
-// taken yet.
+// Returns the values that the sender's next order will find in force: the loop's, with the sender's
+// orders that it has not taken yet.
 rt::InForce in_force(const LoopRuntime& loop, orders::OrderDesk& desk);
 
 // The journal's line of a commissioning that this peer has begun or ended.

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Keeps the loops' last orders on the disk, with a separate thread for it.
 //
-// It looks at the loops each 50 ms. A change of the mode, or of what forbids to continue, is written at once. So is a set
-// point that changes now and then. A set point that a master moves all the time is written at most once in 10 s for each
-// loop, after the first eight changes; what is asked for by `kept` is written at once.
+// It looks at the loops each 50 ms. A change of the mode, or of what forbids to continue, is
+// written at once. So is a set point that changes now and then. A set point that a master moves all
+// the time is written at most once in 10 s for each loop, after the first eight changes; what is
+// asked for by `kept` is written at once.
 #pragma once
 
 #include <chrono>

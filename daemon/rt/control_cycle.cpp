@@ -264,8 +264,9 @@ bool ControlCycle::read_back_good() const noexcept {
          std::isfinite(position.value) && age_s <= settings_.pv_check.max_age_s;
 }
 
-// While no command goes out the device may move the valve: where the output stands is not known, and the loop asks for
-// nothing to be written. Then it goes on as after a loss. A stop action is never withheld.
+// While no command goes out the device may move the valve: where the output stands is not known,
+// and the loop asks for nothing to be written. Then it goes on as after a loss. A stop action is
+// never withheld.
 void ControlCycle::withhold(bool stop) noexcept {
   const bool withheld = !stop && controller_.requested_mode() == Mode::manual &&
                         now_ns_ < channels_.withheld_until_ns.load(std::memory_order_relaxed);

@@ -106,10 +106,11 @@ struct LoopChannels {
   // Number of the offer in force, 0 before the first: each sets jacket and compensator as their file has them, whatever
   // was ordered; cycle -> reload, monitor
   std::atomic<std::uint32_t> settings_taken{0};
-  // Number of the offer that waits until the output is inside its limits, or a commissioning has ended; 0: none;
-  // cycle -> reload
+  // Number of the offer that waits until the output is inside its limits, or a commissioning has
+  // ended; 0: none; cycle -> reload
   std::atomic<std::uint32_t> settings_waiting{0};
-  // Number of the newest offer or withdrawal that the cycle has seen: an older one is not taken any more; cycle -> reload
+  // Number of the newest offer or withdrawal that the cycle has seen: an older one is not taken any
+  // more; cycle -> reload
   std::atomic<std::uint32_t> settings_seen{0};
   // Published with `standing`, before an order is answered; cycle -> operator, Modbus server
   std::atomic<double> set_point_wanted{0.0};  // PV units
@@ -117,10 +118,11 @@ struct LoopChannels {
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; below 0: none
   MovesBoard moves;                           // cycle -> monitor, status
   std::atomic<bool> stop_reached{false};      // cycle -> main: output is where it ends
-  // Until then (CLOCK_MONOTONIC) no command goes out in manual, so that the device's watchdog acts. Set by the
-  // commissioning; the cycle sets it to 0 when it takes an order for an output.
+  // Until then (CLOCK_MONOTONIC) no command goes out in manual, so that the device's watchdog acts.
+  // Set by the commissioning; the cycle sets it to 0 when it takes an order for an output.
   std::atomic<std::int64_t> withheld_until_ns{0};
-  // Out of service for everybody else: offered settings wait. Written by Commissioning, together with its holder.
+  // Out of service for everybody else: offered settings wait. Written by Commissioning, together
+  // with its holder.
   std::atomic<bool> commissioned{false};
 };
 

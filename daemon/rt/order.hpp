@@ -44,7 +44,8 @@ struct Order {
   std::optional<double> set_point{};    // PV units
   std::optional<double> output{};       // CO units, for manual
   Expectation expected{};
-  // Ends the loop's commissioning once the cycle has taken the order; for its sender, the cycle ignores it.
+  // Ends the loop's commissioning once the cycle has taken the order; for its sender, the cycle
+  // ignores it.
   bool ends_commissioning = false;
 
   // It asks for nothing: the cycle judges what is expected, and changes nothing.
@@ -165,9 +166,9 @@ Refusal judge(const Expectation& expected, const InForce& now,
 // Whether `value` is `is`, for numbers of the range `low` to `high`; false if one is not known.
 bool is_same(double value, double is, double low, double high) noexcept;
 
-// Takes the parts out of an order that ask for the value in force: they are no command. `now` and `standing` are those
-// that the order will find. Values that only the new mode keeps in force stay: the set point on the way to automatic, the
-// output on the way to manual.
+// Takes the parts out of an order that ask for the value in force: they are no command. `now` and
+// `standing` are those that the order will find. Values that only the new mode keeps in force stay:
+// the set point on the way to automatic, the output on the way to manual.
 void leave_out_in_force(Order& order, const InForce& now, const Standing& standing,
                         const LoopSettings& settings) noexcept;
 

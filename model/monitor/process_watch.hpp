@@ -24,8 +24,9 @@
 // its longer off-delay, and so it does the first time unless the off-delay is shorter; what comes the fifth time raises
 // its alarm although no single time outlasts the on-delay.
 //
-// While a loop is out of service for a test, output_lost, output_unknown, not_normal_mode and deviation change nothing:
-// the test causes them. Their delays start again when the test has ended. Alarms of PV and of the enable contact go on.
+// While a loop is out of service for a test, output_lost, output_unknown, not_normal_mode and
+// deviation change nothing: the test causes them. Their delays start again when the test has ended.
+// Alarms of PV and of the enable contact go on.
 //
 // Stepped once a cycle. No clock, no allocation.
 //

@@ -147,7 +147,9 @@ TEST_CASE("who ordered by the page stands in the journal with user and address",
           "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
-  const auto peer_of = [&](const json& names, SocketName socket) {
+  double set_point = 30.0;  // another one each time
+  const auto peer_of = [&](json names, SocketName socket) {
+    names["set_point"] = set_point += 1.0;
     const std::size_t before = bench.ask(R"({"request": "journal"})").at("lines").size();
     CHECK(bench.ask(with(kSet, names), socket).at("ok") == true);
     bench.run(1);

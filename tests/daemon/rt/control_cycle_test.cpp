@@ -1278,7 +1278,8 @@ TEST_CASE("while commands are withheld the output is not known, and no fault has
   CHECK((loop.row.flags & record::kOutOfService) != 0);
   CHECK_FALSE(daemon::rt::unpacked(loop.channels.standing).output_known);
   CHECK(std::isnan(loop.channels.output_wanted));
-  // Without a read-back it goes on from what it last asked for, otherwise from where the valve stands.
+  // Without a read-back it goes on from what it last asked for, otherwise from where the valve
+  // stands.
   loop.run(2);
   CHECK(loop.io.last.write);
   CHECK(loop.fault() == Fault::none);
