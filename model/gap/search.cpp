@@ -52,13 +52,6 @@ bool is_simpler(const Fit& a, const Fit& b) {
   return cost(a) < cost(b);
 }
 
-std::ptrdiff_t valve_terms(const Fit& fit) {
-  return std::count_if(fit.terms.begin(), fit.terms.end(),
-                       [](const Candidate* term) { return term->block == plant::Block::valve; });
-}
-
-bool accuses_less(const Fit& a, const Fit& b) { return valve_terms(a) < valve_terms(b); }
-
 std::set<std::string> names_of(const Fit& fit) {
   std::set<std::string> names;
   for (const Candidate* term : fit.terms) names.insert(term->name);
@@ -327,17 +320,13 @@ class Search {
     return next;
   }
 
-  // If the record can't tell them apart, the simpler one; before that, the one that accuses no valve.
+  // Where the record can't tell them apart, the simpler one.
   void prefer_simpler() {
-    for (const auto prefers : {accuses_less, is_simpler}) {
-      for (const Hypothesis& h : result_.tried) {
-        if (h.placed && h.fit.terms.size() == result_.chosen.fit.terms.size() &&
-            result_.chosen.score - h.score < kTooClose &&
-            valve_terms(h.fit) <= valve_terms(result_.chosen.fit) &&
-            prefers(h.fit, result_.chosen.fit)) {
-          result_.chosen = h;
-          result_.path.back() = names_in_order(h.fit);
-        }
+    for (const Hypothesis& h : result_.tried) {
+      if (h.placed && h.fit.terms.size() == result_.chosen.fit.terms.size() &&
+          result_.chosen.score - h.score < kTooClose && is_simpler(h.fit, result_.chosen.fit)) {
+        result_.chosen = h;
+        result_.path.back() = names_in_order(h.fit);
       }
     }
   }
