@@ -27,7 +27,8 @@ control::JacketSettings read_jacket(MapReader& in);
 // The keys within compensator: those of its kind only.
 control::CompensatorSettings read_compensator(MapReader& in);
 
-// Refuses planned moves whose process gain contradicts the controller's action: they would drive PV away from the set point.
+// Refuses planned moves whose process gain contradicts the controller's action: they would drive
+// PV away from the set point.
 void check_gain(MapReader& compensator, const control::CompensatorSettings& settings,
                 control::Action action);
 

@@ -107,7 +107,8 @@ const gap::FoundEffect* sure_effect(const Explanation& e) {
   return monitor::gives_name(first.spec.name, first.confidence, e.closed, false) ? &first : nullptr;
 }
 
-// The record without PV where the twin may not judge: from beyond the commissioned range until samples count again.
+// The record without PV where the twin may not judge: from beyond the commissioned range until
+// samples count again.
 gap::Record judged_part(gap::Record record, const plant::LoopModel& twin) {
   monitor::TwinWatch watch(twin);
   double co = std::numeric_limits<double>::quiet_NaN();

@@ -62,7 +62,8 @@ struct CompensatorInputs {
   OutputLimits limits{};  // of the output
 };
 
-// Returns whether `output`, CO units, is as near to `wanted` as the limits let it come: no ramp is under way.
+// Returns whether `output`, CO units, is as near to `wanted` as the limits let it come: no ramp is
+// under way.
 inline bool has_arrived(const OutputLimits& limits, double wanted, double output,
                         double period_s) noexcept {
   return !limit_output(limits, wanted, output, period_s).rate_limited;

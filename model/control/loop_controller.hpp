@@ -146,7 +146,8 @@ class LoopController {
 
     Law(const ControllerSettings& settings, double period_s, double initial_set_point) noexcept;
     void configure(const ControllerSettings& settings) noexcept;
-    // `applied`: the output that was really written one period ago, CO units; `commanded`: the same before the device's
+    // `applied`: the output that was really written one period ago, CO units; `commanded`: the
+    // same before the device's
     // rounding. `starts`: the law begins from there.
     Result step(const ControllerInputs& in, double applied, double commanded, bool starts) noexcept;
     // The integral takes over what the compensator had added: the output stays.

@@ -202,7 +202,8 @@ void PlannedMoves::follow_law(Stem& stem, double output) noexcept {
   if (stem.going != 0.0) moved_to(stem, output - way(stem.going).stands);
 }
 
-// A read-back that a gateway holds is renewed where it changes, and where it could have changed and did not.
+// A read-back that a gateway holds is renewed where it changes, and where it could have changed
+// and did not.
 bool PlannedMoves::renewed(bool changed) noexcept {
   ++since_renewal_;
   if (changed) {
@@ -527,7 +528,8 @@ void PlannedMoves::look_at_a_threshold() noexcept {
 
 // ---- phases
 
-// CO stands while the stem is probed: what PV settles off by must not cost more than can be made good.
+// CO stands while the stem is probed: what PV settles off by must not cost more than can be made
+// good.
 bool PlannedMoves::may_probe(const CompensatorInputs& in) const noexcept {
   const double settles_off = in.set_point - settings_.gain * stem().place - load_;
   const double probe_s = 2.0 * settle_s() + 5.0 * sample_s() + kProbe_s + ramp_s(kProbe * band());

@@ -16,14 +16,17 @@
 //   ((h^2 + m^2)/6 + (L + T/2 + c) r (h^2 - m^2) + r E) / v0 + 0.05 p r / p0
 //     + 10 (p r / (0.95 p0) - 1)+ + 10 (r / r0 - 1)+
 //   r = q^2 / (h^2 - m^2)  moves/s: a random walk from m leaves (-h, h) that often, with variance (h^2 + m^2)/6
-//   E = (K B + h)^2 (t - T (1 - exp(-t/T)))  of the pulse of a detour of B for t, the output's ramp included
+//   E = (K B + h)^2 (t - T (1 - exp(-t/T)))  of the pulse of a detour of B for t, the output's
+//   ramp included
 //   c  s, half of the stick band at the output's rate limit     p  the pulse's travel, CO units
 //   v0, p0  variance of SP - PV and travel per second of the loop without compensator     r0  moves allowed
 // One h per cycle is tried. If no h leaves less than 1.21 v0, the law disengages for good.
 //
-// The output's limits: a leg's clock begins when CO has arrived, as the limiter says (CompensatorInputs::commanded). In
+// The output's limits: a leg's clock begins when CO has arrived, as the limiter says
+// (CompensatorInputs::commanded). In
 // shadow a virtual output goes through the same limiter.
-// The read-back: a value that a gateway renews every few seconds counts once. The interval is the least time between two
+// The read-back: a value that a gateway renews every few seconds counts once. The interval is the
+// least time between two
 // changes; a value that stays counts again after 1.5 intervals.
 //
 // d and P: Kalman filter on PV - y, which weighs PV less while the model has 15 % or more of a move to go; P is
@@ -32,18 +35,24 @@
 // each direction (read-back only; s = sum of one's break-away and the other's half band, j = their difference),
 // the actuator's time, and how far a move lands from where it should.
 //
-// Phases: watching (PI runs, three to ten cycles: v0, p0, s, j), probing (CO moved by 0.35 s towards the middle of the
-// band: a stem that follows is healthy), resting, backing off, moving, given back. It probes only if PV settles so near
+// Phases: watching (PI runs, three to ten cycles: v0, p0, s, j), probing (CO moved by 0.35 s
+// towards the middle of the
+// band: a stem that follows is healthy), resting, backing off, moving, given back. It probes only
+// if PV settles so near
 // to SP that the time costs at most one cycle of v0. It disengages without a bump:
-//   the stem follows the probe (for good)            the read-back is lost; comes back: watches again
-//   PV and read-back contradict each other           windows of four cycles: RMS 1.1 times v0's (for good)
-//   two moves in a row did not move the stem         the sum of (SP - PV)^2 - v0 exceeds two cycles of v0; a square counts
-//                                                    16 v0 at most, and one cycle may be saved
+//   the stem follows the probe (for good)
+//   the read-back is lost; when it is back, the loop is watched again
+//   PV and read-back contradict each other
+//   two moves in a row did not move the stem
+//   windows of four cycles have an RMS of 1.1 times v0's (for good)
+//   the sum of (SP - PV)^2 - v0 exceeds two cycles of v0; a square counts 16 v0 at most, and one
+//   cycle may be saved
 //   the stem is read to move after its move was given up: it, or the read-back, is late (for good)
-// and watches again after ten cycles if not for good; after the third time for good. Reset starts afresh.
-// A set point that changes by more than h is followed at once, in a move or a probe as well. The law follows it alone if
-// no move may be made that is long enough, or if its own first step is longer. Planned moves then resume when a move may
-// be made and PV is to settle near SP.
+// It watches again after ten cycles if not for good; after the third time it is for good. Reset
+// starts afresh.
+// A set point that changes by more than h is followed at once, in a move or a probe as well. The
+// law follows it alone if no move may be made that is long enough, or if its own first step is
+// longer. Planned moves resume when a move may be made and PV is to settle near SP.
 // Probed again: the stem moved by itself, two moves landed as without friction, 25 moves, ten cycles (read-back only).
 //
 // `read_back` false: x is the stiction law's (Choudhury et al. 2005) stepped with CO. `shadow`: the same on a valve and a process

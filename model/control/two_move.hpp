@@ -3,7 +3,8 @@
 // (kind `two_move`).
 //
 //   v  = uc - us                                deviation from the estimated steady-state CO us
-//   1: u = uc + sign(duc) (|v| + f d)           for move_time_s after the output has arrived there (rate limit)
+//   1: u = uc + sign(duc) (|v| + f d)           for move_time_s after the output has arrived there
+//   (rate limit)
 //   2: u = us                                   and from then on, the law's integral held
 //
 //   u, uc, us, d  CO units     d  stick_band, of the valve, an estimate     f  factor, > 1

@@ -20,15 +20,20 @@
 //   offered, in_shadow   the newest explanation is another one                       -> back, waiting
 //   in_shadow            explained anew, with other s and j                         -> shadow, in_shadow
 //   trying, helping   planned moves: the stem follows their probe                   -> back, waiting
-//                     they disengage for good, or for the third time                -> back, given_up
-//                     they disengage                                                -> back, waiting
+//                     they disengage for good, or for the third time                -> back,
+//                     given_up
+//                     they disengage                                                -> back,
+//                     waiting
 //   any        stiction no longer raised                                            -> back, waiting
 //              the loop refused the order                                           -> given_up
 //              the loop leaves automatic, or its PV is not good                     -> back, waiting
 //              a reload                                                             -> back, waiting
 //              the operator's veto, a commissioning                                 -> back, vetoed
-//   vetoed     the veto is lifted, the commissioning ends                           -> waiting; a jacket that was set by
-//                                                                                      hand goes back to shadow
+//   vetoed     the veto is lifted, the commissioning ends                           -> waiting; a
+//   jacket that was set by
+//                                                                                      hand goes
+//                                                                                      back to
+//                                                                                      shadow
 //
 // Steady: judged, not saturated, and SP stood still, since a step's error would be compared with the limit
 // cycle's. Given up means: not again for this alarm. What was raised before this started, in a run of the

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides whether an explanation gives its name: to an alarm that was raised under another one, and to
+// Decides whether an explanation gives its name: to an alarm that was raised under another one,
+// and to
 // the incident. One rule for both, so that one event never has two names.
 //
 //   sure      confidence at least kSureName, and kSureClosed of the gap closed (NaN: the confidence

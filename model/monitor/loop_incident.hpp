@@ -4,7 +4,8 @@
 //   opens   with the first valve alarm whose condition comes while none is open, when that was raised
 //   joins   every valve alarm whose condition comes while it is open
 //   ends    kQuiet_ms after the last of their conditions went, kJoin_ms after it opened at the earliest
-//   name    of the explanation, if that gives one (given_name.hpp); otherwise of the alarm that says most: low air, which
+//   name    of the explanation, if that gives one (given_name.hpp); otherwise of the alarm that
+//   says most: low air, which
 //           explains the others; the first with a fault's name; unknown; of model_gap alone, kNotAsCommissioned
 //   cause   block of the explanation's effect; of a fault's name without it the valve; else not known
 //

@@ -89,7 +89,8 @@ const char* to_text(Trouble::Kind kind);
 std::vector<TroubleRow> study_troubles(std::size_t cases, std::uint64_t seed,
                                        const StudyWork& work);
 
-// planned_moves as on hardware (max_move 10 % of span, 60 moves per hour) behind an output with a rate limit, or with a
+// planned_moves as on hardware (max_move 10 % of span, 60 moves per hour) behind an output with a
+// rate limit, or with a
 // read-back that is renewed every few seconds.
 struct RateRow {
   double percent_per_s = 0.0;     // of the output's span; infinity: none
@@ -97,7 +98,8 @@ struct RateRow {
   std::vector<double> factors{};  // of each loop: RMS of SP - PV over that of PI only
   std::vector<double> luck{};     // the same of PI only with another noise
 };
-// Each loop runs kRateRepeats times with its own noise and load; a factor is of the root mean square over these runs.
+// Each loop runs kRateRepeats times with its own noise and load; a factor is of the root mean
+// square over these runs.
 inline constexpr int kRateRepeats = 4;
 std::vector<RateRow> study_rate_limits(std::size_t cases, std::uint64_t seed,
                                        const StudyWork& work);
