@@ -36,7 +36,8 @@ std::string heater_csv(const std::function<double(int, double, double)>& law) {
 
 }  // namespace
 
-TEST_CASE("identify gives no number for a heater that a thermostat switches", "[identify][program]") {
+TEST_CASE("identify gives no number for a heater that a thermostat switches",
+          "[identify][program]") {
   const TemporaryFolder folder;
   write_file(folder / "record.csv", heater_csv([](int, double pv, double co) {
                return pv > 46.0 ? 0.0 : pv < 44.0 ? 100.0 : co;
