@@ -71,11 +71,9 @@ TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[dae
     std::string text = twin_text("0.1", "[0, 10]", "[0, 100]");
     text.replace(text.find("gain: 1.0"), 9, std::string("gain: ") + gain);
     write_file(file, text);
-    config::Configuration other = loop_with(file);
-    other.loops.front().controller.pid.action = action;
-    const auto refused = daemon::load_specialists(other);
-    CHECK_FALSE(refused);
-    CHECK(config::to_text(refused.diagnostics).find("controller.action") != std::string::npos);
+    config::LoopFile other = loop_with(file);
+    other.config.controller.pid.action = action;
+    CHECK(said_of(other).find("controller.action") != std::string::npos);
   }
   // Planned moves know no process that integrates.
   write_file(
