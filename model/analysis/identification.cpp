@@ -583,9 +583,10 @@ Identification by_outside_moves(const Columns& c) {
 
 namespace {
 
-// What the stem jumps by when it starts from rest: the median, and the tenth and the nine tenths. Nothing if it rests and
-// starts too seldom.
-std::optional<Estimate> slip_jump(const Values& stem) {
+// Returns the jump of the stem when it starts from rest: the median, and an interval from the tenth
+// to the nine tenths. A sample after the jump, the stem has also followed CO for one to two samples.
+// Nothing if the stem starts from rest too seldom.
+std::optional<Estimate> slip_jump(const Values& stem, const Values& co) {
   constexpr double kNoise = 6.0;    // robust standard deviations of the stem's moves
   constexpr double kLeast = 1e-3;   // of the stem's range
   constexpr std::size_t kRest = 3;  // samples
@@ -599,19 +600,28 @@ std::optional<Estimate> slip_jump(const Values& stem) {
   const auto [low, high] = std::minmax_element(stem.begin(), stem.end());
   const double still =
       std::max(kNoise * numeric::kNormalOverMad * numeric::median(sizes), kLeast * (*high - *low));
+  Values least;
   Values jumps;
+  Values most;
   std::size_t rested = 0;
   for (std::size_t k = 1; k + 1 < stem.size(); ++k) {
     if (moves[k] <= still) {
       ++rested;
       continue;
     }
-    if (rested >= kRest) jumps.push_back(std::abs(stem[k + 1] - stem[k - 1]));
+    if (rested >= kRest) {
+      const double travel = stem[k + 1] - stem[k - 1];
+      const double along = std::copysign(1.0, travel) * (co[k + 1] - co[k - 1]);
+      const double followed = std::isfinite(along) ? std::max(along, 0.0) : 0.0;
+      least.push_back(std::abs(travel) - followed);
+      jumps.push_back(std::abs(travel) - 0.75 * followed);
+      most.push_back(std::abs(travel) - 0.5 * followed);
+    }
     rested = 0;
   }
   if (jumps.size() < kFewestSlips) return std::nullopt;
-  return Estimate{numeric::median(jumps), numeric::quantile(jumps, 0.1),
-                  numeric::quantile(jumps, 0.9)};
+  return Estimate{numeric::median(jumps), numeric::quantile(least, 0.1),
+                  numeric::quantile(most, 0.9)};
 }
 
 // Beside a measured stem the slip is what the stem shows, and the process is what follows the stem.
@@ -621,7 +631,7 @@ void take_stem(Identification& out, const Columns& c, const IdentificationRecord
     return;
   }
   const Values stem = closed_up(record.stem);
-  if (const std::optional<Estimate> jump = slip_jump(stem)) {
+  if (const std::optional<Estimate> jump = slip_jump(stem, c.co)) {
     out.cycle->j = *jump;
     out.notes.push_back("j is what the stem jumps by, from its read-back");
   }

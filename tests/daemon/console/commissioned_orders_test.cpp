@@ -250,6 +250,7 @@ TEST_CASE("a record ends with the commissioning in which it began, and after its
       bench.commission({{"end", true}, {"session", taken.at("session")}});
     } else {
       bench.order({{"request", "set"}, {"mode", "man"}});
+      bench.run(1);
     }
     // Another commissioning is not the one in which it began.
     bench.commission();

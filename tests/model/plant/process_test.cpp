@@ -67,10 +67,10 @@ TEST_CASE("integrating processes and second lags answer as by a fine integration
   constexpr int kDelay = 4370;  // steps of dead time
   constexpr double kStart = 3.0;
   std::vector<double> held(kDelay, kStart);
-  const double level = p.integrating() ? 7.0 : p.gain * kStart;
-  double first = p.integrating() ? 0.0 : level;
+  constexpr double kLevel = 7.0;
+  double first = p.integrating() ? 0.0 : p.gain * kStart;
   double q = first;
-  REQUIRE(process.reset(kStart, 7.0) == Approx(level));
+  REQUIRE(process.reset(kStart, kLevel) == Approx(q + kLevel));
   for (int k = 0; k < 150; ++k) {
     const double u = kStart + std::sin(0.3 * k) + (k % 11 < 5 ? 1.0 : -1.0);
     for (int i = 0; i < kFine; ++i) {
@@ -85,7 +85,7 @@ TEST_CASE("integrating processes and second lags answer as by a fine integration
         q = first;
       }
     }
-    REQUIRE(process.step(u) == Approx(q + (p.integrating() ? level : 0.0)).margin(5e-4));
+    REQUIRE(process.step(u) == Approx(q + kLevel).margin(5e-4));
   }
 }
 
