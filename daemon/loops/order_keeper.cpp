@@ -17,19 +17,29 @@ constexpr std::chrono::milliseconds kBetweenLooks{50};
 constexpr double kBetweenWrites_s = 10.0;  // of a set point that moves all the time
 constexpr std::int64_t kRetry_ns = 5 * base::kNanosecondsPerSecond;
 
+bool runs_here(const LoopRuntime& loop) {
+  return !loop.watched() && config::out_of_service(loop.config.io) == nullptr;
+}
+
 }  // namespace
 
 OrderKeeper::OrderKeeper(const std::vector<LoopRuntime>& loops, LastOrdersFile file,
                          LastOrders begun)
     : loops_(loops), file_(std::move(file)), tracks_(loops.size()) {
-  forget_ = std::any_of(begun.loops.begin(), begun.loops.end(),
-                        [&](const auto& known) { return !find_loop(loops, known.first); });
   for (std::size_t i = 0; i < loops.size(); ++i) {
+    if (!runs_here(loops[i])) continue;
     const auto found = begun.loops.find(loops[i].config.name);
     if (found == begun.loops.end()) continue;
     tracks_[i].now = tracks_[i].saved = found->second;
     tracks_[i].ever_saved = true;
+    begun.loops.erase(found);
   }
+  // A loop out of service keeps its orders. Its tag may be unknown because its file is unreadable.
+  const bool all_run = std::all_of(loops.begin(), loops.end(), [](const LoopRuntime& loop) {
+    return loop.watched() || runs_here(loop);
+  });
+  if (!all_run) resting_ = std::move(begun.loops);
+  forget_ = all_run && !begun.loops.empty();
 }
 
 void OrderKeeper::start() {
@@ -87,19 +97,19 @@ bool OrderKeeper::is_due(Track& track, std::int64_t now_ns) const {
 }
 
 bool OrderKeeper::look(std::int64_t now_ns) {
-  std::map<std::string, LastOrder> all;
+  std::map<std::string, LastOrder> all = resting_;
   std::vector<LastOrder> written(tracks_.size());
   {
     const std::lock_guard lock(mutex_);
     bool due = forget_;
     for (std::size_t i = 0; i < tracks_.size(); ++i) {
-      if (loops_[i].watched()) continue;
+      if (!runs_here(loops_[i])) continue;
       if (!frozen_) see(i);
       due = is_due(tracks_[i], now_ns) || due;
     }
     if (!due || now_ns < retry_ns_) return false;
     for (std::size_t i = 0; i < tracks_.size(); ++i) {
-      if (loops_[i].watched()) continue;
+      if (!runs_here(loops_[i])) continue;
       written[i] = all[loops_[i].config.name] = tracks_[i].now;
       tracks_[i].asked_for = false;
     }
@@ -122,7 +132,7 @@ bool OrderKeeper::look(std::int64_t now_ns) {
 bool OrderKeeper::kept(std::size_t loop) {
   {
     const std::lock_guard lock(mutex_);
-    if (loops_[loop].watched() || frozen_) return true;
+    if (!runs_here(loops_[loop]) || frozen_) return true;
     see(loop);
     Track& track = tracks_[loop];
     if (track.ever_saved && track.now == track.saved) return true;
@@ -136,7 +146,7 @@ void OrderKeeper::freeze() {
   const std::lock_guard lock(mutex_);
   if (frozen_) return;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (!loops_[i].watched()) see(i);
+    if (runs_here(loops_[i])) see(i);
   }
   frozen_ = true;
 }

@@ -63,7 +63,8 @@ class OrderKeeper {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Track> tracks_;
-  bool forget_ = false;  // loops that are on the disk, and are gone
+  std::map<std::string, LastOrder> resting_;  // of loops out of service
+  bool forget_ = false;                       // loops that are on the disk, and are gone
   bool frozen_ = false;
   bool quit_ = false;
   bool asked_for_ = false;

@@ -51,6 +51,7 @@ std::string why_manual(const config::LoopConfig& loop, const LastOrder& last) {
 WarmStart warm_start(const config::LoopConfig& loop, const LastOrders& orders) {
   const Start& file = loop.start;
   WarmStart warm{.start = {file.mode, file.set_point, file.output}, .line = std::nullopt};
+  if (config::out_of_service(loop.io) != nullptr) return warm;
   rt::StartSettings& start = warm.start;
   std::string before = "not known";
   std::string reason = fmt::format("start.after_restart is {}", word_of(file.after_restart));

@@ -50,7 +50,7 @@ TEST_CASE("after kill -9 a loop continues with what was ordered last, and the jo
   daemon.start();
   REQUIRE(set(daemon, "--mode auto --sp 4.5") == 0);
   kill_and_start(daemon);
-  CHECK(daemon.loop("FIC-101").at("requested_mode") == "AUTO");
+  CHECK(test::eventually([&] { return daemon.is("FIC-101", "requested_mode", "AUTO"); }));
   CHECK(daemon.loop("FIC-101").at("set_point_wanted") == 4.5);
   const json line = restart_line(daemon);
   REQUIRE_FALSE(line.is_null());
@@ -58,7 +58,7 @@ TEST_CASE("after kill -9 a loop continues with what was ordered last, and the jo
   // Manual stays manual, whatever the file begins with.
   REQUIRE(set(daemon, "--mode man") == 0);
   kill_and_start(daemon);
-  CHECK(daemon.loop("FIC-101").at("requested_mode") == "MAN");
+  CHECK(test::eventually([&] { return daemon.is("FIC-101", "requested_mode", "MAN"); }));
 }
 
 TEST_CASE("a loop that was being commissioned when its daemon was killed waits in manual",
@@ -72,7 +72,7 @@ TEST_CASE("a loop that was being commissioned when its daemon was killed waits i
            std::string::npos;
   }));
   kill_and_start(daemon);
-  CHECK(daemon.loop("FIC-101").at("requested_mode") == "MAN");
+  CHECK(test::eventually([&] { return daemon.is("FIC-101", "requested_mode", "MAN"); }));
   CHECK(daemon.loop("FIC-101").at("commissioning").is_null());
   CHECK_THAT(restart_line(daemon).at("reason").get<std::string>(),
              Catch::Contains("the loop was being commissioned"));

@@ -293,6 +293,8 @@ TEST_CASE("nothing moves with a file that is not in force", "[setup]") {
     plant.daemon.write_config("loops.d/FIC-101.yaml", with(loop_text(), "reverse", "direct"));
   } else if (file == "comment") {
     plant.s.all.folder = plant.daemon.folder() / "other";
+    write_file(plant.s.all.folder / "loopwardend.yaml",
+               read_file(plant.daemon.config() / "loopwardend.yaml"));
     write_file(plant.s.all.loop_file(), loop_text() + "# of another folder\n");
   } else if (file == "link") {
     const auto path = plant.daemon.config() / "loopwardend.yaml";

@@ -141,6 +141,23 @@ TEST_CASE("what the end of the daemon does to a loop is no order", "[restart]") 
   CHECK_FALSE(bench.on_disk().manual_after_fault);
 }
 
+TEST_CASE("the orders to a loop that is out of service stay on the disk", "[restart]") {
+  Bench bench;
+  LoopRuntime unread;
+  unread.config.name = "fic-102";  // by its file, because the tag could not be read
+  unread.config.io = config::OutOfService{.why = "loops.d/fic-102.yaml:1:1: error"};
+  bench.loops.push_back(std::move(unread));
+  LastOrders begun = bench.file.load();
+  begun.loops["FIC-102"] = begun.loops.at("FIC-101");
+  bench.keeper.emplace(bench.loops, bench.file, begun);
+  bench.order({.set_point = 72.0});
+  CHECK(bench.look(0.05));
+  CHECK(bench.on_disk().set_point == 72.0);
+  CHECK(bench.file.load().loops.at("FIC-102") == begun.loops.at("FIC-102"));
+  CHECK_FALSE(bench.file.load().loops.contains("fic-102"));
+  CHECK(bench.keeper->kept(1));
+}
+
 TEST_CASE("the orders to a loop that is gone are forgotten", "[restart]") {
   Bench bench;
   LastOrders begun = bench.file.load();
