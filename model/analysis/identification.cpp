@@ -16,7 +16,6 @@ namespace {
 
 using Values = std::vector<double>;
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 constexpr std::size_t kFewestSamples = 30;
 constexpr std::size_t kMostSamples = 20'000;
@@ -497,6 +496,7 @@ Identification by_outside_moves(const Columns& c) {
   }
   out.preferred = best;
 
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const double quickest = is_integrating(fits[best].form) ? kInfinite : fits[best].time_constant_s;
   const bool slow_logging =
       quickest < kSlowLogging * s.period_s && (feedback.closed || quickest < s.period_s);
