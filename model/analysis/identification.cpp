@@ -16,7 +16,6 @@ namespace {
 
 using Values = std::vector<double>;
 
-
 constexpr std::size_t kFewestSamples = 30;
 constexpr std::size_t kMostSamples = 20'000;
 constexpr double kMostOutsideMargin = 0.2;  // of the gain
