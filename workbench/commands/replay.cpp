@@ -224,19 +224,21 @@ class Replayer {
         continue;
       }
       const commission::Explanation& e = explainer_->at(k);
-      std::optional<monitor::AlarmKind> name = commission::final_name(e, t.kind);
-      if (name && monitor::refuted(e.result.effects.front().spec.name, stick_seen_)) name.reset();
-      line.explanation = explainer_->json(e, name.value_or(t.kind));
+      const std::optional<monitor::AlarmKind> found = commission::final_name(e, t.kind);
+      const bool named =
+          found && !monitor::refuted(e.result.effects.front().spec.name, stick_seen_);
+      const monitor::AlarmKind name = named ? found.value_or(t.kind) : t.kind;
+      line.explanation = explainer_->json(e, name);
       explain_incident(now_ms, t.kind, e, *line.explanation);
-      if (!name) {
+      if (!named) {
         result_.transitions.push_back(std::move(line));
         continue;
       }
       // Under its final name only, and only where that alarm was not there already.
       const double size = commission::size_percent(e);
       for (const monitor::AlarmTransition& then :
-           alarms_.explained(now_ms, t.kind, *name, size).view()) {
-        if (then.kind != *name || !worth_a_line(then)) continue;
+           alarms_.explained(now_ms, t.kind, name, size).view()) {
+        if (then.kind != name || !worth_a_line(then)) continue;
         TimedTransition final_line = line;
         final_line.transition = then;
         final_line.first_name = t.kind;
