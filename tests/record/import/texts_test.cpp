@@ -197,8 +197,15 @@ TEST_CASE("qualities in the codes of many vendors", "[import]") {
   CHECK(qualities(quality_kind("Questionable"), {"False", "True", "0", "1"}) == "gqgq");  // PI
   CHECK(qualities(quality_kind("IsBad"), {"0", "1", "no", "yes"}) == "gbgb");
   std::vector<std::string> said;
-  CHECK(qualities(quality_kind("Status"), {"0", "0", "0", "1"}, &said) == "gggb");
+  std::vector<std::string> rare(12, "0");
+  rare.push_back("1");
+  CHECK(qualities(quality_kind("Status"), rare, &said) == "ggggggggggggb");
   CHECK(said.size() == 1);
+  CHECK(qualities(quality_kind("Status"), {"0", "0", "0", "1"}, &said) == "gggg");  // of a pump
+  CHECK(said.size() == 1);
+  CHECK(qualities(quality_kind("Status"), {"Normal", "Hi alarm"}) == "gg");  // of an alarm
+  CHECK(qualities(quality_kind("Status"), {"OK", "Wartung"}) == "gb");
+  CHECK(qualities(state, {"97,3", "97,4", "97,6"}) == "ggg");  // of a product
 }
 
 TEST_CASE("qualities in words of many languages, and words that nobody knows", "[import]") {
@@ -259,9 +266,9 @@ TEST_CASE("qualities in words of many languages, and words that nobody knows", "
   std::vector<std::string> said;
   CHECK(qualities(QualityKind::state, {"Good", "Wartung", "Good", "Wartung"}, &said) == "gbgb");
   CHECK(said == std::vector<std::string>{"'Wartung' in 2 cells: not known, taken as bad"});
-  CHECK(qualities(QualityKind::state, {"Jo", "Jo", "Jo", "Na"}, &said) == "gggb");
+  CHECK(qualities(QualityKind::state, {"Xo", "Xo", "Xo", "Na"}, &said) == "gggb");
   REQUIRE(said.size() == 2);
-  CHECK(said.front() == "'Jo' in 3 cells: not known, taken as good because most cells have it");
+  CHECK(said.front() == "'Xo' in 3 cells: not known, taken as good because most cells have it");
 }
 
 TEST_CASE("units behind numbers and names", "[import]") {
