@@ -58,7 +58,7 @@ std::string folded(std::string_view text) {
 std::string as_key(std::string_view text) {
   std::string word;
   for (const char c : folded(text)) {
-    if (std::string_view(" _-./:()[]").find(c) == std::string_view::npos) word += c;
+    if (std::string_view(" _-./:()[]?").find(c) == std::string_view::npos) word += c;
   }
   return word;
 }
@@ -107,6 +107,9 @@ constexpr std::string_view kBadStates =
     "\u6545\u969c|\u9519\u8bef|\u5931\u8d25|\u574f\u503c|\ubd88\ub7c9|\uc624\ub958|\uc774\uc0c1|"
     "\u043f\u043b\u043e\u0445|\u043d\u0435\u0434\u043e\u0441\u0442|\u043e\u0448\u0438\u0431|"
     "\u043d\u0435\u0438\u0441\u043f\u0440|\u043e\u0442\u043a\u0430\u0437|\u0430\u0432\u0430\u0440";
+// Bad or doubtful, and nothing but a value is called so.
+constexpr std::string_view kOnlyOfValues =
+    "bad|invalid|no data|uncertain|questionable|schlecht|ungultig|ungueltig|mauvais|invalide";
 constexpr std::string_view kGoodStates =
     "good|ok|okay|true|valid|normal|reliable|g|y|yes|a|gut|gultig|gueltig|ja|bon|bonne|valide|"
     "correct|"
@@ -118,7 +121,8 @@ constexpr std::string_view kGoodStates =
     "\u0434\u043e\u0441\u0442\u043e\u0432|\u0433\u043e\u0434\u043d|\u0438\u0441\u043f\u0440";
 
 constexpr std::string_view kStates =
-    " quality opcquality qualitydetail opcqualitydetail qualitystatus qualitycode qualityflag"
+    " quality qf dataintegrity qualitatscode qualitaetscode opcquality qualitydetail "
+    "opcqualitydetail qualitystatus qualitycode qualityflag"
     " qualitystate qualitybits qcode qflag qstatus qlevel q qc qual qlty opcstatus statuscode"
     " statusvalue valuestatus valuequality valuequalitycode dataquality datastatus samplequality"
     " samplestatus signalquality signalstatus sigstatus tagstatus tagquality pointquality "
@@ -130,7 +134,7 @@ constexpr std::string_view kStates =
     " gute guete \u8d28\u91cf \u54c1\u8d28 \u54c1\u8cea \u8cea\u91cf \u8d28\u91cf\u7801"
     " \u6570\u636e\u8d28\u91cf \ud488\uc9c8 \u043a\u0430\u0447\u0435\u0441\u0442\u0432\u043e ";
 constexpr std::string_view kStatuses =
-    " status state statut zustand estado estatus etat stato stav messstatus"
+    " status statusbits sts stat state statut zustand estado estatus etat stato stav messstatus"
     " \u72b6\u6001 \u72c0\u614b \uc0c1\ud0dc \u0441\u0442\u0430\u0442\u0443\u0441 ";
 constexpr std::string_view kGoodFlags =
     " qualityok qualitygood qualityvalid goodquality good isgood valid isvalid validity "
@@ -150,6 +154,11 @@ constexpr std::string_view kPercents =
 }  // namespace
 
 QualityKind quality_kind(std::string_view column_name) {
+  // The types of IEC 61131 as letters: bValid, xGood, wStatus.
+  if (column_name.size() > 2 &&
+      std::string_view("bxwsin").find(column_name[0]) != std::string_view::npos &&
+      column_name[1] >= 'A' && column_name[1] <= 'Z')
+    column_name.remove_prefix(1);
   const std::string word = as_key(column_name);
   if (word == "iquality") return QualityKind::industrial_pc;
   for (const auto& [list, kind] :
@@ -350,32 +359,33 @@ void QualityCells::settle_codes() {
 
 // A product's quality, the state of a pump, bits that nobody explains.
 bool QualityCells::has_other_meaning() const {
-  constexpr double kMostBad = 0.1;  // of 0 and 1 in a Status
+  constexpr double kNearlyAll = 0.9;  // of the cells: the usual state of a value is good
   const bool vague = kind_ == QualityKind::status || kind_ == QualityKind::flags;
-  bool known_good = false;
+  bool known_state = false;
   bool unknown = false;
   bool fractions = false;
+  bool binary = true;
+  const State* usual = nullptr;
   std::size_t all = 0;
-  std::size_t ones = 0;
-  bool binary = kind_ == QualityKind::status;
   for (const State& state : states_) {
     const std::int64_t code = state.code.value_or(0);
     const bool scheme = state.hexadecimal || code == 192 || code >= 0x40000000 || code < -1;
-    const bool good_code = scheme && kind_ != QualityKind::flags;
-    known_good = known_good || good_code ||
-                 (state.known && state.quality == SampleQuality::good && !state.text.empty() &&
-                  (!vague || says_good(state.text)));
+    const bool good_word = state.known && state.quality == SampleQuality::good &&
+                           !state.text.empty() && (!vague || says_good(state.text));
+    const bool bad_word = begins_with_one_of(kOnlyOfValues, folded(state.text));
+    known_state = known_state || good_word || bad_word || (scheme && kind_ != QualityKind::flags);
     unknown = unknown || !state.known;
     fractions = fractions || state.fraction;
-    binary = binary && (state.text.empty() || state.code == 0 || state.code == 1);
+    binary = binary && code >= 0 && code <= 1;
     all += state.cells;
-    if (state.code == 1) ones += state.cells;
+    if (usual == nullptr || state.cells > usual->cells) usual = &state;
   }
-  if (known_good) return false;
+  if (known_state) return false;
   if (fractions) return kind_ != QualityKind::percent;
-  const double few = kMostBad * static_cast<double>(all);
-  const bool rare = static_cast<double>(ones) <= few || static_cast<double>(all - ones) <= few;
-  return vague && unknown && !(binary && rare);
+  if (!vague || !unknown) return false;
+  const bool may_be_good = !usual->code || binary || (*usual->code & 0x80) != 0;  // of OPC DA
+  return kind_ == QualityKind::flags || !may_be_good ||
+         static_cast<double>(usual->cells) < kNearlyAll * static_cast<double>(all);
 }
 
 std::string QualityCells::most_frequent() const {
