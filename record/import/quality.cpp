@@ -346,7 +346,8 @@ void QualityCells::settle_codes() {
       state.quality = code == 0     ? SampleQuality::good
                       : code == 133 ? SampleQuality::questionable
                                     : SampleQuality::bad;
-    } else if (low == 0xC0U || (low == 0x80U && code < 256) || code == 1) {
+    } else if ((low == 0xC0U && (code < 256 || code >= 512)) || (low == 0x80U && code < 256) ||
+               code == 1) {
       state.quality = SampleQuality::good;
     } else if (low == 0x40U || (code >= 256 && code < 512)) {
       state.quality = SampleQuality::questionable;

@@ -191,6 +191,7 @@ TEST_CASE("qualities in the codes of many vendors", "[import]") {
   CHECK(qualities(quality_kind("QualityDetail"), {"192", "192", "24", "65"}) == "ggbq");
   CHECK(qualities(quality_kind("IQuality"), {"3", "3", "65472", "0"}) == "ggbb");  // eWON
   CHECK(qualities(state, {"3", "3", "3", "65472"}) == "gggb");
+  CHECK(qualities(state, {"192", "256", "500", "512"}) == "gqqb");
   CHECK(qualities(state, {"192", "256", "512", "Good (192)", "Bad_Stale"}) == "gqbgb");  // Ignition
   CHECK(qualities(quality_kind("Confidence"), {"100", "0", "50"}) == "gbq");             // PHD
   CHECK(qualities(quality_kind("Validity"), {"1", "1", "0"}) == "ggb");                  // WinCC
