@@ -15,8 +15,9 @@
 // state and one unknown state has more than half of the cells, this state is taken as good, and
 // reported.
 //
-// A column is not used, and reported, if it has fractions, or if it is a Status, State or Flags with
-// unknown states and without a state that is known to be good.
+// A column is not used, and reported, if it has fractions. So is a Status, State or Flags with
+// unknown states, unless one of its states is known of values only (good, bad) or a Status or State
+// has nearly all cells in one state.
 #pragma once
 
 #include <cstdint>

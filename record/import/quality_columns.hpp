@@ -16,8 +16,8 @@
 
 namespace loopwarden::record {
 
-// By column, for Layout::qualities_of. `loops`: named by the user. `with_words`: columns whose cells
-// are words of qualities, whatever the name is; for a table with a row per value.
+// By column, for Layout::qualities_of. `loops`: named by the user. `with_words`: columns whose
+// cells are words of qualities, whatever the name is; for a table with a row per value.
 std::vector<std::vector<std::size_t>> find_qualities(const Layout& layout,
                                                      const std::vector<LoopSignals>& loops,
                                                      const std::set<std::size_t>& with_words);
