@@ -31,6 +31,7 @@ constexpr double kMultiples = 0.9;        // of the steps: a resolution
 constexpr double kLevelsOfSteps = 0.5;    // distinct levels for each step: few
 constexpr double kLevelStep = 1.5;        // distances of levels: steps of a resolution
 constexpr double kFewLevelsStep = 2.5;    // the same for few levels
+constexpr double kLastDigits = 1.5;       // of the last digit: a dead band that is rounding
 
 struct Points {
   std::vector<double> time_s;
@@ -336,7 +337,8 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
     return none;
   }
   ArchivedSignal found = judge(levels, 1.0, 1.0 - repeated);
-  if (found.kind == ArchiveKind::unknown) return none;
+  // A dead band of the last digit is what rounding does to a signal that settles.
+  if (found.kind == ArchiveKind::unknown || found.deviation <= kLastDigits * quantum) return none;
   found.held_lines = found.kind == ArchiveKind::swinging_door;
   return found;
 }

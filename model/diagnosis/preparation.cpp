@@ -29,7 +29,7 @@ constexpr double kLeastMovement = 1e-4;    // of the CO span
 constexpr double kUpset = 2.5;             // times the range from 5 to 95 %: cut back
 constexpr double kAtSetPoint = 0.005;      // of the largest PV or SP: PV is at SP
 constexpr double kFarFromSetPoint = 0.05;  // of the largest PV or SP: PV is far from SP
-constexpr double kNoiseOff = 3.0;          // times the noise of PV: at SP; twice as much: far
+constexpr double kNoiseOff = 6.0;          // times the noise of PV: far
 constexpr double kOneSide = 0.9;           // of the samples with PV on one side of SP
 constexpr double kFollowsSetPoint = 0.8;   // correlation of PV with SP
 constexpr double kComesBack = 0.5;         // correlation of CO with SP
@@ -327,7 +327,7 @@ std::vector<char> limited_samples(const RoutineRecord& r) {
     bool counts = end;
     if (rest.size() >= standstill) {
       const double share = end ? kAtSetPoint : kFarFromSetPoint;
-      const double noises = end ? kNoiseOff : 2.0 * kNoiseOff;
+      const double noises = end ? 0.0 : kNoiseOff;
       counts = !at_zero(pv, scale) && (has_sp ? off_set_point(r, rest, share, noises, scale) : end);
     }
     for (std::size_t k = rest.from; counts && k < rest.to; ++k) limited[k] = complete(r, k) ? 1 : 0;

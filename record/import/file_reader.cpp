@@ -371,11 +371,13 @@ class FileReader {
       signal.value[k] = kBad;
     }
     if (numbers == 0 || taken < numbers || *watched.target.error) return;
-    *watched.target.error =
-        RecordError(RecordError::Kind::data, 1, 0,
-                    fmt::format("{}: no value of {} has a good quality in {}", source_.name(),
-                                base::in_quotes(watched.target.name),
-                                base::in_quotes(layout_.names[watched.qualities.front()])));
+    *watched.target.error = RecordError(
+        RecordError::Kind::data, 1, 0,
+        fmt::format("{}: no value of {} has a good quality in {}, where most cells have "
+                    "{}. If these values are good, leave the column out of the export",
+                    source_.name(), base::in_quotes(watched.target.name),
+                    base::in_quotes(layout_.names[watched.qualities.front()]),
+                    base::in_quotes(quality_cells_.at(watched.qualities.front()).most_frequent())));
   }
 
   // Checks the decimal mark against all cells that were read, and asks the user if they allow both.

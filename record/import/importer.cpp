@@ -353,7 +353,8 @@ void Importer::look_at(const ToLookAt& file, const ImportProgress& progress) {
     if (source.layout.is_long) names = names_in(path, source.layout, progress);
     sources_.push_back(std::move(source));
     add_loops(sources_.size() - 1, names);
-    note_unused_columns(sources_.back().layout);
+    for (std::string& name : unused_columns(sources_.back().layout))
+      other_names_.push_back(std::move(name));
     progress(1.0);
   } catch (const RecordError& e) {
     if (file.named) throw;
@@ -491,18 +492,6 @@ void Importer::add_loops(std::size_t file, const std::vector<std::string>& names
     if (name.empty() || used.count(name) > 0) continue;
     const std::optional<RuledTag> ruled = rule_for(options_.rules, name);
     if (!ruled || !options_.rules[ruled->rule].unused) other_names_.push_back(name);
-  }
-}
-
-// A row a value: columns that are neither times nor tags, values or qualities.
-void Importer::note_unused_columns(const Layout& layout) {
-  if (!layout.is_long || layout.annotated) return;
-  const std::vector<std::size_t> qualities = quality_columns(layout);
-  for (std::size_t c = 0; c < layout.names.size(); ++c) {
-    const bool used = c == layout.time || c == layout.clock || c == layout.tag ||
-                      c == layout.value || layout.names[c].empty() ||
-                      std::find(qualities.begin(), qualities.end(), c) != qualities.end();
-    if (!used) other_names_.push_back(layout.names[c]);
   }
 }
 
@@ -701,7 +690,7 @@ bool is_plain(const fs::path& path, const Record& record) {
   Layout layout;
   layout.time = kNoColumn;
   layout.names.assign(cells.cells.begin(), cells.cells.end());
-  const auto qualities = find_qualities(layout, {});
+  const auto qualities = find_qualities(layout, {}, {});
   return std::all_of(qualities.begin(), qualities.end(),
                      [](const auto& list) { return list.empty(); }) &&
          !may_be_thousands(record.pv) && !may_be_thousands(record.co) &&

@@ -110,7 +110,6 @@ class Importer {
   void join(FoundLoop& same, const LoopSignals& signals);
   void add_loop(std::size_t file, LoopSignals signals);
   void add_loops(std::size_t file, const std::vector<std::string>& names);
-  void note_unused_columns(const Layout& layout);
   Imported finished(std::size_t loop, std::vector<ImportPart>& pieces) const;
 
   ImportOptions options_;

@@ -10,6 +10,7 @@
 
 #include "record/import/decimal_marks.hpp"
 #include "record/import/number_text.hpp"
+#include "record/import/quality.hpp"
 #include "record/import/quality_columns.hpp"
 #include "record/import/time_units.hpp"
 #include "record/import/units.hpp"
@@ -56,7 +57,7 @@ class Finder {
       find_clock();
     }
     settle_decimal();
-    layout_.qualities_of = find_qualities(layout_, options_.loops);
+    layout_.qualities_of = find_qualities(layout_, options_.loops, with_words_of_quality());
     settle_form();
     return std::move(layout_);
   }
@@ -71,6 +72,23 @@ class Finder {
 
   // Rows of data are the bulk: the second half of what is there.
   std::size_t bulk() const { return lines_.size() / 2; }
+
+  std::set<std::size_t> with_words_of_quality() const {
+    std::set<std::size_t> found;
+    for (std::size_t c = 0; c < columns_ && layout_.is_long && !layout_.annotated; ++c) {
+      if (c == layout_.clock) continue;
+      bool good = false;
+      bool all = true;
+      for (std::size_t k = layout_.header_rows; k < rows_.size() && all; ++k) {
+        const std::string_view text = cell(k, c);
+        if (text.empty()) continue;
+        good = good || says_good(text);
+        all = text.size() > 1 && quality_of_word(text).has_value();
+      }
+      if (good && all) found.insert(c);
+    }
+    return found;
+  }
 
   void find_delimiter() {
     if (options_.delimiter) {
@@ -896,6 +914,21 @@ std::string column_text(const Layout& layout) {
 
 }  // namespace
 
+std::vector<std::string> unused_columns(const Layout& layout) {
+  std::vector<std::string> unused;
+  if (!layout.is_long || layout.annotated) return unused;
+  const std::vector<std::size_t> qualities = quality_columns(layout);
+  const std::vector<std::size_t>& more = layout.more_of_tag;
+  for (std::size_t c = 0; c < layout.names.size(); ++c) {
+    const bool used = c == layout.time || c == layout.clock || c == layout.tag ||
+                      c == layout.value || layout.names[c].empty() ||
+                      std::find(more.begin(), more.end(), c) != more.end() ||
+                      std::find(qualities.begin(), qualities.end(), c) != qualities.end();
+    if (!used) unused.push_back(layout.names[c]);
+  }
+  return unused;
+}
+
 std::string describe(const Layout& layout, const TextSource& source) {
   std::string text = fmt::format(
       "{}{}, decimal {}, {}; times {}{}", source.packing().empty() ? "" : source.packing() + ", ",
@@ -911,6 +944,10 @@ std::string describe(const Layout& layout, const TextSource& source) {
   for (std::size_t k = 0; k < std::min(kMostQualitiesSaid, qualities.size()); ++k)
     text += (k > 0 ? ", " : "; qualities in ") + base::in_quotes(layout.names[qualities[k]]);
   if (qualities.size() > kMostQualitiesSaid) text += ", ...";
+  const std::vector<std::string> unused = unused_columns(layout);
+  for (std::size_t k = 0; k < std::min(kMostQualitiesSaid, unused.size()); ++k)
+    text += (k > 0 ? ", " : "; not used: ") + base::in_quotes(unused[k]);
+  if (unused.size() > kMostQualitiesSaid) text += ", ...";
   if (layout.header_rows != 1)
     text += fmt::format("; {} lines before the data", layout.header_rows);
   return text;

@@ -91,6 +91,10 @@ std::string too_wide_text(std::size_t cells, const Layout& layout);
 // For messages: where in a line `byte` stands, from 1.
 std::size_t place_in_line(std::string_view line, std::size_t byte, const ImportOptions& options);
 
+// The names of columns that are neither times nor tags, values or qualities, in a table with a row
+// per value.
+std::vector<std::string> unused_columns(const Layout& layout);
+
 // One line: "comma, decimal point, UTF-8; times ISO 8601 in column 'Timestamp'; a column a signal"
 std::string describe(const Layout& layout, const TextSource& source);
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/text.hpp"
+#include "record/import/quality.hpp"
 
 namespace loopwarden::record {
 namespace {
@@ -90,8 +91,10 @@ bool says_something(std::string_view line) {
 class ProtocolBytes : public ByteSource {
  public:
   explicit ProtocolBytes(std::unique_ptr<TextSource> text) : text_(std::move(text)) {
-    find_constant_tags();
-    out_ = "time\tseries\tvalue\n";
+    look_ahead();
+    out_ = "time\tseries\tvalue";
+    if (!quality_.empty()) out_ += "\t" + quality_;
+    out_ += '\n';
   }
 
   std::size_t read(char* to, std::size_t most) override {
@@ -109,19 +112,64 @@ class ProtocolBytes : public ByteSource {
   const char* packing() const noexcept override { return kLineProtocol; }
 
  private:
-  void find_constant_tags() {
+  // Constant tags, and the name of qualities.
+  void look_ahead() {
     std::map<std::string, std::set<std::string>> values;
     std::string_view head = text_->peek(kLookedAtLines);
     while (!head.empty()) {
       const std::size_t end = std::min(head.find('\n'), head.size());
       if (parse_protocol_line(head.substr(0, end), line_)) {
-        for (const auto& [key, value] : line_.tags) values[key].insert(value);
+        for (const auto& [key, value] : line_.tags) {
+          values[key].insert(value);
+          note_quality(key, {});
+        }
+        for (const auto& [key, value] : line_.fields) {
+          note_quality(key, {});
+          for (const auto& [of, ignored] : line_.fields) note_quality(key, of);
+        }
       }
       head.remove_prefix(std::min(end + 1, head.size()));
     }
     for (const auto& [key, all] : values) {
       if (all.size() == 1) constant_.insert(key);
     }
+  }
+
+  // What of the field's name `key` is the name of a quality of the field `of`; empty: nothing.
+  static std::string_view quality_part(std::string_view key, std::string_view of) {
+    if (!key.starts_with(of) || key == of) return {};
+    key.remove_prefix(of.size());
+    while (!key.empty() && std::string_view("._- ").find(key.front()) != key.npos)
+      key.remove_prefix(1);
+    const QualityKind kind = quality_kind(key);
+    // Alone, "status" may be anything.
+    const bool vague = kind == QualityKind::status || kind == QualityKind::flags;
+    return kind == QualityKind::none || (vague && of.empty()) ? std::string_view() : key;
+  }
+
+  void note_quality(std::string_view key, std::string_view of) {
+    if (quality_.empty()) quality_ = quality_part(key, of);
+  }
+
+  bool is_quality(const std::string& key) const {
+    if (quality_.empty()) return false;
+    return quality_part(key, {}) == quality_ ||
+           std::any_of(line_.fields.begin(), line_.fields.end(), [&](const auto& field) {
+             return quality_part(key, field.first) == quality_;
+           });
+  }
+
+  // Of the field `of`: its own quality, otherwise the line's.
+  std::string_view quality_of(const std::string& of) const {
+    for (const auto& [key, value] : line_.fields) {
+      if (quality_part(key, of) == quality_) return value;
+    }
+    for (const auto* list : {&line_.fields, &line_.tags}) {
+      for (const auto& [key, value] : *list) {
+        if (quality_part(key, {}) == quality_) return value;
+      }
+    }
+    return {};
   }
 
   [[noreturn]] void fail(const std::string& what) const {
@@ -137,9 +185,10 @@ class ProtocolBytes : public ByteSource {
     if (line_.time.empty()) fail("a line without a time, which can't be placed in a record");
     std::string series = line_.measurement;
     for (const auto& [key, value] : line_.tags) {
-      if (constant_.count(key) == 0) series += "." + value;
+      if (constant_.count(key) == 0 && !is_quality(key)) series += "." + value;
     }
     for (const auto& [field, value] : line_.fields) {
+      if (is_quality(field)) continue;
       add_plain(out_, line_.time);
       out_ += '\t';
       add_plain(out_, series);
@@ -149,12 +198,17 @@ class ProtocolBytes : public ByteSource {
       }
       out_ += '\t';
       add_plain(out_, value);
+      if (!quality_.empty()) {
+        out_ += '\t';
+        add_plain(out_, quality_of(field));
+      }
       out_ += '\n';
     }
   }
 
   std::unique_ptr<TextSource> text_;
   std::set<std::string> constant_;
+  std::string quality_;  // the name of qualities of fields; empty: there are none
   ProtocolLine line_;
   std::string out_;
 };

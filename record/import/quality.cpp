@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <initializer_list>
 #include <utility>
 
@@ -18,7 +19,7 @@ namespace {
 constexpr std::size_t kMostStates = 60000;
 
 // Letters with accents, as their plain ones: both cases of Latin-1, and some of Latin Extended-A.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 39> kPlainLetters{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 53> kPlainLetters{
     {{"\u00e4", "a"}, {"\u00c4", "a"},  {"\u00f6", "o"}, {"\u00d6", "o"}, {"\u00fc", "u"},
      {"\u00dc", "u"}, {"\u00df", "ss"}, {"\u00e9", "e"}, {"\u00c9", "e"}, {"\u00e8", "e"},
      {"\u00ea", "e"}, {"\u00e0", "a"},  {"\u00e1", "a"}, {"\u00c1", "a"}, {"\u00e2", "a"},
@@ -26,7 +27,10 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 39> kPlainLe
      {"\u00d3", "o"}, {"\u00f4", "o"},  {"\u00f5", "o"}, {"\u00fa", "u"}, {"\u00f1", "n"},
      {"\u00e5", "a"}, {"\u00c5", "a"},  {"\u00f8", "o"}, {"\u00d8", "o"}, {"\u00e6", "ae"},
      {"\u0161", "s"}, {"\u0160", "s"},  {"\u0159", "r"}, {"\u011b", "e"}, {"\u010d", "c"},
-     {"\u017e", "z"}, {"\u0142", "l"},  {"\u0119", "e"}, {"\u0105", "a"}}};
+     {"\u017e", "z"}, {"\u0142", "l"},  {"\u0119", "e"}, {"\u0105", "a"}, {"\u015b", "s"},
+     {"\u015a", "s"}, {"\u0107", "c"},  {"\u0144", "n"}, {"\u017a", "z"}, {"\u017c", "z"},
+     {"\u00fd", "y"}, {"\u016f", "u"},  {"\u0151", "o"}, {"\u011f", "g"}, {"\u015f", "s"},
+     {"\u0131", "i"}, {"\u0130", "i"},  {"\u0103", "a"}}};
 
 // Lower case without accents; Cyrillic letters become small ones.
 std::string folded(std::string_view text) {
@@ -54,7 +58,7 @@ std::string folded(std::string_view text) {
 std::string as_key(std::string_view text) {
   std::string word;
   for (const char c : folded(text)) {
-    if (std::string_view(" _-./:()[]").find(c) == std::string_view::npos) word += c;
+    if (std::string_view(" _-./:()[]?").find(c) == std::string_view::npos) word += c;
   }
   return word;
 }
@@ -93,7 +97,8 @@ constexpr std::string_view kBadStates =
     "fail|fault|error|err|nok|unreliable|unusable|disconnect|offline|timeout|time out|i/o|io time|"
     "scan off|out of serv|outofserv|stale|shutdown|comm|config|device|over range|under range|"
     "overrange|underrange|missing|lost|b|false|unknown|wire break|wirebreak|broken|drahtbruch|"
-    "schlecht|ungultig|ungueltig|gestort|gestoert|storung|stoerung|defekt|fehler|ausfall|"
+    "huono|kotu|rossz|schlecht|ungultig|ungueltig|gestort|gestoert|storung|stoerung|defekt|fehler|"
+    "ausfall|"
     "mauvais|invalide|erreur|defaut|panne|hors |malo|mala|invalid|erron|fallo|falla|averia|no "
     "valid|"
     "cattiv|guast|errat|errore|scadente|ruim|mau|ma|falha|erro|slecht|ongeldig|fout|storing|dalig|"
@@ -102,35 +107,43 @@ constexpr std::string_view kBadStates =
     "\u6545\u969c|\u9519\u8bef|\u5931\u8d25|\u574f\u503c|\ubd88\ub7c9|\uc624\ub958|\uc774\uc0c1|"
     "\u043f\u043b\u043e\u0445|\u043d\u0435\u0434\u043e\u0441\u0442|\u043e\u0448\u0438\u0431|"
     "\u043d\u0435\u0438\u0441\u043f\u0440|\u043e\u0442\u043a\u0430\u0437|\u0430\u0432\u0430\u0440";
+// Bad or doubtful, and nothing but a value is called so.
+constexpr std::string_view kOnlyOfValues =
+    "bad|invalid|no data|uncertain|questionable|schlecht|ungultig|ungueltig|mauvais|invalide";
 constexpr std::string_view kGoodStates =
     "good|ok|okay|true|valid|normal|reliable|g|y|yes|a|gut|gultig|gueltig|ja|bon|bonne|valide|"
     "correct|"
     "oui|buena|bueno|buen|valido|valida|correcto|si|buono|buona|bom|boa|sim|goed|geldig|bra|giltig|"
-    "gyldig|god|godt|dobr|prawidl|poprawn|wazn|platn|raw|actual|interpolated|calculated|"
+    "gyldig|god|godt|hyva|iyi|jo|dobr|prawidl|poprawn|wazn|platn|raw|actual|interpolated|"
+    "calculated|"
     "\u597d|\u826f\u597d|\u826f|\u6b63\u5e38|\u6709\u6548|\u6709\u52b9|\u512a|\u662f|\uc591\ud638|"
     "\uc815\uc0c1|\u0445\u043e\u0440\u043e\u0448|\u043d\u043e\u0440\u043c|"
     "\u0434\u043e\u0441\u0442\u043e\u0432|\u0433\u043e\u0434\u043d|\u0438\u0441\u043f\u0440";
 
 constexpr std::string_view kStates =
-    " quality opcquality qualitydetail opcqualitydetail qualitystatus qualitycode qualityflag"
+    " quality qf dataintegrity qualitatscode qualitaetscode opcquality qualitydetail "
+    "opcqualitydetail qualitystatus qualitycode qualityflag"
     " qualitystate qualitybits qcode qflag qstatus qlevel q qc qual qlty opcstatus statuscode"
     " statusvalue valuestatus valuequality valuequalitycode dataquality datastatus samplequality"
     " samplestatus signalquality signalstatus sigstatus tagstatus tagquality pointquality "
     "measquality"
     " measurementquality vqtquality iptrendqstatus iptrendqlevel ipvaluequality ipinputquality"
     " ipvaluestatus uastatus uastatuscode"
-    " qualite qualitat qualitaet calidad qualita qualidade kwaliteit kvalitet jakosc kvalita"
+    " qualite qualitat qualitaet calidad qualita qualidade laatu kalite minoseg calitate kwaliteit "
+    "kvalitet jakosc kvalita"
     " gute guete \u8d28\u91cf \u54c1\u8d28 \u54c1\u8cea \u8cea\u91cf \u8d28\u91cf\u7801"
     " \u6570\u636e\u8d28\u91cf \ud488\uc9c8 \u043a\u0430\u0447\u0435\u0441\u0442\u0432\u043e ";
 constexpr std::string_view kStatuses =
-    " status state statut zustand estado estatus etat stato stav messstatus"
+    " status statusbits sts stat state statut zustand estado estatus etat stato stav messstatus"
     " \u72b6\u6001 \u72c0\u614b \uc0c1\ud0dc \u0441\u0442\u0430\u0442\u0443\u0441 ";
 constexpr std::string_view kGoodFlags =
-    " good isgood valid isvalid validity validityflag ok isok reliable trusted gultig gultigkeit"
+    " qualityok qualitygood qualityvalid goodquality good isgood valid isvalid validity "
+    "validityflag ok isok reliable trusted gultig gultigkeit"
     " gueltig gueltigkeit validite valide validez valido valida validita geldig giltig"
     " \u6709\u6548 \u6709\u6548\u6027 ";
 constexpr std::string_view kBadFlags =
-    " bad isbad badflag invalid isinvalid badquality fault faulty iserror stale isstale ungultig"
+    " sensorfault sensorerror commfault commerror qualitybad bad isbad badflag invalid isinvalid "
+    "badquality fault faulty iserror stale isstale ungultig"
     " ungueltig invalide invalido \u65e0\u6548 ";
 constexpr std::string_view kDoubtFlags =
     " questionable isquestionable questionableflag questionflag substituted issubstituted suspect"
@@ -141,6 +154,11 @@ constexpr std::string_view kPercents =
 }  // namespace
 
 QualityKind quality_kind(std::string_view column_name) {
+  // The types of IEC 61131 as letters: bValid, xGood, wStatus.
+  if (column_name.size() > 2 &&
+      std::string_view("bxwsin").find(column_name[0]) != std::string_view::npos &&
+      column_name[1] >= 'A' && column_name[1] <= 'Z')
+    column_name.remove_prefix(1);
   const std::string word = as_key(column_name);
   if (word == "iquality") return QualityKind::industrial_pc;
   for (const auto& [list, kind] :
@@ -176,6 +194,14 @@ std::optional<SampleQuality> quality_of_word(std::string_view text) {
   return SampleQuality::good;
 }
 
+bool says_good(std::string_view word) {
+  return quality_of_word(word) == SampleQuality::good &&
+         begins_with_one_of(
+             "good|ok|gut|bon|bonne|buen|buon|boa|goed|dobr|hyva|valid|gultig|gyldig|giltig|"
+             "\u597d|\u826f|\uc591\ud638|\u0445\u043e\u0440\u043e\u0448",
+             folded(base::trimmed(word)));
+}
+
 QualityCells::Id QualityCells::add(std::string_view cell) {
   if (last_ < states_.size() && states_[last_].text == cell) {
     ++states_[last_].cells;
@@ -195,9 +221,10 @@ QualityCells::Id QualityCells::add(std::string_view cell) {
           std::from_chars(cell.data() + 2, cell.data() + cell.size(), bits, 16);
       if (problem == std::errc{}) state.code = static_cast<std::int64_t>(bits & 0xFFFFFFFFU);
       state.hexadecimal = state.code && end - cell.data() > 6;
-    } else if (const auto number = parse_number(cell, '.');
+    } else if (const auto number = parse_number(cell, cell.find(',') == cell.npos ? '.' : ',');
                number && digits != cell.npos && *number > -3e9 && *number < 5e9) {
       state.code = static_cast<std::int64_t>(*number);
+      state.fraction = *number != std::nearbyint(*number);
     }
     states_.push_back(std::move(state));
   }
@@ -319,7 +346,8 @@ void QualityCells::settle_codes() {
       state.quality = code == 0     ? SampleQuality::good
                       : code == 133 ? SampleQuality::questionable
                                     : SampleQuality::bad;
-    } else if (low == 0xC0U || (low == 0x80U && code < 256) || code == 1) {
+    } else if ((low == 0xC0U && (code < 256 || code >= 512)) || (low == 0x80U && code < 256) ||
+               code == 1) {
       state.quality = SampleQuality::good;
     } else if (low == 0x40U || (code >= 256 && code < 512)) {
       state.quality = SampleQuality::questionable;
@@ -330,8 +358,59 @@ void QualityCells::settle_codes() {
   }
 }
 
+// A product's quality, the state of a pump, bits that nobody explains.
+bool QualityCells::has_other_meaning() const {
+  constexpr double kNearlyAll = 0.9;  // of the cells: the usual state of a value is good
+  const bool vague = kind_ == QualityKind::status || kind_ == QualityKind::flags;
+  bool known_state = false;
+  bool unknown = false;
+  bool fractions = false;
+  bool binary = true;
+  const State* usual = nullptr;
+  std::size_t all = 0;
+  for (const State& state : states_) {
+    const std::int64_t code = state.code.value_or(0);
+    const bool scheme = state.hexadecimal || code == 192 || code >= 0x40000000 || code < -1;
+    const bool good_word = state.known && state.quality == SampleQuality::good &&
+                           !state.text.empty() && (!vague || says_good(state.text));
+    const bool bad_word = begins_with_one_of(kOnlyOfValues, folded(state.text));
+    known_state = known_state || good_word || bad_word || (scheme && kind_ != QualityKind::flags);
+    unknown = unknown || !state.known;
+    fractions = fractions || state.fraction;
+    binary = binary && code >= 0 && code <= 1;
+    all += state.cells;
+    if (usual == nullptr || state.cells > usual->cells) usual = &state;
+  }
+  if (known_state) return false;
+  if (fractions) return kind_ != QualityKind::percent;
+  if (!vague || !unknown) return false;
+  const bool may_be_good = !usual->code || binary || (*usual->code & 0x80) != 0;  // of OPC DA
+  return kind_ == QualityKind::flags || !may_be_good ||
+         static_cast<double>(usual->cells) < kNearlyAll * static_cast<double>(all);
+}
+
+std::string QualityCells::most_frequent() const {
+  const auto most =
+      std::max_element(states_.begin(), states_.end(),
+                       [](const State& a, const State& b) { return a.cells < b.cells; });
+  return most == states_.end() ? std::string() : most->text;
+}
+
 std::vector<std::string> QualityCells::settle() {
   settle_words();
+  if (has_other_meaning()) {
+    constexpr std::size_t kMostListed = 3;
+    std::string list;
+    for (std::size_t k = 0; k < states_.size(); ++k) {
+      State& state = states_[k];
+      state.quality = SampleQuality::good;
+      if (k < kMostListed)
+        list += fmt::format("{}{} in {} {}", k > 0 ? ", " : "", base::in_quotes(state.text),
+                            state.cells, state.cells == 1 ? "cell" : "cells");
+    }
+    if (states_.size() > kMostListed) list += ", ...";
+    return {"not used, because none of its states is known as a good quality: " + list};
+  }
   settle_codes();
   std::vector<std::string> said;
   std::size_t all = 0;

@@ -14,6 +14,10 @@
 // A word or code that is not known is bad and reported with its count. If no cell has a known good
 // state and one unknown state has more than half of the cells, this state is taken as good, and
 // reported.
+//
+// A column is not used, and reported, if it has fractions. So is a Status, State or Flags with
+// unknown states, unless one of its states is known of values only (good, bad) or a Status or State
+// has nearly all cells in one state.
 #pragma once
 
 #include <cstdint>
@@ -44,6 +48,9 @@ QualityKind quality_kind(std::string_view column_name);
 // Of a word alone; nullopt: not known.
 std::optional<SampleQuality> quality_of_word(std::string_view word);
 
+// Whether the word says that a value is good, and is seldom used for anything else.
+bool says_good(std::string_view word);
+
 // The cells of one column: add all of them, then settle, then ask for each.
 class QualityCells {
  public:
@@ -54,6 +61,8 @@ class QualityCells {
   // Returns remarks for people: "'Gestört' in 12 cells: not known, taken as bad".
   std::vector<std::string> settle();
   SampleQuality quality(Id id) const { return states_[id].quality; }
+  // The most frequent state, for a message.
+  std::string most_frequent() const;
 
  private:
   struct State {
@@ -61,12 +70,14 @@ class QualityCells {
     std::size_t cells = 0;
     std::optional<std::int64_t> code;
     bool hexadecimal = false;
+    bool fraction = false;
     bool known = false;
     SampleQuality quality = SampleQuality::good;
   };
   void settle_words();
   void settle_codes();
   void settle_flags();
+  bool has_other_meaning() const;
   SampleQuality by_name(bool flag) const;
 
   QualityKind kind_;

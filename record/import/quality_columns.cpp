@@ -20,15 +20,17 @@ bool is_vague(QualityKind kind) {
 
 class QualityFinder {
  public:
-  QualityFinder(const Layout& layout, const std::vector<LoopSignals>& loops)
-      : layout_(layout), loops_(loops), found_(layout.names.size()) {}
+  QualityFinder(const Layout& layout, const std::vector<LoopSignals>& loops,
+                const std::set<std::size_t>& with_words)
+      : layout_(layout), loops_(loops), with_words_(with_words), found_(layout.names.size()) {}
 
   std::vector<std::vector<std::size_t>> find() {
     if (layout_.annotated && layout_.is_long) return std::move(found_);  // all columns are tags
     std::vector<std::size_t> plain;  // named as qualities are, and nothing else
     for (std::size_t c = 0; c < found_.size(); ++c) {
       if (c == layout_.time || c == layout_.tag || c == layout_.value) continue;
-      if (quality_kind(layout_.names[c]) != QualityKind::none) {
+      if (quality_kind(layout_.names[c]) != QualityKind::none ||
+          (layout_.is_long && with_words_.count(c) > 0)) {
         plain.push_back(c);
       } else if (!layout_.is_long) {
         take_named(c);
@@ -55,7 +57,6 @@ class QualityFinder {
   }
 
   bool take_for_row(std::size_t quality) {
-    if (is_vague(quality_kind(layout_.names[quality]))) return false;
     std::vector<std::size_t> signals;
     for (std::size_t c = 0; c < found_.size(); ++c) {
       if (c != layout_.time && c != quality && is_signal(c)) signals.push_back(c);
@@ -102,14 +103,16 @@ class QualityFinder {
 
   const Layout& layout_;
   const std::vector<LoopSignals>& loops_;
+  const std::set<std::size_t>& with_words_;
   std::vector<std::vector<std::size_t>> found_;
 };
 
 }  // namespace
 
 std::vector<std::vector<std::size_t>> find_qualities(const Layout& layout,
-                                                     const std::vector<LoopSignals>& loops) {
-  return QualityFinder(layout, loops).find();
+                                                     const std::vector<LoopSignals>& loops,
+                                                     const std::set<std::size_t>& with_words) {
+  return QualityFinder(layout, loops, with_words).find();
 }
 
 std::vector<std::size_t> quality_columns(const Layout& layout) {

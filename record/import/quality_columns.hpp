@@ -9,15 +9,18 @@
 #pragma once
 
 #include <cstddef>
+#include <set>
 #include <vector>
 
 #include "record/import/layout.hpp"
 
 namespace loopwarden::record {
 
-// By column; `loops`: those that the user named. For Layout::qualities_of.
+// By column, for Layout::qualities_of. `loops`: named by the user. `with_words`: columns whose
+// cells are words of qualities, whatever the name is; for a table with a row per value.
 std::vector<std::vector<std::size_t>> find_qualities(const Layout& layout,
-                                                     const std::vector<LoopSignals>& loops);
+                                                     const std::vector<LoopSignals>& loops,
+                                                     const std::set<std::size_t>& with_words);
 
 // The columns of qualities that are used, in order.
 std::vector<std::size_t> quality_columns(const Layout& layout);

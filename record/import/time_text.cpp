@@ -150,7 +150,7 @@ bool read_date(Scanner& in, Date& date) {
     date.year = in.number(4);
     date.month = in.number(2);
     date.day = in.number(2);
-    return true;
+    return date.year >= 1900 && date.year <= 2200;  // otherwise it may be a count
   }
   if (digits == 4) {
     date.year_first = true;
@@ -243,10 +243,11 @@ bool read_zone(Scanner& in, int& offset_s) {
   return true;
 }
 
-// nullopt where there is no such day.
+// nullopt if there is no such day. Zeros of clocks (years 1, 1601, 1899) are days, for
+// time_jumps.hpp to leave out.
 std::optional<TimePoint> point_at(const Date& written, double of_day_s) {
   const date::year_month_day day = date::year(written.year) / written.month / written.day;
-  if (written.year < 1900 || written.year > 2200 || !day.ok()) return std::nullopt;
+  if (written.year < 1 || written.year > 9999 || !day.ok()) return std::nullopt;
   TimePoint point;
   const double whole = std::floor(of_day_s);
   point.whole_s =

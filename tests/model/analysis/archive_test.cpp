@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/analysis/archive.hpp"
 
+#include <array>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -81,6 +82,22 @@ TEST_CASE("converter steps, integers and an output stepped by hand are no archiv
       }
       INFO(round << " " << seed);
       CHECK(recognise_filled(co).kind == ArchiveKind::none);
+    }
+  }
+}
+
+TEST_CASE("a signal without noise that settles between steps of CO is no archive", "[archive]") {
+  for (const int decimals : {2, 3, 4}) {
+    for (const double lag : {2.0, 5.0, 12.0}) {
+      std::vector<double> pv;
+      double at = 22.0;
+      for (std::size_t k = 0; k < 3200; ++k) {
+        const double co = std::array{20.0, 30.0, 40.0, 50.0, 60.0, 50.0, 40.0, 30.0}[k / 200 % 8];
+        at += (0.6 * co + 10.0 - at) / lag;
+        pv.push_back(at);
+      }
+      INFO(decimals << " " << lag);
+      CHECK(recognise_filled(with_decimals(pv, decimals)).kind == ArchiveKind::none);
     }
   }
 }

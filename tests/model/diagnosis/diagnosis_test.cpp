@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Verdicts on loops whose truth is known.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <span>
@@ -255,6 +256,14 @@ TEST_CASE("CO at a limit for more than a third is saturation, in one piece or th
       CHECK(diagnose(r.record(true)).cause == Cause::saturation);
       CHECK(diagnose(r.record(false)).cause == Cause::saturation);
     }
+  }
+  // PV a little below SP, not by many times its noise.
+  for (const double off : {-0.6, -1.0}) {
+    Resting r = resting(200, 750, 100.0, 0.0);
+    const Series noisy = with_noise(Series(900, 50.0 + off), 0.15, 5);
+    std::copy(noisy.begin() + 200, noisy.begin() + 750, r.pv.begin() + 200);
+    INFO(off);
+    CHECK(diagnose(r.record(true)).cause == Cause::saturation);
   }
   // An output limit below the end of the span, a stopped controller: PV stays far from SP.
   for (const double rest : {85.0, 30.0}) {

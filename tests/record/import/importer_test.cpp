@@ -1057,6 +1057,11 @@ TEST_CASE("qualities under the names of many vendors", "[import]") {
                           {"variable;heure;valeur;Qualit\u00e9", "Bon", "Mauvais"},
                           {"variable;fecha;valor;calidad", "Buena", "Mala"},
                           {"tag;time;value;\u8d28\u91cf", "\u826f\u597d", "\u574f"},
+                          {"tag;time;value;Jako\u015b\u0107", "Dobra", "Z\u0142a"},
+                          {"tag;time;value;Laatu", "Hyv\u00e4", "Huono"},
+                          {"tag;time;value;Quality OK", "1", "0"},
+                          {"tag;time;value;SensorFault", "0", "1"},
+                          {"tag;time;value;Rating", "GOOD", "COMM FAIL"},
                           {"path;t_stamp;value;quality", "Good (192)", "Bad_Stale"}}) {
     INFO(v.header);
     std::string text = std::string(v.header) + "\n";
@@ -1090,8 +1095,8 @@ TEST_CASE("qualities beside each value, of a loop and of a row", "[import]") {
     CHECK(got.record.missing_co == 1);
     CHECK(std::isnan(got.record.pv[7]));
   }
-  for (const char* header :
-       {"Time,FIC1.PV,FIC1.OP,Validity", "Time,FIC1.PV,FIC1.OP,FIC1.Quality"}) {
+  for (const char* header : {"Time,FIC1.PV,FIC1.OP,Validity", "Time,FIC1.PV,FIC1.OP,FIC1.Quality",
+                             "Time,FIC1.PV,FIC1.OP,Status"}) {
     std::string text = std::string(header) + "\n";
     for (std::size_t k = 0; k < kSamples; ++k)
       text += iso(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) +
@@ -1099,6 +1104,35 @@ TEST_CASE("qualities beside each value, of a loop and of a row", "[import]") {
     const Imported got = imported(text);
     CHECK(got.record.missing_pv == 1);
     CHECK(got.record.missing_co == 1);
+  }
+}
+
+TEST_CASE("columns that are named as qualities and are none are not used, and said", "[import]") {
+  const auto with = [](const std::string& name, const auto& state) {
+    std::string text = "Time,FIC1.PV,FIC1.OP," + name + "\n";
+    for (std::size_t k = 0; k < kSamples; ++k)
+      text +=
+          iso(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) + "," + state(k) + "\n";
+    return text;
+  };
+  const auto pump = [](std::size_t k) {
+    return k % 200 < 90 ? std::string("RUN") : std::string(k % 200 < 100 ? "FAULT" : "STOP");
+  };
+  const auto on = [](std::size_t k) { return std::string(k % 200 < 90 ? "1" : "0"); };
+  const auto step = [](std::size_t k) { return std::to_string(k / 100 % 4); };
+  const auto purity = [](std::size_t k) {
+    return fmt::format("{:.1f}", 97.3 + 0.1 * static_cast<double>(k % 9));
+  };
+  const auto bits = [](std::size_t k) { return std::string(k == 7 ? "0x8000" : "0x0000"); };
+  for (const std::string& text : {with("Status", pump), with("Status", on), with("State", step),
+                                  with("Quality", purity), with("Flags", bits)}) {
+    INFO(text.substr(0, 80));
+    const Imported got = imported(text);
+    CHECK(got.record.missing_pv == 0);
+    CHECK(got.record.missing_co == 0);
+    REQUIRE(got.notes.remarks.size() == 1);
+    CHECK(got.notes.remarks.front().find("not used, because none of its states is known") !=
+          std::string::npos);
   }
 }
 
@@ -1132,9 +1166,12 @@ TEST_CASE("a word of quality that is not known is said, and no good value is a r
   REQUIRE(got.notes.remarks.size() == 1);
   CHECK(got.notes.remarks.front() ==
         "column 'Quality': 'Wartung' in 12 cells: not known, taken as bad");
-  CHECK(imported(with("Jo", "Bad")).record.missing_pv == 12);
-  CHECK(failure(with("Bad", "Bad")).find("no value of 'FIC1.PV' has a good quality in 'Quality'") !=
+  CHECK(imported(with("Xo", "Bad")).record.missing_pv == 12);
+  CHECK(failure(with("Bad", "Bad"))
+            .find("no value of 'FIC1.PV' has a good quality in 'Quality', where most cells have "
+                  "'Bad'. If these values are good, leave the column out of the export") !=
         std::string::npos);
+  CHECK(got.notes.layout.find("; not used: 'Note'") != std::string::npos);
   const TemporaryFolder folder;
   write_file(folder / "e.csv", with("Good", "Bad"));
   CHECK(Importer({folder / "e.csv"}, {}).other_names() == std::vector<std::string>{"Note"});
@@ -1232,6 +1269,15 @@ TEST_CASE("a clock that was not set, wrong stamps, and a clock that was set back
       CHECK(stamps.record.missing_pv == 2);
       CHECK(stamps.record.pv[502] == loop().pv[502]);
     }
+    for (const char* zero : {"0001-01-01T00:00:00", "1601-01-01T00:00:00", "1899-12-30T00:00:00",
+                             "9999-12-31T23:59:59"}) {
+      INFO(zero);
+      const auto zeros = [&](std::size_t k) { return k == 400 || k == 700 ? zero : iso(k); };
+      const Imported got = imported(with(zeros, is_long));
+      CHECK(got.record.size() == kSamples);
+      CHECK(got.record.missing_pv == 2);
+      CHECK(got.record.pv[401] == loop().pv[401]);
+    }
     const auto ahead = [](std::size_t k) { return iso(k == 600 ? k + 86400 : k); };
     CHECK(imported(with(ahead, is_long)).record.size() == kSamples);
     const std::string what =
@@ -1293,6 +1339,31 @@ TEST_CASE("InfluxDB's line protocol is read by series", "[import]") {
         std::string::npos);
   CHECK(failure("m PV=1\nm PV=2\nm PV=3\n").find("export.csv:1: a line without a time") !=
         std::string::npos);
+}
+
+TEST_CASE("qualities in InfluxDB's line protocol, as a field, a tag, or per field", "[import]") {
+  struct Form {
+    const char* pv;
+    const char* co;
+  };
+  for (const Form& form :
+       {Form{"o,name=FIC1.PV value={},quality=\"{}\" {}\n",
+             "o,name=FIC1.OP value={},quality=\"{}\" {}\n"},
+        {"o,name=FIC1.PV,quality={1} value={0} {2}\n",
+         "o,name=FIC1.OP,quality={1} value={0} {2}\n"},
+        {"FIC1 PV={},PV_quality=\"{}\" {}\n", "FIC1 OP={},OP_quality=\"{}\" {}\n"}}) {
+    INFO(form.pv);
+    std::string text;
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      const std::int64_t at = 1000000000 * (kStart + static_cast<std::int64_t>(k));
+      text += fmt::format(fmt::runtime(form.pv), number(loop().pv[k]),
+                          k >= 500 && k < 520 ? "Bad" : "Good", at);
+      text += fmt::format(fmt::runtime(form.co), number(loop().co[k]), "Good", at);
+    }
+    const Imported got = imported(text, {}, "export.lp");
+    CHECK(got.record.missing_pv == 20);
+    CHECK(got.record.missing_co == 0);
+  }
 }
 
 TEST_CASE("an output that is stepped by hand stays as it was logged", "[import]") {

@@ -191,14 +191,39 @@ TEST_CASE("qualities in the codes of many vendors", "[import]") {
   CHECK(qualities(quality_kind("QualityDetail"), {"192", "192", "24", "65"}) == "ggbq");
   CHECK(qualities(quality_kind("IQuality"), {"3", "3", "65472", "0"}) == "ggbb");  // eWON
   CHECK(qualities(state, {"3", "3", "3", "65472"}) == "gggb");
+  CHECK(qualities(state, {"192", "256", "500", "512"}) == "gqqb");
   CHECK(qualities(state, {"192", "256", "512", "Good (192)", "Bad_Stale"}) == "gqbgb");  // Ignition
   CHECK(qualities(quality_kind("Confidence"), {"100", "0", "50"}) == "gbq");             // PHD
   CHECK(qualities(quality_kind("Validity"), {"1", "1", "0"}) == "ggb");                  // WinCC
   CHECK(qualities(quality_kind("Questionable"), {"False", "True", "0", "1"}) == "gqgq");  // PI
   CHECK(qualities(quality_kind("IsBad"), {"0", "1", "no", "yes"}) == "gbgb");
   std::vector<std::string> said;
-  CHECK(qualities(quality_kind("Status"), {"0", "0", "0", "1"}, &said) == "gggb");
-  CHECK(said.size() == 1);
+  // Nearly all cells have one state: it is good. Otherwise a Status is of something else.
+  for (const auto& [usual, odd] : {std::pair{"0", "1"}, {"NR", "BAD"}, {"0x80", "0x18"}}) {
+    INFO(usual);
+    std::vector<std::string> cells(12, usual);
+    cells.emplace_back(odd);
+    CHECK(qualities(quality_kind("Status"), cells, &said) == "ggggggggggggb");
+    const bool of_value = std::string(odd) == "BAD";
+    CHECK(qualities(quality_kind("Status"), {usual, usual, odd, odd}, &said) ==
+          (of_value ? "bbbb" : "gggg"));
+    CHECK(said.size() == 1);
+  }
+  std::vector<std::string> steps(12, "0");
+  steps.emplace_back("3");
+  CHECK(qualities(quality_kind("State"), steps) == "ggggggggggggg");
+  CHECK(qualities(quality_kind("Status"), {"Normal", "Hi alarm"}) == "gg");  // of an alarm
+  CHECK(qualities(quality_kind("Status"), {"OK", "Wartung"}) == "gb");
+  CHECK(qualities(state, {"97,3", "97,4", "97,6"}) == "ggg");  // of a product
+}
+
+TEST_CASE("names of qualities with letters of types and marks", "[import]") {
+  for (const char* good : {"bValid", "xGood", "Good?", "Quality OK"})
+    CHECK(quality_kind(good) == QualityKind::good_flag);
+  for (const char* state : {"Qualit\u00e4tscode", "DataIntegrity", "sQuality"})
+    CHECK(quality_kind(state) == QualityKind::state);
+  CHECK(quality_kind("iStatus") == QualityKind::status);
+  CHECK(quality_kind("FIC1.PV") == QualityKind::none);
 }
 
 TEST_CASE("qualities in words of many languages, and words that nobody knows", "[import]") {
@@ -259,9 +284,9 @@ TEST_CASE("qualities in words of many languages, and words that nobody knows", "
   std::vector<std::string> said;
   CHECK(qualities(QualityKind::state, {"Good", "Wartung", "Good", "Wartung"}, &said) == "gbgb");
   CHECK(said == std::vector<std::string>{"'Wartung' in 2 cells: not known, taken as bad"});
-  CHECK(qualities(QualityKind::state, {"Jo", "Jo", "Jo", "Na"}, &said) == "gggb");
+  CHECK(qualities(QualityKind::state, {"Xo", "Xo", "Xo", "Na"}, &said) == "gggb");
   REQUIRE(said.size() == 2);
-  CHECK(said.front() == "'Jo' in 3 cells: not known, taken as good because most cells have it");
+  CHECK(said.front() == "'Xo' in 3 cells: not known, taken as good because most cells have it");
 }
 
 TEST_CASE("units behind numbers and names", "[import]") {
