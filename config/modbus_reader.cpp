@@ -302,6 +302,7 @@ void read_point(MapReader& in, const IoContext& context, hal::modbus::SourcePoin
     check_eu(*reg, read, what, wanted);
   }
   point.status = read_status(in, "status");
+  point.max_age_ns = nanoseconds(context.max_age);
 }
 
 void read_transmitter(MapReader& in, const IoContext& context, LoopModbusSettings& settings) {
@@ -373,6 +374,7 @@ hal::modbus::CommLossSettings read_protection(MapReader& in, const PointSettings
 void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings& settings,
                      IoSection& section, Value<double>& watchdog_timeout) {
   PointSettings& command = settings.command;
+  command.max_age_ns = nanoseconds(context.max_age);
   const std::size_t errors_at_first = in.report().error_count();
   const LinkSettings* link = read_device(in, context, command.unit);
   if (link != nullptr) settings.positioner_link = *link;
@@ -397,6 +399,7 @@ void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings
     point.reg = read.spec;
     check_eu(*reg, read, "output range", context.output_range);
     point.status = read_status(*reg, "status");
+    point.max_age_ns = command.max_age_ns;
     settings.read_back = point;
     section.has_read_back = true;
   }

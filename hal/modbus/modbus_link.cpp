@@ -288,6 +288,7 @@ ModbusLink::Asked ModbusLink::exchange(LinkTask& task, const Request& request, R
   const auto settle = was_silent ? ModbusTransport::Settle::brief : ModbusTransport::Settle::full;
   last_asked_ = request.unit;
   const Outcome outcome = transport_.exchange(request, reply, settle);
+  spoiled_ = outcome == Outcome::invalid;
   note_oddities();
   if (transport_.drained_bytes() > 0) TaskCounters::add(counters.stale_replies_discarded);
   if (purpose == Purpose::value || outcome == Outcome::invalid || transport_.drained_bytes() > 0) {

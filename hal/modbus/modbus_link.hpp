@@ -118,6 +118,7 @@ class ModbusLink {
   void part(std::span<LinkTask* const> tasks);
   void serve_read(LinkTask& task, ReadPoint& point);
   void note_unread(LinkTask& task, ReadPoint& point, Asked asked, const Reply& reply);
+  void note_silence(const LinkTask& task, ReadPoint& point);
   static bool passes(Silence& silence, const Unit& unit) noexcept;
   // Asked ever more rarely from now on.
   static bool is_dead(const Unit& unit) noexcept { return unit.failures >= kFailuresOfDeadUnit; }
@@ -128,7 +129,8 @@ class ModbusLink {
   void report_error(const LinkTask& task, const std::string& more);
   void note_connected(LinkTask& task);
   void serve_command(LinkTask& task, CommandPoint& point);
-  void note_unwritten(LinkTask& task, CommandPoint& point, Reason reason, bool may_pass);
+  void note_unwritten(LinkTask& task, CommandPoint& point, Reason reason,
+                      std::int64_t tolerated_ns);
   Asked ensure_watchdog(LinkTask& task, CommandPoint& point, Reply& reply);
   Asked set_watchdog(LinkTask& task, CommandPoint& point, Reply& reply);
   bool watchdog_forgotten(LinkTask& task, CommandPoint& point);
@@ -175,6 +177,7 @@ class ModbusLink {
   bool closes_ = false;  // it always does: that is no failure, and each connection ends here
   bool opened_before_ = false;
   bool working_ = false;  // an answer has come and nothing has failed since
+  bool spoiled_ = false;  // a reply came to the last request, but not a proper one
   bool failure_reported_ = false;
   std::int64_t reconnect_at_ns_ = 0;
   std::uint64_t epochs_ = 0;

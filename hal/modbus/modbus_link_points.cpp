@@ -24,6 +24,8 @@ constexpr int kMostRetries = 3;
 constexpr std::int64_t kRetryPart = 4;
 
 const std::string kAnswersOthers = ", although the unit answers other requests. ";
+const std::string kCheckRegister = "Check table, address and type of this register.";
+const std::string kSpoiled = ", several times in a row. Check the line and the unit.";
 
 std::int64_t silent_wait_ns(int failures) noexcept {
   constexpr int kMostDoublings = 4;
@@ -60,7 +62,7 @@ void ModbusLink::serve_together(std::span<LinkTask* const> tasks) {
   if (asked == Asked::exception || asked == Asked::failed) return part(tasks);
   for (LinkTask* task : tasks) {
     ReadPoint& point = *task->reads.front();
-    if (asked == Asked::not_asked) publish_bad(*task, point, Reason::link_lost);
+    if (asked == Asked::not_asked) note_silence(*task, point);
     if (asked == Asked::valid) {
       const std::size_t from = point.value_read.address - shape->address;
       const auto own = reply.view().subspan(from, point.value_read.needed);
@@ -161,14 +163,26 @@ void ModbusLink::note_unread(LinkTask& task, ReadPoint& point, Asked asked, cons
       return report_error(task, {});
     case Asked::failed:
       if (passes(point.silence, unit)) return retry_soon(task);
-      if (is_dead(unit)) return publish_bad(task, point, Reason::link_lost);
+      if (is_dead(unit)) return note_silence(task, point);
+      // A device that does not serve a point is silent. A spoiled reply is the line's fault.
+      if (spoiled_) {
+        if (point.silence.failures == kFailuresOfSilentPoint) report_error(task, kSpoiled);
+        return;
+      }
       shorten(point.value_read);
       point.ask_again_ns = BusWaiter::now_ns() + silent_wait_ns(point.silence.failures);
-      return publish_bad(task, point, Reason::device_error, kAnswersOthers);
-    case Asked::not_asked: return publish_bad(task, point, Reason::link_lost);
+      return publish_bad(task, point, Reason::device_error, kAnswersOthers + kCheckRegister);
+    case Asked::not_asked: return note_silence(task, point);
     case Asked::stopped:
     case Asked::valid: break;
   }
+}
+
+// The unit is silent, or there is no connection: the value is bad once it is too old.
+void ModbusLink::note_silence(const LinkTask& task, ReadPoint& point) {
+  const std::int64_t age_ns = BusWaiter::now_ns() - point.sample.time_ns;
+  const bool fresh = point.sample.quality != Quality::bad && age_ns <= point.settings.max_age_ns;
+  if (!fresh) publish_bad(task, point, Reason::link_lost);
 }
 
 // Counts a request without a proper reply. True if the next one may well have one: the unit is not
@@ -185,18 +199,17 @@ void ModbusLink::retry_soon(LinkTask& task) noexcept {
   task.retry_ns = BusWaiter::now_ns() + task.period_ns / kRetryPart;
 }
 
-// A command that was not confirmed. One that may pass is repeated, and the output counts as lost
-// once none was confirmed for `longest_silence`.
-void ModbusLink::note_unwritten(LinkTask& task, CommandPoint& point, Reason reason, bool may_pass) {
+// A command that was not confirmed. It is repeated, and the output counts as lost once none was
+// confirmed for `tolerated_ns`.
+void ModbusLink::note_unwritten(LinkTask& task, CommandPoint& point, Reason reason,
+                                std::int64_t tolerated_ns) {
   TaskCounters::add(task.counters.write_errors);
   const std::int64_t now_ns = BusWaiter::now_ns();
   if (point.failing_since_ns == 0) point.failing_since_ns = now_ns;
   const std::int64_t since_ns =
       point.output.ok ? point.output.confirmed_ns : point.failing_since_ns;
   const bool undecided = point.output.ok || point.output.reason == Reason::never_received;
-  if (may_pass && undecided && now_ns - since_ns <= point.longest_silence_ns) {
-    return retry_soon(task);
-  }
+  if (undecided && now_ns - since_ns < tolerated_ns) return retry_soon(task);
   point.output.ok = false;
   point.output.reason = reason;
   point.state.publish(point.output);
@@ -212,10 +225,14 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   }
   Reply reply;
   const auto failed = [&](Asked asked, std::uint8_t unit) {
-    const bool exception = asked == Asked::exception;
-    const bool may_pass = exception ? is_transient(reply.exception)
-                                    : asked == Asked::failed && !is_dead(unit_of(unit));
-    note_unwritten(task, point, exception ? Reason::device_error : Reason::link_lost, may_pass);
+    const std::int64_t longest_ns = point.longest_silence_ns;
+    if (asked == Asked::exception) {
+      const bool passes = is_transient(reply.exception);
+      return note_unwritten(task, point, Reason::device_error, passes ? longest_ns : 0);
+    }
+    const bool silent = asked != Asked::failed || is_dead(unit_of(unit));
+    note_unwritten(task, point, Reason::link_lost,
+                   silent ? std::min(longest_ns, settings.max_age_ns) : longest_ns);
   };
   if (point.watchdog) {
     const Asked armed = ensure_watchdog(task, point, reply);
@@ -226,7 +243,7 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   }
   // Getting ready may find that the device restarted: then its watchdog comes first, next time.
   if (point.watchdog && point.armed_epoch != unit_of(point.watchdog->point.unit).epoch) {
-    return note_unwritten(task, point, Reason::link_lost, true);
+    return note_unwritten(task, point, Reason::link_lost, point.longest_silence_ns);
   }
 
   // Looked at only now, since all of the above may have taken its time.
@@ -247,7 +264,7 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   if (point.output.ok && sent_ns - point.output.confirmed_ns > point.longest_silence_ns) {
     // The device may have moved the valve meanwhile. The loop is told before it is obeyed.
     point.silent_until_ns = sent_ns;
-    return note_unwritten(task, point, Reason::link_lost, false);
+    return note_unwritten(task, point, Reason::link_lost, 0);
   }
   if (command.time_ns <= point.silent_until_ns) return;
   Registers registers;

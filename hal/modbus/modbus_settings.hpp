@@ -106,6 +106,9 @@ struct PointSettings {
   std::uint8_t unit = 1;  // 1..247; TCP also 0 and 255
   RegisterSpec reg;
   std::optional<StatusRegister> status;
+  // How long a unit may be silent, or its connection lost, before the value is bad and the command
+  // lost. 0: they are at once, when the unit counts as silent.
+  std::int64_t max_age_ns = 0;
 
   friend bool operator==(const PointSettings&, const PointSettings&) = default;
 };

@@ -53,6 +53,9 @@ TEST_CASE("A Modbus loop knows its devices and registers", "[config][modbus]") {
   CHECK(io.output.high == 10.0);
   CHECK(io.output.resolution == 0.05);
   CHECK(io.poll_period_ns == 100'000'000);  // the sample time
+  for (const PointSettings* point : {&io.process_variable, &io.command, &*io.read_back}) {
+    CHECK(point->max_age_ns == 300'000'000);  // three sample times
+  }
   CHECK_FALSE(io.max_command_age_ns);
 }
 

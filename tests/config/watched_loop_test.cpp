@@ -68,6 +68,9 @@ TEST_CASE("A loop that another controller runs is read over Modbus", "[config][w
   CHECK(io.mode->point.reg.address == 7);
   CHECK(io.mode_values == hal::ModeValues{{1.0}, {0.0}});
   CHECK(io.poll_period_ns == 1'000'000'000);
+  for (const auto* value : {&io.process_variable, &io.output, &*io.set_point}) {
+    CHECK(value->point.max_age_ns == 5'000'000'000);
+  }
 }
 
 TEST_CASE("A loop that another controller runs is fed", "[config][watch]") {

@@ -116,6 +116,8 @@ void ForeignEdges::refuse(Edge& edge, const sparkplug::Topic& topic, Values& val
       topic.type == MessageType::ddeath ? FedValue::Reason::death : FedValue::Reason::source;
   for (auto& [name, one] : edge.devices) {
     if (node || (device && name == topic.device)) die(one, reason, values);
+    // Data that can't be read may have had newer values.
+    if (!node && !device && name == topic.device) doubt(one, values);
   }
   edge.tracker.want_rebirth();
 }
@@ -237,13 +239,16 @@ void ForeignEdges::say(std::vector<Metric>& metrics, const sparkplug::Metric& sa
 void ForeignEdges::doubt_after_gap(Edge& edge, Values& values) {
   if (edge.tracker.missing() == edge.missing) return;
   edge.missing = edge.tracker.missing();
-  for (auto& [name, device] : edge.devices) {
-    for (auto& [metric_name, metrics] : device.metrics) {
-      for (Metric& metric : metrics) {
-        if (!device.born || metric.newest.quality != Quality::good) continue;
-        metric.newest.quality = Quality::uncertain;
-        values.push_back(metric.newest);
-      }
+  for (auto& [name, device] : edge.devices) doubt(device, values);
+}
+
+void ForeignEdges::doubt(Device& device, Values& values) {
+  if (!device.born) return;
+  for (auto& [name, metrics] : device.metrics) {
+    for (Metric& metric : metrics) {
+      if (metric.newest.quality != Quality::good) continue;
+      metric.newest.quality = Quality::uncertain;
+      values.push_back(metric.newest);
     }
   }
 }

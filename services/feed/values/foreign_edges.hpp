@@ -108,6 +108,7 @@ class ForeignEdges {
   void say(std::vector<Metric>& metrics, const sparkplug::Metric& said,
            const sparkplug::Payload& payload, Values& values, std::string& complaint);
   static void doubt_after_gap(Edge& edge, Values& values);
+  static void doubt(Device& device, Values& values);
   // A message that can't be understood.
   static void refuse(Edge& edge, const sparkplug::Topic& topic, Values& values);
   static void heard(Edge& edge, std::int64_t now_ms, Values& values);

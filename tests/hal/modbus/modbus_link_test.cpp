@@ -276,6 +276,76 @@ TEST_CASE("one lost or spoiled reply leaves the value as it was", "[modbus][link
   }
 }
 
+TEST_CASE("a silent unit leaves value and command as they were, until they are too old",
+          "[modbus][link]") {
+  struct Case {
+    std::int64_t max_age_ns;
+    bool tolerated;
+  };
+  const Case one = GENERATE(Case{600'000'000'000, true}, Case{100'000'000, false}, Case{0, false});
+  const std::string fault = GENERATE("silent", "down");
+  CAPTURE(fault, one.max_age_ns);
+  TcpRig rig;
+  mb::ModbusLink link(rig.link(), {});
+  mb::PointSettings pv = input(0, RegisterType::f32);
+  pv.max_age_ns = one.max_age_ns;
+  mb::PointSettings co = input(2, RegisterType::u16);
+  co.reg.table = mb::Table::holding_register;
+  co.max_age_ns = one.max_age_ns;
+  mb::LinkTask task;
+  task.name = "loop";
+  task.period_ns = 20'000'000;
+  task.reads.push_back(std::make_unique<mb::ReadPoint>(pv));
+  task.command = std::make_unique<mb::CommandPoint>(co, 600'000'000'000, 600'000'000'000,
+                                                    mb::CommLossSettings{});
+  task.command->newest.publish(
+      {.value = 7.0, .time_ns = mb::BusWaiter::now_ns(), .id = 1, .write = true});
+  link.attach(task);
+  const auto sample = [&] { return task.reads.front()->newest.newest(); };
+  const auto state = [&] { return task.command->state.newest(); };
+  REQUIRE(eventually([&] { return state().ok && sample().quality == hal::Quality::good; }));
+  const std::uint64_t errors = value(task.counters.write_errors);
+  rig.proxy.command(fault);
+  if (one.tolerated) {
+    REQUIRE(eventually([&] { return value(task.counters.write_errors) > errors + 6; }));
+    CHECK(state().ok);
+    CHECK(sample().quality == hal::Quality::good);
+    rig.proxy.command("up");
+    const auto seen = sample().sequence;
+    REQUIRE(eventually([&] { return sample().sequence > seen; }));
+    CHECK(state().ok);
+  } else {
+    REQUIRE(eventually([&] { return !state().ok && sample().quality == hal::Quality::bad; }));
+    CHECK(state().reason == Reason::link_lost);
+    CHECK(sample().reason == Reason::link_lost);
+  }
+  link.detach(task);
+}
+
+TEST_CASE("a value whose replies are spoiled ages, is asked each period, and the line is reported",
+          "[modbus][link]") {
+  SerialRig rig;
+  Events events;
+  mb::ModbusLink link(rig.link(), events.sink());
+  mb::PointSettings spoiled = input(2, RegisterType::u16);
+  spoiled.reg.table = mb::Table::holding_register;
+  Reader other(link, {input(0, RegisterType::f32)});
+  Reader reader(link, {spoiled});
+  REQUIRE(eventually([&] { return reader.good() && other.good(); }));
+  rig.proxy.command("spoil 3");
+  REQUIRE(eventually([&] { return events.count(Kind::device_error) == 1; }));
+  CHECK_THAT(events.text(Kind::device_error),
+             Catch::Contains("reading holding register") && Catch::Contains("Check the line"));
+  const std::uint64_t replies = value(reader.counters().invalid_replies);
+  REQUIRE(eventually([&] { return value(reader.counters().invalid_replies) > replies + 4; }));
+  CHECK(reader.good());
+  CHECK(other.good());
+  CHECK(events.count(Kind::device_error) == 1);
+  rig.proxy.command("ok");
+  reader.forget();
+  CHECK(eventually([&] { return reader.fresh(); }));
+}
+
 TEST_CASE("a device that closes the connection after each reply works, and that is reported once",
           "[modbus][link]") {
   TcpRig rig;

@@ -19,6 +19,7 @@ Commands on standard input, each answered with OK or ERROR. N is how many replie
   exception CODE [N]    an exception instead of the reply
   refuse FUNCTION [N]   exception 1 instead of replies of this function
   ignore FUNCTION [N]   swallow replies of this function
+  spoil FUNCTION [N]    random bytes instead of replies of this function
   stray BYTES [N]       so many zero bytes behind each reply
   stray_before BYTES [N]  the same before it
   echo                  serial: each request comes back before its reply
@@ -82,7 +83,7 @@ class Faults:
         if self.kind in ("silent", "down") or (self.muted and frame.body[0] == self.muted):
             return []
         kind, value = self.kind, self.value
-        if kind in ("refuse", "ignore") and frame.body[1] != value:
+        if kind in ("refuse", "ignore", "spoil") and frame.body[1] != value:
             return [(0, raw)]
         if self.left:
             self.left -= 1
@@ -104,7 +105,7 @@ class Faults:
             return [(0, raw), (0, None)]
         if kind == "truncate":
             return [(0, raw[: len(raw) // 2])]
-        if kind == "garbage":
+        if kind in ("garbage", "spoil"):
             return [(0, bytes(self.random.randrange(256) for _ in raw))]
         if kind == "wrong_unit":
             frame.body = bytes([frame.body[0] ^ 0x55]) + frame.body[1:]
@@ -251,7 +252,7 @@ async def answer_commands(proxy, faults):
     loop = asyncio.get_running_loop()
     reader = asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
-    with_value = ("late", "duplicate_late", "exception", "refuse", "ignore", "stray", "stray_before")
+    with_value = ("late", "duplicate_late", "exception", "refuse", "ignore", "spoil", "stray", "stray_before")
     plain = ("echo", "close_each", "ok", "duplicate", "truncate", "garbage", "wrong_unit", "wrong_number", "silent")
     while line := await reader.readline():
         command, *numbers = line.decode().split() or [""]
