@@ -189,6 +189,22 @@ TEST_CASE("one output is driven to its stop action only if all its loops agree o
   CHECK(driven() == Driven{false, false, true});
 }
 
+TEST_CASE("a runtime directory that is a file is an error before the start",
+          "[config][validation]") {
+  const ScratchFolder folder;
+  folder.write("m.yaml", kTwin);
+  folder.write("loops.d/a.yaml", simulated("FIC-101"));
+  folder.write("run", "");
+  folder.write("loopwardend.yaml", "runtime_directory: run\n");
+  CHECK(said_of(folder).find("loopwardend.yaml:1:20: error: runtime_directory: must be a folder, "
+                             "or not there yet") != std::string::npos);
+  CHECK_FALSE(validate(folder.path()).reading.runnable);
+  folder.write("loopwardend.yaml", "runtime_directory: loops.d\n");
+  CHECK(said_of(folder).empty());
+  folder.write("loopwardend.yaml", "runtime_directory: none/yet\n");
+  CHECK(said_of(folder).empty());
+}
+
 TEST_CASE("one register has many names", "[config][validation]") {
   const ScratchFolder folder;
   folder.write("loops.d/a.yaml", on_link("FIC-101", "old", 1, 100));
