@@ -156,6 +156,21 @@ void refuse_pair(ReadFile& earlier, ReadFile& later, Place earlier_place, Place 
                   to_text(earlier_place), key, what, later.loop.config.file, to_text(later_place));
 }
 
+// Of two loops that have one output: whether the stop action does the same by either file.
+bool same_stop_action(const LoopConfig& a, const LoopConfig& b) {
+  const control::OutputAction& stop_a = a.safety.on_stop;
+  const control::OutputAction& stop_b = b.safety.on_stop;
+  if (stop_a.kind != stop_b.kind || stop_a.value != stop_b.value) return false;
+  const auto* modbus_a = std::get_if<LoopModbusSettings>(&a.io);
+  const auto* modbus_b = std::get_if<LoopModbusSettings>(&b.io);
+  if (modbus_a != nullptr && modbus_b != nullptr) {
+    return modbus_a->command == modbus_b->command && modbus_a->output == modbus_b->output;
+  }
+  const auto* analog_a = std::get_if<hal::iio::AnalogSettings>(&a.io);
+  const auto* analog_b = std::get_if<hal::iio::AnalogSettings>(&b.io);
+  return analog_a != nullptr && analog_b != nullptr && analog_a->output == analog_b->output;
+}
+
 void check_pairs(std::vector<ReadFile>& files) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     const LoopConfig& later = files[i].loop.config;
@@ -169,6 +184,8 @@ void check_pairs(std::vector<ReadFile>& files) {
       if (shared.empty()) continue;
       refuse_pair(files[k], files[i], files[k].loop.command, files[i].loop.command, "io",
                   fmt::format("{} is written by", shared));
+      if (same_stop_action(earlier, later)) continue;
+      files[k].loop.output_known = files[i].loop.output_known = false;
     }
   }
 }

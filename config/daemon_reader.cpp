@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <system_error>
 
 #include "base/device_name.hpp"
 #include "base/group_access.hpp"
@@ -154,11 +155,19 @@ SocketRights read_rights(MapReader& in) {
   return rights;
 }
 
-// The kernel takes paths of sockets up to a length.
-void check_socket_paths(MapReader& in, const Value<std::string>& directory,
-                        const std::string& resolved) {
+// The kernel takes paths of sockets up to a length, below a folder.
+void check_runtime_directory(MapReader& in, const Value<std::string>& directory,
+                             const std::string& resolved) {
+  if (in.describing() || !directory.valid) return;
+  std::error_code error;
+  const std::filesystem::file_status there = std::filesystem::status(resolved, error);
+  if (std::filesystem::exists(there) && !std::filesystem::is_directory(there)) {
+    in.error("runtime_directory",
+             fmt::format("must be a folder, or not there yet (got {})", quotable(resolved)));
+    return;
+  }
   const std::string longest = (std::filesystem::path(resolved) / "control.sock").string();
-  if (in.describing() || !directory.valid || longest.size() <= base::kLongestSocketPath) return;
+  if (longest.size() <= base::kLongestSocketPath) return;
   in.error("runtime_directory",
            fmt::format("must be shorter: the path of a socket in it has at most {} bytes (got {})",
                        base::kLongestSocketPath, quotable(longest)));
@@ -184,7 +193,7 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
       in.text("runtime_directory", "for sockets and metrics; relative to this file",
               config.runtime_directory);
   config.runtime_directory = resolve(file, runtime);
-  check_socket_paths(in, runtime, config.runtime_directory);
+  check_runtime_directory(in, runtime, config.runtime_directory);
   config.state_directory = resolve(
       file,
       in.text("state_directory", "for recordings; relative to this file", config.state_directory));

@@ -104,6 +104,12 @@ TEST_CASE("a stroke finds an action that is the wrong way round", "[setup]") {
   plant.start();
   plant.s.person.lines = {"FIC-101", "2 8", "0 10", "1"};
   CHECK_THROWS_WITH(setup::stroke_valve(plant.s.all), Catch::Contains("action must be reverse"));
+  // A record does not go to automatic with it, though the stroke is left open.
+  CHECK(plant.back());
+  plant.s.person.lines = {"FIC-101"};
+  CHECK_THROWS_WITH(setup::record_moves(plant.s.all),
+                    Catch::Contains("the stroke has shown that controller.action must be reverse"));
+  CHECK(plant.back());
 }
 
 TEST_CASE("nothing moves without the tag, a terminal, or with a key pressed", "[setup]") {

@@ -163,6 +163,7 @@ void watch_interrupts() {
   action.sa_handler = on_interrupt;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGQUIT, &action, nullptr);
   sigaction(SIGHUP, &action, nullptr);  // the terminal is gone
 }
 

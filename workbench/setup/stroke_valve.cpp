@@ -125,13 +125,14 @@ Outcome stroke_valve(Setup& setup) {
                     "shut, are the limits too narrow?",
                     rise, loop.pv_unit));
   }
-  const bool reverse = loop.controller.pid.action == control::Action::reverse;
-  if ((rise > 0.0) != reverse) {
+  const control::Action right = rise > 0.0 ? control::Action::reverse : control::Action::direct;
+  setup.state().set_found("action", word_of(right));
+  if (loop.controller.pid.action != right) {
     throw TestAborted(fmt::format(
         "PV {} with CO: controller.action must be {} in {}. `loopwarden setup {} --again file` "
         "asks "
         "once more",
-        rise > 0.0 ? "rises" : "falls", rise > 0.0 ? "reverse" : "direct", loop.file, setup.tag));
+        rise > 0.0 ? "rises" : "falls", word_of(right), loop.file, setup.tag));
   }
   std::string found =
       fmt::format("PV {} by {:.4g} {} over CO {:.4g} to {:.4g} {}", rise > 0.0 ? "rises" : "falls",
@@ -157,7 +158,6 @@ Outcome stroke_valve(Setup& setup) {
   }
   dialogue.say("  " + found);
   setup.state().set_found("stroke", found);
-  setup.state().set_found("action", word_of(loop.controller.pid.action));
   return Outcome::done;
 }
 

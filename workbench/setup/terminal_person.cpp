@@ -50,6 +50,9 @@ void TerminalPerson::watch_keys(bool on) {
     tcgetattr(STDIN_FILENO, &before_);
     termios raw = before_;
     raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    // Any key ends a step: none of them may stop or kill this process while the valve is away.
+    raw.c_iflag &= ~static_cast<tcflag_t>(IXON);
+    raw.c_cc[VQUIT] = raw.c_cc[VSUSP] = _POSIX_VDISABLE;
     raw.c_cc[VMIN] = 0;
     raw.c_cc[VTIME] = 0;
     // What was typed ahead is no abort.

@@ -161,6 +161,50 @@ TEST_CASE("two links to one unit agree in their settings", "[config][validation]
   CHECK_FALSE(said_of(folder).empty());
 }
 
+TEST_CASE("one output is driven to its stop action only if all its loops agree on it",
+          "[config][validation]") {
+  const ScratchFolder folder;
+  folder.write("loopwardend.yaml", "links:\n  plc: {transport: tcp, host: 127.0.0.1}\n");
+  const std::string first = on_link("FIC-101", "plc", 1, 100);
+  folder.write("loops.d/a.yaml", first);
+  folder.write("loops.d/c.yaml", on_link("FIC-103", "plc", 1, 300));
+  const auto driven = [&] {
+    std::vector<bool> is;
+    for (const StopOutput& output : validate(folder.path()).reading.outputs) {
+      is.push_back(output.why_not.empty());
+    }
+    return is;
+  };
+  using Driven = std::vector<bool>;
+  const std::string second = on_link("FIC-102", "plc", 1, 100);
+  folder.write("loops.d/b.yaml", second);
+  CHECK(driven() == Driven{true, true, true});
+  folder.write("loops.d/b.yaml", with(second, "stop: 1", "stop: 10"));
+  CHECK(driven() == Driven{false, false, true});
+  folder.write("loops.d/b.yaml", with(second, "scale: 0.001", "scale: 0.002"));
+  CHECK(driven() == Driven{false, false, true});
+  // The second of two registers.
+  folder.write("loops.d/b.yaml",
+               with(second, "address: 100, type: u16, scale: 0.001", "address: 99, type: f32"));
+  CHECK(driven() == Driven{false, false, true});
+}
+
+TEST_CASE("a runtime directory that is a file is an error before the start",
+          "[config][validation]") {
+  const ScratchFolder folder;
+  folder.write("m.yaml", kTwin);
+  folder.write("loops.d/a.yaml", simulated("FIC-101"));
+  folder.write("run", "");
+  folder.write("loopwardend.yaml", "runtime_directory: run\n");
+  CHECK(said_of(folder).find("loopwardend.yaml:1:20: error: runtime_directory: must be a folder, "
+                             "or not there yet") != std::string::npos);
+  CHECK_FALSE(validate(folder.path()).reading.runnable);
+  folder.write("loopwardend.yaml", "runtime_directory: loops.d\n");
+  CHECK(said_of(folder).empty());
+  folder.write("loopwardend.yaml", "runtime_directory: none/yet\n");
+  CHECK(said_of(folder).empty());
+}
+
 TEST_CASE("one register has many names", "[config][validation]") {
   const ScratchFolder folder;
   folder.write("loops.d/a.yaml", on_link("FIC-101", "old", 1, 100));
