@@ -267,9 +267,9 @@ class Workflow {
     search_.chosen = search_.alike[there[(there.size() - 1) / 2].second];
   }
 
-  // A level that the model does not state was fitted with everything else. It is named if the record
-  // shows it. Otherwise the search starts again at the model's own level: what it finds there need not
-  // be what it found with a free level.
+  // A level that the model does not state was fitted with everything else. It is named if the
+  // record shows it. Otherwise the search starts again at the model's own level: what it finds
+  // there need not be what it found with a free level.
   void settle_level(const ParallelFor& parallel, const std::function<void(double)>& progress) {
     if (!free_run().fits_level() || record_.closed_loop || options_.search.level_of_record) return;
     const LevelFinding found = find_level(model_fit_.fitter, search_, scale_);
