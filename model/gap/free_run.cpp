@@ -292,12 +292,12 @@ std::vector<double> FreeRun::with_past(const Point& point,
   const double memory_s =
       point.dead_time_s + 6.0 * (point.time_constant_s + model_.process.second_time_constant_s);
   const std::size_t head =
-      model_.process.integrating()
+      model_.process.integrating() || fits_level()
           ? fitted
           : std::min(pv.size(), static_cast<std::size_t>(memory_s / model_.sample_time_s) + 2);
-  const std::size_t count = past_columns();
-  using Small = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3, 1>;
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3, 3>;
+  const std::size_t count = base_columns() - 1;
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 4, 1>;
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 4, 4>;
   const auto size = static_cast<Eigen::Index>(count);
   Small solved = Small::Zero(size);
   const auto whole = [&](std::size_t samples) {

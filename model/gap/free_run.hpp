@@ -80,9 +80,10 @@ class FreeRun {
   }
   void columns(const Terms& terms, const Point& point, std::vector<std::vector<double>>& columns,
                std::size_t samples = std::numeric_limits<std::size_t>::max()) const;
-  // PV of the model without terms whose columns these are. c1 to c3 are fitted to the samples that still remember the
-  // start; of an integrating process, which forgets neither its level nor how far CO was off balance, to the first
-  // `fitted`.
+  // PV of the model without terms whose columns these are. c1 to c3 are fitted to the samples that
+  // still remember the start. They and the level, if it is fitted, are fitted to the first `fitted`
+  // samples; so are those of an integrating process, which forgets neither its level nor how far CO
+  // was off balance.
   std::vector<double> with_past(const Point& point, const std::vector<std::vector<double>>& columns,
                                 const std::vector<double>& pv, const std::vector<bool>& measured,
                                 std::size_t fitted) const;

@@ -109,8 +109,8 @@ std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector
 
 std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
                              const std::vector<double>& pv, const std::vector<bool>& measured,
-                             double start_offset) {
-  const FreeRun run(model, co);
+                             double start_offset, Level level) {
+  const FreeRun run(model, co, level);
   const SampleRange training{0, training_samples(co.size())};
   std::vector<std::vector<double>> columns;
   // From a stem that rests `below_co` below CO.

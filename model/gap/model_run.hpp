@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "model/gap/free_run.hpp"
 #include "model/gap/record.hpp"
 #include "model/gap/result.hpp"
 #include "model/plant/loop_model.hpp"
@@ -30,10 +31,12 @@ Misfit misfit_of(const std::vector<double>& pv, const std::vector<double>& simul
 std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector<double>& sp,
                                 double first_pv);
 
-// PV of the model driven by `co`, as its transmitter shows it, from the samples where `measured`; the state at the start is fitted to the first two thirds, a stem's place
-// from a grid and, where one is known already, `start_offset` (CO units below CO).
+// PV of the model driven by `co`, as its transmitter shows it, from the samples where `measured`.
+// The state at the start is fitted to the first two thirds, and so is the level unless it is the
+// model's. A stem's place is fitted from a grid and, if one is known already, `start_offset` (CO
+// units below CO).
 std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
                              const std::vector<double>& pv, const std::vector<bool>& measured,
-                             double start_offset = 0.0);
+                             double start_offset = 0.0, Level level = Level::of_model);
 
 }  // namespace loopwarden::gap

@@ -240,7 +240,7 @@ class Workflow {
     search_ = search_effects(model_fit_.fitter, model_fit_.searched, scale_, options_.search,
                              parallel, progress);
     choose_alike();
-    settle_level();
+    settle_level(parallel, progress);
     result_.adjusted = free_run().corrected({}, search_.base.point, search_.base.solved);
     result_.adjusted.transmitter = model_.transmitter;
     result_.adjusted.controller = model_.controller;
@@ -267,19 +267,20 @@ class Workflow {
     search_.chosen = search_.alike[there[(there.size() - 1) / 2].second];
   }
 
-  // A level that the model does not state was fitted beside everything else. It is named if the record shows it;
-  // otherwise all is fitted at the model's own.
-  void settle_level() {
+  // A level that the model does not state was fitted with everything else. It is named if the
+  // record shows it. Otherwise the search starts again at the model's own level: what it finds
+  // there need not be what it found with a free level.
+  void settle_level(const ParallelFor& parallel, const std::function<void(double)>& progress) {
     if (!free_run().fits_level() || record_.closed_loop || options_.search.level_of_record) return;
     const LevelFinding found = find_level(model_fit_.fitter, search_, scale_);
     if (found.shown) {
       level_ = found;
-    } else {
-      model_fit_.fitter.hold_level(true);
-      search_.base = found.base;
-      search_.base_rmse = found.base_rmse;
-      search_.chosen = found.chosen;
+      return;
     }
+    model_fit_.fitter.hold_level(true);
+    search_ = search_effects(model_fit_.fitter, model_fit_.searched, scale_, options_.search,
+                             parallel, progress);
+    choose_alike();
   }
   bool only_level() const noexcept { return level_ && fit().terms.empty(); }
 
@@ -289,14 +290,16 @@ class Workflow {
                    record_.record.period_s);
   }
 
-  // The model as given. A level that it does not state is the record's, unless it is named as missing.
-  plant::LoopModel as_given(bool level_named) const {
+  // PV of the model as given. A level that it does not state is the record's, unless it is named as
+  // missing: the level of a fit belongs to the gain of that fit.
+  std::vector<double> given_pv(bool level_named) const {
+    const bool free = !level_named && free_run().fitted_level(search_.base.solved) != 0.0;
     plant::LoopModel model = record_.model;
-    const double level = free_run().fitted_level(search_.base.solved);
-    if (!level_named && !record_.closed_loop && level != 0.0) {
-      model.process.level = model.process.level.value_or(0.0) + level;
-    }
-    return model;
+    model.transmitter.noise = 0.0;
+    model.transmitter.resolution = 0.0;
+    if (record_.closed_loop) return pv_of(model, search_.base);
+    return gap::free_run(model, record_.co, record_.pv, record_.measured, 0.0,
+                         free ? Level::of_record : Level::of_model);
   }
 
   plant::LoopModel corrected(const Decision& decision, const Fit& fit) const {
@@ -305,7 +308,7 @@ class Workflow {
 
   void prove() {
     series_ = series_of(taken_.given, record_, controller_);
-    series_.pv_before = pv_of(as_given(decision_.level.has_value()), search_.base);
+    series_.pv_before = given_pv(decision_.level.has_value());
     series_.pv_after = pv_of(corrected(decision_, fit()), fit());
     weigh_rest(decision_.names_any() ? series_.pv_after : model_pv(), left_.adequate);
     take_misfits();
@@ -315,8 +318,7 @@ class Workflow {
     } else if (decision_.names_any()) {
       // Effects are judged against the model with the record's level, the level against the model without.
       const Misfit before =
-          only_level() ? result_.before
-                       : misfit(pv_of(as_given(false), search_.base), result_.floor.rmse());
+          only_level() ? result_.before : misfit(given_pv(false), result_.floor.rmse());
       trial_ = try_on_holdout(model_fit_, only_level() ? level_->base : search_.base, fit(),
                               record_, left_, result_.floor, before, result_.after);
       proof_ = judge(trial_);
@@ -336,18 +338,19 @@ class Workflow {
   }
 
   void show_without_names() {
-    series_.pv_before = pv_of(as_given(kept_.level.has_value()), search_.base);
+    series_.pv_before = given_pv(kept_.level.has_value());
     series_.pv_after = kept_.by_reading || kept_.level ? pv_of(result_.corrected, search_.base)
                                                        : series_.pv_before;
     take_misfits();
   }
 
-  // Where nothing is missing: the model with its process moved within the stated uncertainty, if that leaves less.
+  // If nothing is missing: the model with its process moved within the stated uncertainty, if that
+  // leaves less over the whole record, the start included.
   void show_adjusted() {
     const plant::ProcessParameters& given = model_.process;
     const plant::ProcessParameters& moved = result_.adjusted.process;
-    std::vector<double> pv = model_pv();
-    if (pv == series_.pv_before) return;
+    std::vector<double> pv = adjusted_pv();
+    if (!(misfit(pv, result_.floor.rmse()).rmse < result_.before.rmse)) return;
     series_.pv_after = std::move(pv);
     take_misfits();
     result_.check.notes.push_back(
@@ -393,11 +396,16 @@ class Workflow {
     return rms_between(record_.pv, pv, record_.used, holdout());
   }
 
-  // The model alone, as given or within its uncertainty: whichever leaves less.
-  std::vector<double> model_pv() const {
+  // The model without effects, its process moved within its uncertainty.
+  std::vector<double> adjusted_pv() const {
     plant::LoopModel model = result_.adjusted;
     for (const FoundEffect& effect : reading_) model.transmitter_effects.push_back(effect.spec);
-    std::vector<double> adjusted = pv_of(model, search_.base);
+    return pv_of(model, search_.base);
+  }
+
+  // The model without effects, as given or within its uncertainty: whichever leaves less.
+  std::vector<double> model_pv() const {
+    std::vector<double> adjusted = adjusted_pv();
     return holdout_rmse(adjusted) < holdout_rmse(series_.pv_before) ? adjusted : series_.pv_before;
   }
 

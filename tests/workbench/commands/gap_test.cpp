@@ -304,6 +304,29 @@ TEST_CASE("the level of PV is the record's where the process was identified from
   for (const nlohmann::json& effect : answer["effects"]) CHECK(effect["name"] != "output_bias");
 }
 
+TEST_CASE("a level that is not shown leaves the fit at the model's own level",
+          "[gap][program][long]") {
+  // PV and CO of a district-heating rig; the model's gain is free to account for its PV.
+  const nlohmann::json answer = measured("rse_fcv701");
+  REQUIRE_FALSE(answer["effects"].empty());
+  CHECK(answer["effects"][0]["name"] == "stiction");
+  CHECK(answer["gap"]["after"]["holdout_rmse"] < 0.12);
+}
+
+TEST_CASE("a level that is the record's belongs to the gain of the model as given",
+          "[gap][program]") {
+  const fs::path record =
+      fs::path(LOOPWARDEN_SOURCE_DIR) / "data/measured/gap/rse_fcv701/record.csv";
+  const TemporaryFolder folder;
+  const ShellOutcome outcome =
+      loopwarden("gap " + record.string() + " --out " + (folder / "found").string());
+  INFO(outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  const nlohmann::json answer = nlohmann::json::parse(read_file(folder / "found/gap.json"));
+  CHECK(answer["gap"]["before"]["holdout_rmse"] < 0.3);
+  CHECK(answer["gap"]["after"]["holdout_rmse"] < 0.12);
+}
+
 TEST_CASE("a measured valve that sticks beside a load is named first", "[gap][program][long]") {
   const nlohmann::json answer = measured("rse_fcv731");
   CHECK(answer["verdict"] == "missing_effect");
