@@ -326,7 +326,7 @@ Outcome ModbusTransport::receive_tcp(const Request& request, Reply& reply,
 
 Outcome ModbusTransport::receive_rtu(const Request& request, Reply& reply,
                                      std::int64_t deadline_ns) {
-  constexpr std::size_t kMostBytes = 2 * MODBUS_MAX_ADU_LENGTH;
+  constexpr std::size_t kMostBytes = std::size_t{2} * MODBUS_MAX_ADU_LENGTH;
   std::array<std::uint8_t, kMostBytes> bytes{};
   std::size_t size = 0;
   RtuReply found;

@@ -237,10 +237,18 @@ class Workflow {
   }
 
   void search(const ParallelFor& parallel, const std::function<void(double)>& progress) {
+    const bool level_free =
+        free_run().fits_level() && !record_.closed_loop && !options_.search.level_of_record;
+    const SearchResult alone = model_alone();
+    std::optional<LevelFinding> shown;
+    if (level_free) {
+      shown = find_level(model_fit_.fitter, alone, scale_);
+      model_fit_.fitter.hold_level(!shown->shown);
+    }
     search_ = search_effects(model_fit_.fitter, model_fit_.searched, scale_, options_.search,
                              parallel, progress);
     choose_alike();
-    settle_level(parallel, progress);
+    if (shown && shown->shown) settle_level(*shown, alone.base_rmse, parallel, progress);
     result_.adjusted = free_run().corrected({}, search_.base.point, search_.base.solved);
     result_.adjusted.transmitter = model_.transmitter;
     result_.adjusted.controller = model_.controller;
@@ -267,13 +275,28 @@ class Workflow {
     search_.chosen = search_.alike[there[(there.size() - 1) / 2].second];
   }
 
-  // A level that the model does not state was fitted with everything else. It is named if the
-  // record shows it. Otherwise the search starts again at the model's own level: what it finds
-  // there need not be what it found with a free level.
-  void settle_level(const ParallelFor& parallel, const std::function<void(double)>& progress) {
-    if (!free_run().fits_level() || record_.closed_loop || options_.search.level_of_record) return;
-    const LevelFinding found = find_level(model_fit_.fitter, search_, scale_);
-    if (found.shown) {
+  // Returns the model without effects, with a free level if it states none.
+  SearchResult model_alone() const {
+    SearchResult out;
+    out.base = model_fit_.fitter.fit_model();
+    out.base_rmse = model_fit_.fitter.training_rmse(out.base);
+    out.chosen.fit = out.base;
+    out.chosen.training_rmse = out.base_rmse;
+    return out;
+  }
+
+  // The model without effects shows a level that it does not state. The level is named if it is
+  // still shown beside the effects, or if it explains most of the error alone: an effect may then
+  // imitate it. Otherwise the search starts again at the model's own level: what it finds there
+  // need not be what it found with a free level. `alone_rmse`: of the model with the level.
+  void settle_level(const LevelFinding& alone, double alone_rmse, const ParallelFor& parallel,
+                    const std::function<void(double)>& progress) {
+    constexpr double kMostOfError = 0.9;  // of the mean squared error
+    LevelFinding found = find_level(model_fit_.fitter, search_, scale_);
+    const bool explains_most =
+        alone_rmse * alone_rmse <= (1.0 - kMostOfError) * alone.base_rmse * alone.base_rmse;
+    if (found.shown || explains_most) {
+      found.lead_nats = std::max(found.lead_nats, alone.lead_nats);
       level_ = found;
       return;
     }
