@@ -290,6 +290,36 @@ TEST_CASE("a heater whose room the model does not state has no fault of a valve"
   CHECK(answer("truth.yaml")["verdict"] == "no_gap");
 }
 
+TEST_CASE("a valve that sticks is named beside a level that the model does not state",
+          "[gap][program]") {
+  const TemporaryFolder folder;
+  const auto model = [](const std::string& level, const std::string& effects) {
+    return "sample_time: 1\n"
+           "controller: {kp: 0.8, ki: 0.04, output: [0, 100]}\n"
+           "valve: {effects: [" +
+           effects + "]}\nprocess: {gain: 1.2, " + level +
+           "time_constant: 12, dead_time: 3}\n"
+           "transmitter: {range: [0, 200], resolution: 0.01, noise: 0.05}\n"
+           "scenario: {duration: 1500, set_point: [[0, 72], [300, 80], [600, 66], [900, 85], "
+           "[1200, 75]]}\n";
+  };
+  write_file(folder / "truth.yaml", model("level: 30, ", "{effect: stiction, s: 6, j: 3}"));
+  write_file(folder / "model.yaml", model("", ""));
+  const auto path = [&](const char* name) { return (folder / name).string(); };
+  REQUIRE(loopwarden("simulate " + path("truth.yaml") + " --out " + path("record.csv")).exit_code ==
+          0);
+  const ShellOutcome outcome = loopwarden("gap " + path("record.csv") + " --model " +
+                                          path("model.yaml") + " --out " + path("found"));
+  INFO(outcome.text);
+  REQUIRE(outcome.exit_code == 0);
+  const nlohmann::json found = nlohmann::json::parse(read_file(folder / "found/gap.json"));
+  REQUIRE(found["effects"].size() == 2);
+  CHECK(found["effects"][0]["name"] == "stiction");
+  CHECK(found["effects"][0]["parameters"]["s"] == Approx(6.0).epsilon(0.15));
+  CHECK(found["effects"][1]["name"] == "output_bias");
+  CHECK(found["effects"][1]["parameters"]["bias"] == Approx(30.0).margin(3.0));
+}
+
 TEST_CASE("the level of PV is the record's where the process was identified from it",
           "[gap][program][long]") {
   // A temperature around 318 whose process is known by its changes alone.
