@@ -12,7 +12,8 @@ namespace loopwarden::config {
 std::string spelled_device(const hal::modbus::LinkSettings& link);
 
 // Returns the same text for all spellings of one device: symbolic links are followed, localhost and
-// its addresses are one, because a device may listen by IPv4 and IPv6. Host names are not looked up.
+// its addresses are one, because a device may listen by IPv4 and IPv6. Host names are not looked
+// up.
 std::string device_of(hal::modbus::LinkSettings link);
 
 }  // namespace loopwarden::config

@@ -59,8 +59,8 @@ std::vector<double> distinct(std::span<const double> values) {
   return levels;
 }
 
-// The smallest step that values can have: that of the last decimal that they were written with, or of a transmitter
-// that knows few values, whatever the decimals. 0: none to be seen.
+// The smallest step that values can have: that of the last decimal that they were written with, or
+// of a transmitter that knows few values, whatever the decimals. 0: none to be seen.
 double quantum_of(std::span<const double> values) {
   const double decimal = last_digit_of(values);
   const std::vector<double> levels = distinct(values);
@@ -194,10 +194,11 @@ bool steps_of_the_signal(const Points& levels) {
   return all_multiples || variation(intervals(lengths)) < kEqualIntervals;
 }
 
-// Steps of a converter: the levels are multiples of one step apart, exact to the last digit that was
-// written, and neighbours follow each other. Behind an archive steps are larger than the distance
-// of the levels. An archive that stores a moving signal seldom stores the same value again: integers,
-// and an output that is moved by hand between the same values, come back to few levels.
+// Steps of a converter: the levels are multiples of one step apart, exact to the last digit that
+// was written, and neighbours follow each other. Behind an archive steps are larger than the
+// distance of the levels. An archive that stores a moving signal seldom stores the same value
+// again: integers, and an output that is moved by hand between the same values, come back to few
+// levels.
 bool steps_by_its_resolution(const std::vector<double>& stored, double last_digit) {
   const std::vector<double> levels = distinct(stored);
   if (levels.size() < 3) return true;

@@ -19,8 +19,9 @@
 // straight lines, exact to the last digit that was written. For lines: more of the samples lie on the line between
 // their neighbours than chance would have there, and those that do not lie far off it. For repeats: quantised, held and
 // constant signals have them too, and are told from an archive's by their steps, which are multiples of one size or come
-// at equal intervals. Repeats are not an archive's if the signal comes back to few levels (integers, an output that is
-// stepped by hand between the same values) or if its steps are those of a converter.
+// at equal intervals. Repeats are not an archive's if the signal comes back to few levels
+// (integers, an output that is stepped by hand between the same values) or if its steps are those
+// of a converter.
 //
 // Ranges: at least 20 stored values. Errors: none; what is not recognised is `none`, or `unknown` where values are
 // missing in the way of an archive but fit neither kind.
@@ -52,7 +53,8 @@ ArchivedSignal recognise_stored(std::span<const double> time_s, std::span<const 
 // Of a record on a constant period; NaN is missing.
 ArchivedSignal recognise_filled(std::span<const double> values);
 
-// The samples at which straight lines through all of `values` begin and end, exact to the last digit.
+// The samples at which straight lines through all of `values` begin and end, exact to the last
+// digit.
 std::vector<std::size_t> run_ends(std::span<const double> values);
 
 // Values that were stored by exception and are held: the true ones are within the dead band around what is held, and on

@@ -103,8 +103,8 @@ std::vector<double> steps_between(const std::vector<std::size_t>& rows) {
   return steps;
 }
 
-// Whether the moves at `rows` come at the first row since the last move the other way at which `x` has passed the level
-// that it usually has then. `side`: 1 if it rises to that, -1 if it falls.
+// Whether the moves at `rows` come at the first row since the last move the other way at which `x`
+// has passed the level that it usually has then. `side`: 1 if it rises to that, -1 if it falls.
 bool at_first_passage(std::span<const double> x, const std::vector<std::size_t>& rows,
                       const std::vector<std::size_t>& others, double side) {
   std::vector<double> at;
@@ -165,7 +165,8 @@ bool pulses_follow(const LoopColumns& c, std::span<const double> x, const Moves&
   return find_feedback({.co = on, .pv = pv, .sp = {}, .automatic = {}}).closed;
 }
 
-// Of the rows in which `x` is at least as far to one side as in most of the moves there, the share in which CO moves.
+// Of the rows in which `x` is at least as far to one side as in most of the moves there, the share
+// in which CO moves.
 double moving_share(std::span<const double> x, const std::vector<std::size_t>& moves, double side) {
   std::vector<double> at;
   for (const std::size_t k : moves) at.push_back(side * x[k]);
@@ -175,7 +176,8 @@ double moving_share(std::span<const double> x, const std::vector<std::size_t>& m
          static_cast<double>(std::max<std::ptrdiff_t>(rows, 1));
 }
 
-// Nearly all up moves at a lower PV than nearly all down moves, or the reverse, and CO moves as long as PV is there.
+// Nearly all up moves at a lower PV than nearly all down moves, or the reverse, and CO moves as
+// long as PV is there.
 bool moves_by_side(std::span<const double> x, const Moves& moves) {
   std::vector<double> down;
   for (const std::size_t k : moves.down) down.push_back(x[k]);
@@ -218,8 +220,8 @@ bool answers_set_point(const LoopColumns& c) {
          by_chance < kByChance * static_cast<double>(c.sp.size());
 }
 
-// Whether PV moves before a move of CO, in a CO that mostly rests, the way it goes on after it: then PV answers to CO, which
-// is logged too late, and CO doesn't act against PV.
+// Whether PV moves before a move of CO, in a CO that mostly rests, the way it goes on after it:
+// then PV answers to CO, which is logged too late, and CO doesn't act against PV.
 bool goes_on_the_same_way(const LoopColumns& c) {
   double moves = 0.0;
   double du2 = 0.0, before2 = 0.0, after2 = 0.0, with_before = 0.0, with_after = 0.0;

@@ -5,8 +5,9 @@
 //
 // by least squares over the samples in automatic. Closed: the record's mode says so, or the terms in y explain
 // a good part (0.3) of what u's own past and SP leave. In open loop they explain next to nothing: y(k) follows
-// from u, not u from y. Rows in which CO only rests explain nothing, however exact the log is. If PV moves before CO's
-// steps the way it goes on after them, CO is logged too late, and no controller acts against PV.
+// from u, not u from y. Rows in which CO only rests explain nothing, however exact the log is. If
+// PV moves before CO's steps the way it goes on after them, CO is logged too late, and no
+// controller acts against PV.
 //
 // A controller with rests has no such law. switching_law() recognises three by when CO moves:
 //   two levels  CO switches at the first row at which PV has passed a level, and not by the clock
@@ -19,8 +20,9 @@
 //
 // Rows are those in which the controller acts: of a record that is faster, every n-th (identification.cpp).
 //
-// Errors: none. What it can't do: other controllers that are far from linear; slow hands on a manual valve that follow
-// PV; a switching controller whose record repeats exactly is taken for a clock, as nothing moved it from outside.
+// Errors: none. What it can't do: other controllers that are far from linear; slow hands on a
+// manual valve that follow PV; a switching controller whose record repeats exactly is taken for a
+// clock, as nothing moved it from outside.
 //
 // Source: Söderström, Gustavsson and Ljung, Int. J. Control 21 (1975) (identifiability in closed loop); Van den Hof and
 // Schrama, Automatica 29 (1993) (two stages: CO as the set point alone would have it).

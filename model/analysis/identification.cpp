@@ -583,8 +583,8 @@ Identification by_outside_moves(const Columns& c) {
 namespace {
 
 // Returns the jump of the stem when it starts from rest: the median, and an interval from the tenth
-// to the nine tenths. A sample after the jump, the stem has also followed CO for one to two samples.
-// Nothing if the stem starts from rest too seldom.
+// to the nine tenths. A sample after the jump, the stem has also followed CO for one to two
+// samples. Nothing if the stem starts from rest too seldom.
 std::optional<Estimate> slip_jump(const Values& stem, const Values& co) {
   constexpr double kNoise = 6.0;    // robust standard deviations of the stem's moves
   constexpr double kLeast = 1e-3;   // of the stem's range

@@ -10,11 +10,13 @@
 // number, but the reason and what would help: beyond, intervals hold the truth less often than they say
 // (studies/identify).
 //
-// A model whose free run leaves more than a straight line through PV is no model: then in open loop the forms are
-// fitted again without a noise model (whose errors an exact log makes large), their intervals widened by how its errors
-// hang together; if these are no better, there is no number. In open loop CO may be logged up to three samples too late:
-// it is taken back if PV fits far better so. Lags of about a sampling period have wide intervals, as what CO does between
-// two samples is not in the record. A gain that depends on the opening is reported from where PV rests (static_gain()).
+// A model whose free run leaves more than a straight line through PV is no model: then in open loop
+// the forms are fitted again without a noise model (whose errors an exact log makes large), their
+// intervals widened by how its errors hang together; if these are no better, there is no number. In
+// open loop CO may be logged up to three samples too late: it is taken back if PV fits far better
+// so. Lags of about a sampling period have wide intervals, as what CO does between two samples is
+// not in the record. A gain that depends on the opening is reported from where PV rests
+// (static_gain()).
 //
 // Records of more than 20 000 samples are thinned by means where the process is slow against the
 // sampling, then cut to the stretch where SP (in open loop CO) moves most; `notes` says so.
@@ -106,8 +108,8 @@ struct Identification {
 
 Identification identify(const IdentificationRecord& record);
 
-// The gain at both ends of CO's travel in the record, from the places where CO and PV rest. Nothing if there are too few
-// or if one gain explains them.
+// The gain at both ends of CO's travel in the record, from the places where CO and PV rest. Nothing
+// if there are too few or if one gain explains them.
 struct StaticGain {
   double low_co = 0.0, high_co = 0.0;  // CO units, least and greatest
   double at_low = 0.0, at_high = 0.0;  // PV units/CO unit there

@@ -110,8 +110,8 @@ inline Column decay(std::size_t samples, double period_s, double time_constant_s
   return column;
 }
 
-// What a start away from rest leaves: each lag's own decay, and another CO before the first sample, through the dead time
-// and the lags; integrating: a slope.
+// What a start away from rest leaves: each lag's own decay, and another CO before the first sample,
+// through the dead time and the lags; integrating: a slope.
 inline std::vector<Column> start_columns(const Samples& s, ProcessForm form, double t1, double t2,
                                          double dead) {
   if (is_integrating(form)) {

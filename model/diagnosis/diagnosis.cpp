@@ -274,7 +274,8 @@ double judged_period(std::span<const double> pv, std::span<const double> co) {
 
 namespace {
 
-// The first window at a limit, if CO is at one in more than a third of all samples; else windows.size().
+// The first window at a limit, if CO is at one in more than a third of all samples; else
+// windows.size().
 std::size_t saturated_window(std::span<const Diagnosis> windows) {
   std::size_t limited = 0;
   std::size_t complete = 0;

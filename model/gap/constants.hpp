@@ -147,12 +147,12 @@ inline constexpr double kTellingCondition = 1.5;
 // say --------------------------------------------------------------------------------------------------
 // Two-sided 95 % of a Gaussian, standard deviations. By definition.
 inline constexpr double k95 = 1.96;
-// A delay that is this near to a multiple of the time between two moves of SP, as a part of that time, and the most
-// confidence of a name that has it. By hand.
+// A delay that is this near to a multiple of the time between two moves of SP, as a part of that
+// time, and the most confidence of a name that has it. By hand.
 inline constexpr double kRepeats = 0.1;
 inline constexpr double kMostRepeating = 0.5;
-// Of the output's span: a larger effect of a valve is more likely an error of the model, and its name has at most this
-// confidence. By hand.
+// Of the output's span: a larger effect of a valve is more likely an error of the model, and its
+// name has at most this confidence. By hand.
 inline constexpr double kLargeValveEffect = 0.3;
 inline constexpr double kMostLarge = 0.5;
 // A smaller share of the gap that is left is not worth a sentence. By hand.

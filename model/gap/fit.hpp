@@ -49,7 +49,8 @@ class Fitter {
   Fitter(const FreeRun& free_run, const std::vector<double>& pv, const std::vector<bool>& used,
          AllowedWander allowed, bool allowances);
 
-  // Holds the fitted level at the model's own (true), or fits it again (false). Fits made before keep theirs.
+  // Holds the fitted level at the model's own (true), or fits it again (false). Fits made before
+  // keep theirs.
   void hold_level(bool hold) noexcept { level_held_ = hold; }
 
   // Friction that a healthy valve may have, of the output's span.

@@ -2,9 +2,10 @@
 // Third stage: what the hypotheses are fitted with. The free run of the model under the measured CO, the
 // fitter over the first two thirds, and the candidates that this record can show at all.
 //
-// A candidate is left out if nothing could support it: effects of valve and process if CO hardly moves, those of a
-// valve if the model states that there is none, a constant if CO was not measured. If the model does not state
-// process.level, PV's level is a part of every fit, and not a candidate (level.hpp).
+// A candidate is left out if nothing could support it: effects of valve and process if CO hardly
+// moves, those of a valve if the model states that there is none, a constant if CO was not
+// measured. If the model does not state process.level, PV's level is a part of every fit, and not a
+// candidate (level.hpp).
 #pragma once
 
 #include <vector>

@@ -64,8 +64,8 @@ class FreeRun {
   const std::vector<double>& output() const noexcept { return co_; }  // CO units
   const plant::LoopModel& model() const noexcept { return model_; }
 
-  // z, m1, m2, m3 and the level if they are fitted, then the columns of each term, for at least the first `samples`
-  // samples.
+  // z, m1, m2, m3 and the level if they are fitted, then the columns of each term, for at least the
+  // first `samples` samples.
   std::size_t column_count(const Terms& terms) const noexcept;
   // Those before the terms' own.
   std::size_t base_columns() const noexcept { return 1 + past_columns() + (fits_level() ? 1 : 0); }

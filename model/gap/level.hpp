@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides whether the record shows another PV at CO 0 than the model, where that was fitted beside everything else.
+// Decides whether the record shows another PV at CO 0 than the model, where that was fitted beside
+// everything else.
 //
-// The chosen explanation is fitted again with PV at CO 0 held at the model's own. The level is shown if the fit with it
-// is better by the rules for one more effect (accept.hpp): the first one if nothing else was chosen.
+// The chosen explanation is fitted again with PV at CO 0 held at the model's own. The level is
+// shown if the fit with it is better by the rules for one more effect (accept.hpp): the first one
+// if nothing else was chosen.
 //
-// What it can't do: nothing in one record tells a level that the model does not state from a bias of the transmitter or
-// from a constant disturbance.
+// What it can't do: nothing in one record tells a level that the model does not state from a bias
+// of the transmitter or from a constant disturbance.
 #pragma once
 
 #include "model/gap/fit.hpp"

@@ -39,8 +39,9 @@ struct SearchOptions {
   bool load = true;                    // an unmeasured load is modelled
   bool allowances = true;              // a healthy valve's friction and momentum are allowed for
   std::vector<std::string> without{};  // names that are not given
-  // Of a model that this record itself suggested: the model's level is the record's own and is fitted (Level::of_record), and the search for a valve
-  // that sticks starts from what was found with the model too: s, CO units, j/s and where the stem rested; empty: nothing.
+  // Of a model that this record itself suggested: the model's level is the record's own and is
+  // fitted (Level::of_record), and the search for a valve that sticks starts from what was found
+  // with the model too: s, CO units, j/s and where the stem rested; empty: nothing.
   bool level_of_record = false;
   std::vector<double> sticks{};
 };

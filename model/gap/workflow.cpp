@@ -109,8 +109,8 @@ std::vector<Step> steps_of(const SearchResult& search, const CheckedRecord& reco
   return steps;
 }
 
-// What each effect alone accounts for: how much worse the whole is without it. `without_level`: null if no level is
-// named.
+// What each effect alone accounts for: how much worse the whole is without it. `without_level`:
+// null if no level is named.
 std::vector<LocatedEffect> energies_of(const Fit& fit, const Fit* without_level,
                                        const Fitter& fitter, const CheckedRecord& record) {
   std::vector<LocatedEffect> out;
@@ -339,7 +339,8 @@ class Workflow {
       proof_ = Proof::refuted;
       ousted_ = true;
     } else if (decision_.names_any()) {
-      // Effects are judged against the model with the record's level, the level against the model without.
+      // Effects are judged against the model with the record's level, the level against the model
+      // without.
       const Misfit before =
           only_level() ? result_.before : misfit(given_pv(false), result_.floor.rmse());
       trial_ = try_on_holdout(model_fit_, only_level() ? level_->base : search_.base, fit(),

@@ -41,8 +41,8 @@ struct ProcessParameters {
   double dead_time_s = 0.0;             // s
   double second_time_constant_s = 0.0;  // s, 0: none
   ProcessKind kind = ProcessKind::self_regulating;
-  // PV units, PV at CO 0 without disturbance; nothing: the file does not state it, and a simulation takes 0. A
-  // self-regulating process only.
+  // PV units, PV at CO 0 without disturbance; nothing: the file does not state it, and a simulation
+  // takes 0. A self-regulating process only.
   std::optional<double> level{};
 
   bool integrating() const noexcept { return kind == ProcessKind::integrating; }

@@ -169,7 +169,8 @@ std::optional<protocol::LoopDescription> described(const CommissionOptions& opti
   return std::nullopt;
 }
 
-// The loop's ranges: as they were given, or as the daemon has them. The daemon refuses a twin with others.
+// The loop's ranges: as they were given, or as the daemon has them. The daemon refuses a twin with
+// others.
 analysis::KnownRanges known_ranges(const CommissionOptions& options,
                                    const std::optional<protocol::LoopDescription>& loop) {
   analysis::KnownRanges ranges;
@@ -202,7 +203,8 @@ void check_ranges(const std::string& file, const plant::LoopModel& model,
   check("controller.output", known.co, pid.output_low, pid.output_high);
 }
 
-// Why the daemon would refuse a twin of this record for the loop; empty: it would not, or the loop is not known.
+// Why the daemon would refuse a twin of this record for the loop; empty: it would not, or the loop
+// is not known.
 std::string why_no_twin_of(const std::optional<protocol::LoopDescription>& loop, double period_s) {
   constexpr double kApart = 0.01;
   if (!loop || std::abs(period_s - loop->sample_time_s) <= kApart * loop->sample_time_s) return {};

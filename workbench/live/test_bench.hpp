@@ -81,7 +81,8 @@ struct LiveLimits {
 // output of the test.
 class LiveBench : public TestBench {
  public:
-  // Throws TestAborted if the loop is not fit for a test or its file is not in force, std::runtime_error from the daemon.
+  // Throws TestAborted if the loop is not fit for a test or its file is not in force,
+  // std::runtime_error from the daemon.
   LiveBench(const std::string& socket, std::string loop, const LiveLimits& limits);
   ~LiveBench() override;
 

@@ -13,7 +13,8 @@
 namespace loopwarden::workbench::setup {
 namespace {
 
-// The unit of a question's numbers; empty where it has none, or it is not known. `answer`: to another question, if known.
+// The unit of a question's numbers; empty where it has none, or it is not known. `answer`: to
+// another question, if known.
 template <class AnswerTo>
 std::string unit_of(const Question& asked, AnswerTo answer) {
   if (asked.unit == nullptr) return {};

@@ -59,7 +59,8 @@ class Dialogue {
   std::string ask(const std::string& id, const std::string& about = {});
   // The same of a question that is answered in words each time: Enter is no answer.
   std::string ask_in_words(const std::string& id);
-  // What the files would refuse is refused when it is said: why, of a question and an answer; empty: nothing is wrong.
+  // What the files would refuse is refused when it is said: why, of a question and an answer;
+  // empty: nothing is wrong.
   using Refusal = std::function<std::string(const std::string& id, const std::string& answer)>;
   void check_by(Refusal refusal) { refusal_ = std::move(refusal); }
   std::string why_refused(const std::string& id, const std::string& answer) const {
@@ -69,7 +70,8 @@ class Dialogue {
   bool knows(const std::string& id) const {
     return state_.answers().contains(id) || answers_.contains(id);
   }
-  // Asked anew, of him, with what was answered as the offer; not what is written in the file of answers.
+  // Asked anew, of him, with what was answered as the offer; not what is written in the file of
+  // answers.
   void forget(const std::string& id);
   // Of a question whose answer is numbers.
   double number(const std::string& id, const std::string& about = {});

@@ -58,7 +58,8 @@ void scan(Setup& setup, protocol::Probe probe, const std::string& where,
   }
 }
 
-// Why a value is none that the range lets expect; empty: it may be one. A tenth of the span beyond its ends is no wonder.
+// Why a value is none that the range lets expect; empty: it may be one. A tenth of the span beyond
+// its ends is no wonder.
 std::string outside(double value, std::pair<double, double> range, const std::string& unit) {
   const double more = 0.1 * (range.second - range.first);
   if (value >= range.first - more && value <= range.second + more) return {};
@@ -66,7 +67,8 @@ std::string outside(double value, std::pair<double, double> range, const std::st
                      range.second);
 }
 
-// A floating-point number that no device measures: the register, its type or the order of its bytes is another one.
+// A floating-point number that no device measures: the register, its type or the order of its bytes
+// is another one.
 bool is_no_measurement(double raw) {
   constexpr double kLeast = 1e-20;
   constexpr double kMost = 1e20;
@@ -152,8 +154,8 @@ struct SaidPoint {
   friend bool operator==(const SaidPoint&, const SaidPoint&) = default;
 };
 
-// Asks for a point and reads it. Returns why its value can't be right; empty: it can, nothing can be read, or he has said
-// the same `before` and means it. `said` gets his answers.
+// Asks for a point and reads it. Returns why its value can't be right; empty: it can, nothing can
+// be read, or he has said the same `before` and means it. `said` gets his answers.
 std::string look_at(Setup& setup, const protocol::Probe& link, const Point& point,
                     const SaidPoint& before, SaidPoint& said) {
   Dialogue& dialogue = setup.dialogue;

@@ -55,7 +55,8 @@ std::pair<double, double> ask_pv_limits(Setup& setup, const protocol::LoopStatus
       loop.pv_unit);
 }
 
-// Of the newest cycle. Throws TestAborted if there is none, or it has a value that no limit can be compared with.
+// Of the newest cycle. Throws TestAborted if there is none, or it has a value that no limit can be
+// compared with.
 const protocol::Cycle& known_cycle(const protocol::LoopStatus& loop) {
   if (!loop.cycle) throw TestAborted("the loop has not run yet");
   if (!std::isfinite(loop.cycle->pv)) {

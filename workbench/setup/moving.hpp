@@ -16,12 +16,13 @@ namespace loopwarden::workbench::setup {
 // As the daemon has it. Throws TestAborted where it has no such loop.
 protocol::LoopStatus status_of(DaemonClient& daemon, const std::string& tag);
 
-// Throws TestAborted if the daemon does not run the loop as its file in the folder of the setup is now. Each step that moves
-// the valve asks before its questions, and again once the loop is its own: then no reload comes in between.
+// Throws TestAborted if the daemon does not run the loop as its file in the folder of the setup is
+// now. Each step that moves the valve asks before its questions, and again once the loop is its
+// own: then no reload comes in between.
 void check_in_force(const Setup& setup, DaemonClient& daemon);
 
-// Whether he typed the tag; else the step is left. Throws TestAborted where nobody sits at a terminal, and as
-// check_in_force.
+// Whether he typed the tag; else the step is left. Throws TestAborted where nobody sits at a
+// terminal, and as check_in_force.
 bool agreed(Setup& setup, const std::string& what_moves);
 
 // Limits of a test, which he types; the loop stands within them.

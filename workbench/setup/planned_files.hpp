@@ -20,14 +20,15 @@ struct PlannedFiles {
   std::string daemon;  // text of loopwardend.yaml with the link; empty: it has the link
 };
 
-// What has no answer is as harmless as it can be, or left out. Throws TestAborted where the link can't be added,
-// CommandError where loopwardend.yaml has errors.
+// What has no answer is as harmless as it can be, or left out. Throws TestAborted where the link
+// can't be added, CommandError where loopwardend.yaml has errors.
 PlannedFiles planned_files(const Setup& setup, const AnswerMap& answers);
 
 // With the files of the plan in place of those of the folder.
 config::Drafts drafts_of(const Setup& setup, const PlannedFiles& planned);
 
-// Why the daemon would refuse the files for this answer, by the answers to the questions before it; empty: it would not.
+// Why the daemon would refuse the files for this answer, by the answers to the questions before it;
+// empty: it would not.
 std::string why_refused(const Setup& setup, const std::string& id, const std::string& answer);
 
 // The first kept answer that is refused by those before it; empty: none is.

@@ -42,7 +42,8 @@ struct RegisterPlace {
 };
 std::optional<RegisterPlace> register_in(const std::string& text);
 
-// 43 %: of a range; 10.5, or 10.5 with the unit: as it is. In the range's unit. nullopt: none of these.
+// 43 %: of a range; 10.5, or 10.5 with the unit: as it is. In the range's unit. nullopt: none of
+// these.
 std::optional<double> said_value(const std::string& text, std::pair<double, double> range,
                                  const std::string& unit = {});
 

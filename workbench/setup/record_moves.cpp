@@ -23,8 +23,8 @@ namespace {
 constexpr std::array kPlan{0.0, 1.0, 0.0, -1.0, 0.0, 1.0, -1.0, 1.0, 0.0, -1.0, 0.0};
 constexpr double kMargin_s = 120.0;  // that the moves may take longer than planned
 
-// The daemon's record of the loop, ended however this ends. Where this process dies, the daemon ends it: with the
-// commissioning, and after `at_most_s`.
+// The daemon's record of the loop, ended however this ends. Where this process dies, the daemon
+// ends it: with the commissioning, and after `at_most_s`.
 class CsvRecord {
  public:
   CsvRecord(DaemonClient& daemon, const std::string& tag, double at_most_s)
@@ -53,8 +53,8 @@ class CsvRecord {
   std::string tag_, file_;
 };
 
-// The loop in automatic, and back in manual: after all moves where its output stands then, otherwise where the output stood
-// before.
+// The loop in automatic, and back in manual: after all moves where its output stands then,
+// otherwise where the output stood before.
 class InAutomatic {
  public:
   InAutomatic(Setup& setup, Session& session, double output, double set_point)
@@ -162,7 +162,8 @@ class Watched {
   std::uint64_t next_period_ = 0;
 };
 
-// What a stroke has shown of the action counts until setup writes another file, also if the stroke refused the file.
+// What a stroke has shown of the action counts until setup writes another file, also if the stroke
+// refused the file.
 void check_action(Setup& setup, const config::LoopConfig& loop) {
   const std::string proven = setup.state().found("action");
   if (proven.empty()) {

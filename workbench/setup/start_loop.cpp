@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon takes a new loop at its start alone, and another file by a reload. What it shows is compared with the plant before anything moves.
+// The daemon takes a new loop at its start alone, and another file by a reload. What it shows is
+// compared with the plant before anything moves.
 #include <fmt/format.h>
 
 #include <chrono>

@@ -23,8 +23,8 @@ class State {
   void answer(const std::string& id, const std::string& answer);
   // The same of an answer that he gave just now: the way back leads there.
   void said(const std::string& id, const std::string& answer);
-  // Forgets the answer that was given last and returns its question; empty: there is none. After the file is written there
-  // is no way back.
+  // Forgets the answer that was given last and returns its question; empty: there is none. After
+  // the file is written there is no way back.
   std::string take_back();
   // An answer that was forgotten, to be offered; empty: there is none.
   std::string earlier(const std::string& id) const;

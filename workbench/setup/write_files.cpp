@@ -55,8 +55,8 @@ std::string in_lines(const std::vector<std::string>& lines, const char* before) 
   return text;
 }
 
-// The file that is there, with what the answers change of it: all that setup did not write stays. Throws TestAborted where
-// lines of others would be replaced and nobody can say so.
+// The file that is there, with what the answers change of it: all that setup did not write stays.
+// Throws TestAborted where lines of others would be replaced and nobody can say so.
 std::string changed_file(Setup& setup, const std::string& live, const std::string& wanted) {
   Dialogue& dialogue = setup.dialogue;
   std::string base = written_before(setup);

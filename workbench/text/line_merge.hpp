@@ -19,8 +19,9 @@ struct LineMerge {
   std::vector<LineConflict> conflicts;
 };
 
-// `base`: what both were made from. Where it is not known, give common_lines(mine, other): lines that only one of them has
-// are then its own, and lines that differ are conflicts. Lines end in '\n' in the result.
+// `base`: what both were made from. Where it is not known, give common_lines(mine, other): lines
+// that only one of them has are then its own, and lines that differ are conflicts. Lines end in
+// '\n' in the result.
 LineMerge merge_lines(std::string_view base, std::string_view mine, std::string_view other);
 
 // The lines that both have, in their order.

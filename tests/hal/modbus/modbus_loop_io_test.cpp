@@ -446,7 +446,8 @@ TEST_CASE("loops on one serial line share a link", "[modbus][bus]") {
   mb::ModbusBus bus;
   const auto first = bus.link(rig.link(), 1);
   CHECK(bus.link(rig.link(), 2) == first);
-  // By whatever name, and with the settings of the first: two masters on one line disturb each other.
+  // By whatever name, and with the settings of the first: two masters on one line disturb each
+  // other.
   mb::LinkSettings other = rig.link();
   other.device = "/dev/../" + other.device;
   other.baud = 9600;

@@ -226,7 +226,8 @@ TEST_CASE("a dead line, a dead transmitter and a clamped valve are their own ans
   CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).cause != Cause::saturation);
 }
 
-// A loop whose CO is at `rest` from `from` to `to`, with PV off SP by `off` meanwhile, and otherwise cycles about SP.
+// A loop whose CO is at `rest` from `from` to `to`, with PV off SP by `off` meanwhile, and
+// otherwise cycles about SP.
 struct Resting {
   Series pv, co, sp;
   RoutineRecord record(bool with_sp) const {

@@ -17,7 +17,8 @@ ShellOutcome identify(const std::string& arguments) {
   return run(LOOPWARDEN_CLI " identify " + arguments + " 2>&1");
 }
 
-// A heater in degC, T 30 s, under a load that swings: PV = 20 + 0.6 CO. `law` gives CO from the sample, PV and CO before.
+// A heater in degC, T 30 s, under a load that swings: PV = 20 + 0.6 CO. `law` gives CO from the
+// sample, PV and CO before.
 std::string heater_csv(const std::function<double(int, double, double)>& law) {
   std::string text = "time,pv,co\n";
   double heat = 0.0;
