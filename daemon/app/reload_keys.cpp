@@ -254,11 +254,19 @@ void compare_link(hal::modbus::LinkSettings& a, const hal::modbus::LinkSettings&
   a = b;
 }
 
+// The bus keeps max_age as at the start; the loop's own check takes the new one.
+void disregard_max_age(hal::modbus::PointSettings& a, const hal::modbus::PointSettings& b) {
+  a.max_age_ns = b.max_age_ns;
+}
+
 void disregard_derived(hal::modbus::LoopModbusSettings& a, hal::modbus::LoopModbusSettings& b,
                        const LoopConfig& running, const LoopConfig& wanted, Changes& changes) {
   compare_link(a.transmitter_link, b.transmitter_link, changes);
   compare_link(a.positioner_link, b.positioner_link, changes);
   disregard_range(a.output, b.output, co_range(running), co_range(wanted));
+  disregard_max_age(a.process_variable, b.process_variable);
+  disregard_max_age(a.command, b.command);
+  if (a.read_back && b.read_back) disregard_max_age(*a.read_back, *b.read_back);
   disregard(a.poll_period_ns, b.poll_period_ns, period_ns(running), period_ns(wanted));
 }
 
@@ -293,10 +301,14 @@ void disregard_derived(hal::modbus::ModbusSourceSettings& a, hal::modbus::Modbus
   using Wired = std::optional<hal::modbus::SourcePoint>;
   compare_link(a.process_variable.link, b.process_variable.link, changes);
   compare_link(a.output.link, b.output.link, changes);
+  disregard_max_age(a.process_variable.point, b.process_variable.point);
+  disregard_max_age(a.output.point, b.output.point);
   for (Wired hal::modbus::ModbusSourceSettings::*point :
        {&hal::modbus::ModbusSourceSettings::set_point, &hal::modbus::ModbusSourceSettings::stem,
         &hal::modbus::ModbusSourceSettings::mode}) {
-    if (a.*point && b.*point) compare_link((a.*point)->link, (b.*point)->link, changes);
+    if (!(a.*point) || !(b.*point)) continue;
+    compare_link((a.*point)->link, (b.*point)->link, changes);
+    disregard_max_age((a.*point)->point, (b.*point)->point);
   }
   disregard(a.poll_period_ns, b.poll_period_ns, period_ns(running), period_ns(wanted));
 }

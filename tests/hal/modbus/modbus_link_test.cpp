@@ -248,8 +248,10 @@ TEST_CASE("one lost or spoiled reply leaves the value as it was", "[modbus][link
   settings.response_timeout_ms = 2000;
   mb::ModbusLink tcp_link(settings, {});
   mb::ModbusLink serial_link(serial.link(), {});
-  Reader on_tcp(tcp_link, {input(0, RegisterType::f32)});
-  Reader on_serial(serial_link, {input(0, RegisterType::f32)});
+  mb::PointSettings pv = input(0, RegisterType::f32);
+  pv.max_age_ns = 60'000'000'000;
+  Reader on_tcp(tcp_link, {pv});
+  Reader on_serial(serial_link, {pv});
   const auto check = [](Reader& reader, ForeignProcess& proxy, const char* fault) {
     CAPTURE(fault);
     REQUIRE(eventually([&] { return reader.good(); }));
