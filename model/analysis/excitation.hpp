@@ -11,7 +11,7 @@
 //
 // A controller with rests has no such law. switching_law() recognises three by when CO moves:
 //   two levels  CO switches at the first row at which PV has passed a level, and not by the clock
-//   pulses      CO is switched on at equal times, and the share of each cycle that it is on follows PV
+//   pulses      CO is switched on at equal times; PV sets the share of the cycle that it is on
 //   gap action  CO moves up only where PV is low and down only where it is high (or SP - PV)
 //
 // What comes from outside, in closed loop, is what SP brings in through c (and CO moved by hand); without a column

@@ -15,8 +15,8 @@ using AnswerMap = std::map<std::string, std::string>;  // by question
 struct PlannedFiles {
   std::string loop;  // text of the loop's file
   std::string link_name, link;
-  std::string
-      other_settings;  // of the link that is there already and reaches the same; empty: it has those of the answers
+  // Settings of an existing link to the same device, if they differ from the answers.
+  std::string other_settings;
   std::string daemon;  // text of loopwardend.yaml with the link; empty: it has the link
 };
 

@@ -19,8 +19,8 @@ struct Question {
   const char* fallback;  // what Enter means; null: there is no such thing
   // What is wrong with an answer; empty: nothing.
   std::string (*wrong)(const std::string& answer);
-  const char* unit =
-      nullptr;  // in which its numbers may be given: s; pv, co, co/s: that of PV, of CO, of CO a second
+  // Unit that a typed number may carry: s, pv (unit of PV), co (unit of CO), co/s; null: none.
+  const char* unit = nullptr;
 };
 
 // Throws std::logic_error for an id that is none.
