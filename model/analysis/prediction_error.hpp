@@ -4,8 +4,8 @@
 //   y = K g(u; T1, T2, L) + y0 + x0 s(t) + v,   C(q) e = D(q) v     e  what could not be predicted
 //
 //   g   response of the process of unit gain to u - u(0), sampled exactly for u held over each period
-//   s   what a start away from rest leaves: exp(-t/T1), with two lags also exp(-t/T2), and another CO before the first
-//       sample, through the dead time and the lags; integrating: t, as CO was off balance. Each has its own x0
+//   s   decay of the initial state: exp(-t/T1), with two lags also exp(-t/T2), and the effect of
+//       another CO before the first sample; integrating: t. Each has its own x0
 //   C, D = 1 + c1 q^-1 + ... + cn q^-n, of the same order n: 0 white noise, 1 a wandering load under white noise,
 //          more: loads that come through the process. Held stable by their reflection coefficients
 //

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The model's free run from the measured CO, taken apart into what PV depends on linearly:
 //
-//   PV = offset + K' z + c1 m1 + c2 m2 [+ c3 m3] [+ level] + sum of the solved parameters times their columns
+//   PV = offset + K' z + c1 m1 + c2 m2 [+ c3 m3] [+ level]
+//        + sum of the solved parameters times their columns
 //
 //   z       valve, process and transmitter at the model's own gain; K' = 1 there
 //   m1, m3  what is left of the state at the first sample: each lag of the process away from rest
 //           (m3 only if the process has a second lag)
 //   m2      another CO before the first sample, still inside the dead time
 //   level   1: PV at CO 0 beyond what the model states (only if the level is fitted)
-//   offset  what the model's level, disturbances and transmitter effects add; a term's lag in the transmitter leaves it
-//           as it is
+//   offset  sum of the model's level, disturbances and transmitter effects; a term's lag in the
+//           transmitter does not change it
 //
 // PV at sample k+1 follows from CO held since sample k, through the same effects, process and
 // transmitter that the simulator and the daemon step; noise and rounding are left out.
