@@ -198,7 +198,8 @@ class Server:
         self.task.cancel()
 
 
-async def run_plant(args, device):
+async def run_plant(args, device, measured):
+    """Sets `measured` when the device's PV and stem are those of the plant."""
     plant = await asyncio.create_subprocess_exec(
         "/usr/bin/python3", f"{HERE}/plant_process.py", "--speed", str(args.speed),
         "--start", str(args.start), "--stick", str(args.stick), "--jump", str(args.jump),
@@ -207,6 +208,7 @@ async def run_plant(args, device):
     while line := await plant.stdout.readline():
         pv, stem = line.split()
         device.pv, device.stem = float(pv), float(stem)
+        measured.set()
         device.supervise()
         plant.stdin.write(f"{device.command}\n".encode())
 
@@ -267,7 +269,9 @@ async def main():
         for unit in map(int, args.units.split(","))
     }
     server = Server(args, ModbusServerContext(slaves=slaves, single=False))
-    plant = asyncio.ensure_future(run_plant(args, device))
+    measured = asyncio.Event()
+    plant = asyncio.ensure_future(run_plant(args, device, measured))
+    await measured.wait()
     await server.start()
     ready = f"serial={args.serial}" if args.serial else f"port={server.port}"
     print(f"READY {ready}", flush=True)
