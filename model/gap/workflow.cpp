@@ -285,17 +285,18 @@ class Workflow {
     return out;
   }
 
-  // The model without effects shows a level that it does not state. The level is named if it is
-  // still shown beside the effects, or if it explains most of the error alone: an effect may then
-  // imitate it. Otherwise the search starts again at the model's own level: what it finds there
-  // need not be what it found with a free level. `alone_rmse`: of the model with the level.
+  // The model without effects shows a level that it does not state. The level is named if the
+  // record shows it in addition to the effects. It is also named if it explains most of the error
+  // without them and the fit is better with it: an effect then imitates a part of it. Otherwise
+  // the search starts again at the model's own level, because it can find other effects there.
+  // `alone_rmse`: error of the model with the level, PV units.
   void settle_level(const LevelFinding& alone, double alone_rmse, const ParallelFor& parallel,
                     const std::function<void(double)>& progress) {
     constexpr double kMostOfError = 0.9;  // of the mean squared error
     LevelFinding found = find_level(model_fit_.fitter, search_, scale_);
     const bool explains_most =
         alone_rmse * alone_rmse <= (1.0 - kMostOfError) * alone.base_rmse * alone.base_rmse;
-    if (found.shown || explains_most) {
+    if (found.shown || (explains_most && found.lead_nats > 0.0)) {
       found.lead_nats = std::max(found.lead_nats, alone.lead_nats);
       level_ = found;
       return;
