@@ -9,13 +9,13 @@
 namespace loopwarden::config {
 namespace {
 
-using monitor::AlarmKind;
-using monitor::Priority;
+using alarm::AlarmKind;
+using alarm::Priority;
 
 constexpr auto kNormalModes =
-    std::to_array<Choice<monitor::NormalMode>>({{"automatic", monitor::NormalMode::automatic},
-                                                {"manual", monitor::NormalMode::manual},
-                                                {"any", monitor::NormalMode::any}});
+    std::to_array<Choice<alarm::NormalMode>>({{"automatic", alarm::NormalMode::automatic},
+                                                {"manual", alarm::NormalMode::manual},
+                                                {"any", alarm::NormalMode::any}});
 constexpr auto kPriorities = std::to_array<Choice<Priority>>({{"low", Priority::low},
                                                               {"medium", Priority::medium},
                                                               {"high", Priority::high},
@@ -33,11 +33,11 @@ class Reader {
   explicit Reader(const AlarmsContext& context) : context_(context) {}
 
   LoopAlarmConfig read(std::optional<MapReader> in) {
-    monitor::NormalMode& normal = alarms_.process.normal_mode;
-    if (context_.watched) normal = monitor::NormalMode::any;
+    alarm::NormalMode& normal = alarms_.process.normal_mode;
+    if (context_.watched) normal = alarm::NormalMode::any;
     process(AlarmKind::enable_open).fitted = context_.has_enable;
     process(AlarmKind::source_lost).fitted = context_.watched;
-    process(AlarmKind::deviation).on_delay_s = monitor::kDeviationDelay_s;
+    process(AlarmKind::deviation).on_delay_s = alarm::kDeviationDelay_s;
     process(AlarmKind::pv_high_high).on_delay_s = kFarDelay_s;
     process(AlarmKind::pv_low_low).on_delay_s = kFarDelay_s;
     if (!in) return alarms_;
@@ -55,16 +55,16 @@ class Reader {
   }
 
  private:
-  monitor::ProcessRule& process(AlarmKind kind) { return alarms_.process.at(kind); }
+  alarm::ProcessRule& process(AlarmKind kind) { return alarms_.process.at(kind); }
 
   static bool has_limit(AlarmKind kind) { return kind >= AlarmKind::deviation; }
 
   void read_each(MapReader& in) {
-    for (const AlarmKind kind : monitor::kAlarmKinds) {
+    for (const AlarmKind kind : alarm::kAlarmKinds) {
       in.maybe_section(to_text(kind), "", [&](MapReader& alarm) {
         read_common(alarm, kind);
         if (has_limit(kind)) read_limit(alarm, kind);
-        if (monitor::is_process_alarm(kind) && !process(kind).fitted) {
+        if (alarm::is_process_alarm(kind) && !process(kind).fitted) {
           in.warning(to_text(kind), kind == AlarmKind::enable_open
                                         ? "the loop has no such alarm: io has no enable contact"
                                         : "the loop has no such alarm: it is controlled here");
@@ -77,18 +77,18 @@ class Reader {
   void describe(MapReader& in) {
     in.maybe_section("ALARM", "an alarm by its name, such as bad_pv or pv_high: docs/alarms.md",
                      [&](MapReader& alarm) { read_common(alarm, AlarmKind::bad_pv); });
-    for (const AlarmKind kind : monitor::kLimitAlarms) {
+    for (const AlarmKind kind : alarm::kLimitAlarms) {
       in.maybe_section(to_text(kind), "off unless it is there",
                        [&](MapReader& alarm) { read_limit(alarm, kind); });
     }
   }
 
   void read_common(MapReader& in, AlarmKind kind) {
-    const std::size_t at = monitor::index_of(kind);
+    const std::size_t at = alarm::index_of(kind);
     in.set_one_of("priority", kPriorities, "how soon somebody has to act", alarms_.priority[at],
                   {.fallback = in.describing() ? "docs/alarms.md" : ""});
-    if (monitor::is_process_alarm(kind)) {
-      monitor::ProcessRule& rule = process(kind);
+    if (alarm::is_process_alarm(kind)) {
+      alarm::ProcessRule& rule = process(kind);
       constexpr Interval kDelays = between(0.0, 3600.0);
       in.set_number("on_delay",
                     {"s", kDelays, "without a break before it comes; not of a valve alarm",
@@ -110,7 +110,7 @@ class Reader {
   }
 
   void read_limit(MapReader& in, AlarmKind kind) {
-    monitor::Limit& limit = alarms_.process.limits.at(kind);
+    alarm::Limit& limit = alarms_.process.limits.at(kind);
     process(kind).fitted = true;
     const bool rate = kind == AlarmKind::rate_of_change;
     const bool of_range = kind != AlarmKind::deviation && !rate;
@@ -186,8 +186,8 @@ class Reader {
   }
 
   void check_pair(MapReader& in, AlarmKind lower, AlarmKind upper) {
-    const monitor::Limit& low = alarms_.process.limits.at(lower);
-    const monitor::Limit& high = alarms_.process.limits.at(upper);
+    const alarm::Limit& low = alarms_.process.limits.at(lower);
+    const alarm::Limit& high = alarms_.process.limits.at(upper);
     if (low.limit >= high.limit) {
       in.error(to_text(upper), fmt::format("its limit must be above that of {}, {} (got {})",
                                            to_text(lower), brief(low.limit), brief(high.limit)));

@@ -378,11 +378,11 @@ LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   }
   loop.recording.enabled = false;
   loop.monitor.routine = false;
-  using monitor::AlarmKind;
-  for (const AlarmKind kind : monitor::kProcessAlarms) {
+  using alarm::AlarmKind;
+  for (const AlarmKind kind : alarm::kProcessAlarms) {
     loop.alarms.process.at(kind).fitted = kind == AlarmKind::bad_pv;
   }
-  loop.alarms.texts[monitor::index_of(AlarmKind::bad_pv)] = {
+  loop.alarms.texts[alarm::index_of(AlarmKind::bad_pv)] = {
       .cause = "The loop is out of service, because its files have errors: " + why,
       .consequence = "Loopwarden neither controls nor watches this loop.",
       .action =

@@ -11,8 +11,8 @@
 namespace loopwarden::config {
 namespace {
 
-using monitor::CorrectiveForm;
-using monitor::CorrectiveSettings;
+using alarm::CorrectiveForm;
+using alarm::CorrectiveSettings;
 
 constexpr auto kCorrectiveForms = std::to_array<Choice<CorrectiveForm>>(
     {{"jacket", CorrectiveForm::jacket}, {"planned_moves", CorrectiveForm::planned_moves}});

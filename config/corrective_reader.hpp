@@ -12,9 +12,9 @@ namespace loopwarden::config {
 void read_corrective_action(MapReader& in, const control::ControllerSettings& controller,
                             WindowCut& monitor);
 // Planned moves need a read-back, and on hardware bounds.
-void check_corrective_io(MapReader& in, const monitor::CorrectiveSettings& corrective,
+void check_corrective_io(MapReader& in, const alarm::CorrectiveSettings& corrective,
                          const IoSection& io);
 // The jacket.
-bool switches_on(const monitor::CorrectiveSettings& corrective) noexcept;
+bool switches_on(const alarm::CorrectiveSettings& corrective) noexcept;
 
 }  // namespace loopwarden::config

@@ -10,8 +10,8 @@ namespace loopwarden::config {
 namespace {
 
 using effects::Descriptor;
-using plant::Block;
-using plant::EffectSpec;
+using effects::Block;
+using effects::EffectSpec;
 
 constexpr auto kBlocks = std::to_array<Choice<Block>>({{"valve", Block::valve},
                                                        {"process", Block::process},
@@ -183,7 +183,7 @@ EffectSpec read_effect(MapReader& in, const Descriptor& info,
   return spec;
 }
 
-void read_schedule(MapReader& in, plant::Schedule& schedule) {
+void read_schedule(MapReader& in, effects::Schedule& schedule) {
   const Value<double> from =
       in.maybe_number("from", {"s", any_number(), "when it begins", "always there"});
   const Value<double> to = in.maybe_number("to", {"s", any_number(), "when it ends", "never"});

@@ -13,7 +13,7 @@
 namespace loopwarden::config {
 
 // The list at `key` of effects of one block.
-std::vector<plant::EffectSpec> read_effects(MapReader& in, std::string_view key, plant::Block block,
+std::vector<effects::EffectSpec> read_effects(MapReader& in, std::string_view key, effects::Block block,
                                             const effects::EffectContext& context,
                                             const char* meaning);
 

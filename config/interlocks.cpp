@@ -43,10 +43,10 @@ bool too_wide(const control::CompensatorSettings& compensator, Backing backing) 
          !control::within_factor_two(compensator.planned.s_low, compensator.planned.s_high);
 }
 
-bool moves_may_act(const monitor::CorrectiveSettings& corrective, Backing backing) noexcept {
+bool moves_may_act(const alarm::CorrectiveSettings& corrective, Backing backing) noexcept {
   const bool bounded =
       std::isfinite(corrective.max_move) && std::isfinite(corrective.max_moves_per_hour);
-  return corrective.enabled && corrective.form == monitor::CorrectiveForm::planned_moves &&
+  return corrective.enabled && corrective.form == alarm::CorrectiveForm::planned_moves &&
          (bounded || !backing.hardware);
 }
 

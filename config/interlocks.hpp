@@ -30,6 +30,6 @@ const char* lacks(const control::CompensatorSettings& compensator, Backing backi
 bool too_wide(const control::CompensatorSettings& compensator, Backing backing) noexcept;
 
 // Planned moves as corrective action.
-bool moves_may_act(const monitor::CorrectiveSettings& corrective, Backing backing) noexcept;
+bool moves_may_act(const alarm::CorrectiveSettings& corrective, Backing backing) noexcept;
 
 }  // namespace loopwarden::config

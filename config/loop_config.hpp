@@ -21,10 +21,10 @@
 #include "base/peer_list.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
-#include "model/monitor/alarm.hpp"
-#include "model/monitor/alarm_guide.hpp"
-#include "model/monitor/corrective_action.hpp"
-#include "model/monitor/process_watch.hpp"
+#include "model/alarm/alarm.hpp"
+#include "model/alarm/alarm_guide.hpp"
+#include "model/alarm/corrective_action.hpp"
+#include "model/alarm/process_watch.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::config {
@@ -58,7 +58,7 @@ struct WindowCut {
   std::string specialists;  // their folder; empty: only the classical measures
   std::string twin;         // file of the loop's twin; empty: no model_gap
   bool routine = true;      // routine evidence raises alarms, too
-  monitor::CorrectiveSettings corrective;
+  alarm::CorrectiveSettings corrective;
 
   friend bool operator==(const WindowCut&, const WindowCut&) = default;
 };
@@ -67,7 +67,7 @@ struct WindowCut {
 struct ValvePosition {
   enum class Source : std::uint8_t { none, read_back, model };
   Source source = Source::none;
-  std::vector<plant::EffectSpec> model;  // valve effects, in order
+  std::vector<effects::EffectSpec> model;  // valve effects, in order
 
   friend bool operator==(const ValvePosition&, const ValvePosition&) = default;
 };
@@ -118,7 +118,7 @@ inline bool has_enable(const Io& io) noexcept {
                      [](const auto& f) { return f.kind == hal::sim::IoFault::Kind::enable_open; });
 }
 
-// What is said of an alarm where the loop's file says something; empty: as monitor::guide_of.
+// What is said of an alarm where the loop's file says something; empty: as alarm::guide_of.
 struct AlarmTexts {
   std::string cause, consequence, action, time_to_act;
 
@@ -126,21 +126,21 @@ struct AlarmTexts {
 };
 
 struct LoopAlarmConfig {
-  monitor::ProcessSettings process;
-  std::array<monitor::Priority, monitor::kAlarmKindCount> priority = usual_priorities();
-  std::array<AlarmTexts, monitor::kAlarmKindCount> texts;
+  alarm::ProcessSettings process;
+  std::array<alarm::Priority, alarm::kAlarmKindCount> priority = usual_priorities();
+  std::array<AlarmTexts, alarm::kAlarmKindCount> texts;
 
-  static constexpr std::array<monitor::Priority, monitor::kAlarmKindCount> usual_priorities() {
-    std::array<monitor::Priority, monitor::kAlarmKindCount> all{};
-    for (const monitor::AlarmKind kind : monitor::kAlarmKinds) {
-      all[monitor::index_of(kind)] = monitor::usual_priority(kind);
+  static constexpr std::array<alarm::Priority, alarm::kAlarmKindCount> usual_priorities() {
+    std::array<alarm::Priority, alarm::kAlarmKindCount> all{};
+    for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
+      all[alarm::index_of(kind)] = alarm::usual_priority(kind);
     }
     return all;
   }
   // What a person is told of it.
-  AlarmTexts guide(monitor::AlarmKind kind) const {
-    const monitor::AlarmGuide usual = monitor::guide_of(kind);
-    const AlarmTexts& own = texts[monitor::index_of(kind)];
+  AlarmTexts guide(alarm::AlarmKind kind) const {
+    const alarm::AlarmGuide usual = alarm::guide_of(kind);
+    const AlarmTexts& own = texts[alarm::index_of(kind)];
     const auto said = [](const std::string& text, const char* otherwise) {
       return text.empty() ? std::string(otherwise) : text;
     };
@@ -201,7 +201,7 @@ struct ModbusServer {
 };
 
 struct Alarms {
-  monitor::AlarmSettings settings;
+  alarm::AlarmSettings settings;
   double severe_percent = 10.0;     // % of the CO span
   std::size_t most_evidence = 200;  // folders kept
 };

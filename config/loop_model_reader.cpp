@@ -15,7 +15,7 @@
 namespace loopwarden::config {
 namespace {
 
-using plant::Block;
+using effects::Block;
 
 constexpr double kMostDeadTimeSamples = 1e6;  // what the delay line holds
 constexpr auto kProcessKinds = std::to_array<Choice<plant::ProcessKind>>(

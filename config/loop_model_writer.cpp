@@ -13,7 +13,7 @@
 namespace loopwarden::config {
 namespace {
 
-using plant::EffectSpec;
+using effects::EffectSpec;
 
 // {} prints the fewest digits that read back to the same double.
 std::string number(double value) { return fmt::format("{}", value); }
@@ -286,8 +286,8 @@ class ModelWriter {
     line(2, "faults");
     for (const plant::ScheduledFault& fault : scenario.faults) {
       std::string keys =
-          fmt::format("{}, block: {}", effect_keys(fault.effect), plant::to_text(fault.block));
-      const plant::Schedule& schedule = fault.schedule;
+          fmt::format("{}, block: {}", effect_keys(fault.effect), effects::to_text(fault.block));
+      const effects::Schedule& schedule = fault.schedule;
       if (std::isfinite(schedule.from_s)) keys += fmt::format(", from: {}", schedule.from_s);
       if (std::isfinite(schedule.to_s)) keys += fmt::format(", to: {}", schedule.to_s);
       if (schedule.ramp_s != 0.0) keys += fmt::format(", ramp: {}", schedule.ramp_s);

@@ -19,7 +19,7 @@
 #include "config/io_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/watched_io_reader.hpp"
-#include "model/monitor/box_alarms.hpp"
+#include "model/alarm/box_alarms.hpp"
 
 namespace loopwarden::config {
 namespace {
@@ -198,7 +198,7 @@ class LoopReader {
         in_.error("loop", fmt::format("must be 1 to 32 letters, digits, '-', '_' or '.', beginning "
                                       "with a letter or digit (got '{}')",
                                       quotable(tag.value)));
-      } else if (tag.value == monitor::kBox) {
+      } else if (tag.value == alarm::kBox) {
         in_.error("loop", "'box' stands for the box itself where alarms are named");
       } else if (!is_isa_tag(tag.value)) {
         in_.warning("loop", fmt::format("'{}' is no tag in the manner of ISA-5.1, such as FIC-101",
@@ -358,7 +358,7 @@ class LoopReader {
                                          .output_low = output_range_.value.first,
                                          .output_high = output_range_.value.second};
     position.model =
-        read_effects(*section, "model", plant::Block::valve, context, "in the order CO meets them");
+        read_effects(*section, "model", effects::Block::valve, context, "in the order CO meets them");
     if (!section->given("model")) section->error("missing key 'model' (list of valve effects)");
   }
 

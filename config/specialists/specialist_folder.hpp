@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "config/diagnostic.hpp"
-#include "model/specialist/ensemble.hpp"
-#include "model/specialist/team.hpp"
+#include "model/specialist/judge/ensemble.hpp"
+#include "model/specialist/judge/team.hpp"
 
 namespace loopwarden::config {
 

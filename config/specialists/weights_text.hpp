@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "config/diagnostic.hpp"
-#include "model/specialist/network.hpp"
+#include "model/specialist/judge/network.hpp"
 
 namespace loopwarden::config {
 

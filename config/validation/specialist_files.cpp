@@ -50,9 +50,9 @@ std::string mismatch(const LoopConfig& loop, const plant::LoopModel& twin) {
     return fmt::format("has process.gain {:g}, which contradicts this loop's controller.action",
                        twin.process.gain);
   }
-  const monitor::CorrectiveSettings& corrective = loop.monitor.corrective;
+  const alarm::CorrectiveSettings& corrective = loop.monitor.corrective;
   if (twin.process.integrating() && corrective.enabled &&
-      corrective.form == monitor::CorrectiveForm::planned_moves) {
+      corrective.form == alarm::CorrectiveForm::planned_moves) {
     return "has an integrating process: corrective_action of form planned_moves is for "
            "self-regulating ones";
   }
@@ -65,7 +65,7 @@ void append(std::vector<Diagnostic>& all, std::vector<Diagnostic> more) {
 
 }  // namespace
 
-monitor::WindowSettings window_of(const LoopConfig& loop) {
+watch::WindowSettings window_of(const LoopConfig& loop) {
   constexpr double kSample = 0.1;  // s: a window of 961 is then 96 s
   const auto fitting =
       static_cast<std::size_t>(std::max(1L, std::lround(kSample / loop.sample_time_s)));

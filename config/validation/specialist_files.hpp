@@ -13,7 +13,7 @@
 #include "config/loop_config.hpp"
 #include "config/loop_reader.hpp"
 #include "config/specialists/specialist_folder.hpp"
-#include "model/monitor/window_builder.hpp"
+#include "model/watch/window_builder.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::config {
@@ -29,7 +29,7 @@ struct Specialists {
 };
 
 // How a loop is cut into windows.
-monitor::WindowSettings window_of(const LoopConfig& loop);
+watch::WindowSettings window_of(const LoopConfig& loop);
 
 // Loads them as loops name them, and refuses what the daemon can't work with: folders that can't be
 // trusted, specialists of another sample time than the loop's windows, and twins of another sample

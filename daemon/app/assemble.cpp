@@ -16,26 +16,26 @@
 #include "daemon/app/status.hpp"
 #include "daemon/loops/loop_orders.hpp"
 #include "daemon/loops/warm_start.hpp"
-#include "model/commission/explain.hpp"
-#include "model/monitor/specialist_judge.hpp"
+#include "model/twin/explain.hpp"
+#include "model/watch/specialist_judge.hpp"
 
 namespace loopwarden::daemon {
 namespace {
 
-using loopwarden::monitor::AlarmKind;
+using alarm::AlarmKind;
 
-std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
-  std::vector<monitor::WatchBoard::Loop> loops;
+std::vector<supervision::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
+  std::vector<supervision::WatchBoard::Loop> loops;
   for (const config::LoopConfig& loop : configuration.loops) {
-    monitor::WatchBoard::Loop& one = loops.emplace_back();
+    supervision::WatchBoard::Loop& one = loops.emplace_back();
     one.name = loop.name;
     one.period_s = loop.sample_time_s;
     one.pv_unit = loop.pv_unit;
-    for (const AlarmKind kind : loopwarden::monitor::kProcessAlarms) {
+    for (const AlarmKind kind : alarm::kProcessAlarms) {
       if (loop.alarms.process.at(kind).fitted) one.fitted.push_back(kind);
     }
-    for (const AlarmKind kind : loopwarden::monitor::kAlarmKinds) {
-      one.priority[kind] = loop.alarms.priority[loopwarden::monitor::index_of(kind)];
+    for (const AlarmKind kind : alarm::kAlarmKinds) {
+      one.priority[kind] = loop.alarms.priority[alarm::index_of(kind)];
     }
   }
   return loops;
@@ -111,7 +111,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       box_looker({.disk =
                       [state = configuration.daemon.state_directory,
                        certificates = configuration.daemon.certificates] {
-                        return box::look_at_disk(state, certificates);
+                        return host::look_at_disk(state, certificates);
                       },
                   .status = [this] { return status_of(*this); },
                   .dropped = [this] { return historian.dropped(); }},
@@ -173,9 +173,9 @@ void Assembly::make_loops() {
 void Assembly::make_monitor(const config::Specialists& specialists) {
   for (const auto& [name, specialist_folder] : specialists.folders) {
     watching.judges[name] =
-        std::make_unique<loopwarden::monitor::SpecialistJudge>(*specialist_folder.content.team);
+        std::make_unique<watch::SpecialistJudge>(*specialist_folder.content.team);
   }
-  std::vector<monitor::MonitoredLoop> monitored;
+  std::vector<supervision::MonitoredLoop> monitored;
   for (LoopRuntime& loop : loops.all()) {
     // One judge serves all loops of its folder: there is one monitor thread.
     const auto judge = watching.judges.find(loop.config.monitor.specialists);
@@ -184,9 +184,9 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
                          .window = config::window_of(loop.config),
                          .judge = judge == watching.judges.end() ? nullptr : judge->second.get(),
                          .twin = twin == specialists.twins.end() ? nullptr : &twin->second,
-                         .history_s = commission::kBefore_s + commission::kMostSeen_s,
+                         .history_s = twin::kBefore_s + twin::kMostSeen_s,
                          .foreign_controller = config::is_watched(loop.config.io),
-                         .rule = loopwarden::monitor::kAlarmRule,
+                         .rule = alarm::kAlarmRule,
                          .process = loop.config.alarms.process,
                          .pv_unit = loop.config.pv_unit,
                          .corrective = loop.config.monitor.corrective,
@@ -198,12 +198,12 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
                          .moves = &loop.channels->moves,
                          .hardware = config::backing_of(loop.config.io).hardware});
   }
-  watching.monitor = std::make_unique<monitor::Monitor>(
+  watching.monitor = std::make_unique<supervision::Monitor>(
       monitored, board,
-      [this](std::size_t loop, loopwarden::monitor::AlarmKind alarm,
-             const loopwarden::monitor::LoopMonitor& loop_monitor,
-             const loopwarden::monitor::MonitorStep& step,
-             loopwarden::monitor::AlarmReason reason) {
+      [this](std::size_t loop, alarm::AlarmKind alarm,
+             const watch::LoopMonitor& loop_monitor,
+             const watch::MonitorStep& step,
+             alarm::AlarmReason reason) {
         evidence.keep(loop, alarm, loop_monitor, step, reason);
       });
 }

@@ -18,15 +18,15 @@
 #include "config/validation/specialist_files.hpp"
 #include "daemon/app/watchdog.hpp"
 #include "daemon/app/watched_loops.hpp"
-#include "daemon/box/box_board.hpp"
-#include "daemon/box/box_looker.hpp"
+#include "daemon/host/box_board.hpp"
+#include "daemon/host/box_looker.hpp"
 #include "daemon/console/control_server.hpp"
 #include "daemon/console/status_server.hpp"
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/loops/order_keeper.hpp"
-#include "daemon/monitor/monitor.hpp"
-#include "daemon/monitor/watch_board.hpp"
+#include "daemon/supervision/monitor.hpp"
+#include "daemon/supervision/watch_board.hpp"
 #include "daemon/orders/order_desk.hpp"
 #include "daemon/recorder/historian.hpp"
 #include "daemon/reports/report_desk.hpp"
@@ -44,9 +44,9 @@ struct Origin {
 
 // The monitor and what it works with.
 struct Watching {
-  std::map<std::string, std::unique_ptr<loopwarden::monitor::WindowJudge>> judges;  // by folder
+  std::map<std::string, std::unique_ptr<alarm::WindowJudge>> judges;  // by folder
   std::deque<orders::OrderDesk> desks;  // one for each loop
-  std::unique_ptr<monitor::Monitor> monitor;
+  std::unique_ptr<supervision::Monitor> monitor;
 };
 
 struct ModbusServer {
@@ -72,9 +72,9 @@ struct Assembly {
   Origin origin;
   Historian historian;
   journal::Journal journal;
-  monitor::WatchBoard board;
-  box::BoxBoard box_alarms;
-  box::BoxLooker box_looker;
+  supervision::WatchBoard board;
+  host::BoxBoard box_alarms;
+  host::BoxLooker box_looker;
   reports::ReportDesk reports;
   EvidenceFlow evidence;
   Watching watching;

@@ -15,13 +15,13 @@
 #include "daemon/app/attempt.hpp"
 #include "daemon/explain/explanation_file.hpp"
 #include "daemon/explain/pending_explanation.hpp"
-#include "model/commission/explain.hpp"
+#include "model/twin/explain.hpp"
 
 namespace loopwarden::daemon {
 namespace {
 
 // Of what has changed: after so much of it an incident that lasts is explained again.
-constexpr std::array kAgain_s{0.5 * commission::kMostSeen_s, commission::kMostSeen_s};
+constexpr std::array kAgain_s{0.5 * twin::kMostSeen_s, twin::kMostSeen_s};
 
 // The next of them: the last that is over, or the first to come. 0: none.
 double next_of(double explained_s, double seen_s) {
@@ -86,23 +86,23 @@ void EvidenceFlow::start() {
   explainer_.start();
 }
 
-void EvidenceFlow::keep(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
-                        const loopwarden::monitor::LoopMonitor& loop_monitor,
-                        const loopwarden::monitor::MonitorStep& step,
-                        loopwarden::monitor::AlarmReason reason) {
+void EvidenceFlow::keep(std::size_t loop, alarm::AlarmKind alarm,
+                        const watch::LoopMonitor& loop_monitor,
+                        const watch::MonitorStep& step,
+                        alarm::AlarmReason reason) {
   const config::LoopConfig& config = ends_.loops[loop].config;
-  const monitor::History* const history = ends_.history(loop);
+  const supervision::History* const history = ends_.history(loop);
   evidence::Evidence evidence;
   evidence.loop = config.name;
   evidence.elsewhere = config::is_watched(config.io);
   evidence.alarm = alarm;
-  const monitor::LoopWatch watch = ends_.board.watch(loop);
+  const supervision::LoopWatch watch = ends_.board.watch(loop);
   evidence.raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;
   if (watch.incident.incident().open()) {
     evidence.incident_ms = watch.incident.incident().opened_ms;
   }
-  if (reason == loopwarden::monitor::AlarmReason::twin) {
-    monitor::History::Minutes minutes = history->minutes();
+  if (reason == alarm::AlarmReason::twin) {
+    supervision::History::Minutes minutes = history->minutes();
     evidence.take(loop_monitor, std::move(minutes.sp), std::move(minutes.pv),
                   std::move(minutes.co));
   } else {
@@ -126,7 +126,7 @@ void EvidenceFlow::report_evidence(const evidence::Evidence& evidence,
                                    const std::filesystem::path& folder, const std::string& why) {
   journal::JournalEntry line = evidence_line(why.empty() ? "done" : "not written: " + why);
   line.loop = evidence.loop;
-  line.alarm = loopwarden::monitor::to_text(evidence.alarm);
+  line.alarm = alarm::to_text(evidence.alarm);
   line.new_value = folder.string();
   ends_.journal.post(std::move(line));
   // What joins an incident is explained with it.
@@ -141,10 +141,10 @@ void EvidenceFlow::report_removal(const std::string& why) {
 void EvidenceFlow::have_explained(const evidence::Evidence& evidence,
                                   const std::filesystem::path& folder) {
   const std::size_t loop = find_loop(ends_.loops, evidence.loop).value();
-  const monitor::History& history = *ends_.history(loop);
+  const supervision::History& history = *ends_.history(loop);
   // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
   const double unquiet_s = history.unquiet_s();
-  const double wait_s = unquiet_s > 0.0 ? std::max(0.0, commission::kEnough_s - unquiet_s) : 0.0;
+  const double wait_s = unquiet_s > 0.0 ? std::max(0.0, twin::kEnough_s - unquiet_s) : 0.0;
   const double since_s = static_cast<double>(history.newest() - evidence.raised_at) *
                          ends_.loops[loop].config.sample_time_s;
   explainer_.post({.loop = loop,
@@ -182,13 +182,13 @@ void EvidenceFlow::tell_not_explained(const ExplainJob& job, const std::string& 
 }
 
 bool EvidenceFlow::lasts(const ExplainJob& job) const {
-  const monitor::LoopWatch watch = ends_.board.watch(job.loop);
-  const loopwarden::monitor::Incident& incident = watch.incident.incident();
+  const supervision::LoopWatch watch = ends_.board.watch(job.loop);
+  const alarm::Incident& incident = watch.incident.incident();
   return incident.open() && incident.gone_ms == 0 && incident.opened_ms == job.incident_ms;
 }
 
 void EvidenceFlow::explain_again(const ExplainJob& job) {
-  const monitor::History& history = *ends_.history(job.loop);
+  const supervision::History& history = *ends_.history(job.loop);
   const double period_s = ends_.loops[job.loop].config.sample_time_s;
   const double seen_s =
       period_s * static_cast<double>(static_cast<std::int64_t>(history.newest()) - job.changed_at);
@@ -199,17 +199,17 @@ void EvidenceFlow::explain_again(const ExplainJob& job) {
   // What was before a restart is explained: from here on it is the minutes of after it.
   next.renewed = job.renewed || job.resumed_s;
   next.resumed_s.reset();
-  const double there_s = next.renewed ? history.unquiet_s() : commission::kEnough_s;
+  const double there_s = next.renewed ? history.unquiet_s() : twin::kEnough_s;
   next.seen_s = next_s;
   next.wait =
-      wall_clock(std::max({0.0, next_s - seen_s, commission::kEnough_s - there_s}), accelerate_);
+      wall_clock(std::max({0.0, next_s - seen_s, twin::kEnough_s - there_s}), accelerate_);
   next.wanted = [this, next] { return lasts(next); };
   explainer_.post(std::move(next));
 }
 
 void EvidenceFlow::go_on(std::size_t loop, const Explanation& newest) {
-  const monitor::LoopWatch watch = ends_.board.watch(loop);
-  const loopwarden::monitor::Incident& incident = watch.incident.incident();
+  const supervision::LoopWatch watch = ends_.board.watch(loop);
+  const alarm::Incident& incident = watch.incident.incident();
   if (ends_.history(loop) == nullptr || !incident.covers(newest.raised_ms, ends_.board.now_ms()) ||
       newest.folder.parent_path() != store_folder_) {
     return;
@@ -239,8 +239,8 @@ std::int64_t EvidenceFlow::cycle_before(std::size_t loop, double s) const {
 void EvidenceFlow::remember() {
   for (std::size_t i = 0; i < ends_.loops.size(); ++i) {
     std::vector<Explanation> known;
-    for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kValveAlarms) {
-      const monitor::LoopWatch watch = ends_.board.watch(i);
+    for (const alarm::AlarmKind kind : alarm::kValveAlarms) {
+      const supervision::LoopWatch watch = ends_.board.watch(i);
       const bool active = watch.alarms.alarm(kind).active();
       const bool of_incident =
           watch.incident.incident().open() && watch.incident.incident().has(kind);
@@ -263,14 +263,14 @@ void EvidenceFlow::remember() {
 
 // Of an alarm that the daemon did not come to explain before it ended. Where no minutes were saved, the samples of its
 // evidence are what there is.
-void EvidenceFlow::resume_explanation(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+void EvidenceFlow::resume_explanation(std::size_t loop, alarm::AlarmKind alarm,
                                       const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder / "twin.yaml")) return;
   const PendingExplanation pending =
-      read_pending(folder).value_or(PendingExplanation{.enough_s = commission::kEnough_s});
+      read_pending(folder).value_or(PendingExplanation{.enough_s = twin::kEnough_s});
   spdlog::info("loop {}: alarm {} is explained now: the restart came before",
-               ends_.board.name(loop), loopwarden::monitor::to_text(alarm));
-  const monitor::LoopWatch watch = ends_.board.watch(loop);
+               ends_.board.name(loop), alarm::to_text(alarm));
+  const supervision::LoopWatch watch = ends_.board.watch(loop);
   const std::int64_t raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;
   explainer_.post({.loop = loop,
                    .alarm = alarm,
@@ -279,8 +279,8 @@ void EvidenceFlow::resume_explanation(std::size_t loop, loopwarden::monitor::Ala
                    .folder = folder,
                    .enough_s = pending.enough_s,
                    .resumed_s = pending.there_s,
-                   .again = wall_clock(commission::kEnough_s, accelerate_),
-                   .seen_s = commission::kEnough_s,
+                   .again = wall_clock(twin::kEnough_s, accelerate_),
+                   .seen_s = twin::kEnough_s,
                    .changed_at = cycle_before(loop, since_s(raised_ms, ends_.board.now_ms()))});
 }
 

@@ -20,9 +20,9 @@
 #include "daemon/explain/explainer.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/loops/loop_runtime.hpp"
-#include "daemon/monitor/history.hpp"
-#include "daemon/monitor/watch_board.hpp"
-#include "model/monitor/loop_monitor.hpp"
+#include "daemon/supervision/history.hpp"
+#include "daemon/supervision/watch_board.hpp"
+#include "model/watch/loop_monitor.hpp"
 
 namespace loopwarden::daemon {
 
@@ -30,11 +30,11 @@ class EvidenceFlow {
  public:
   struct Ends {
     const std::vector<LoopRuntime>& loops;
-    monitor::WatchBoard& board;
+    supervision::WatchBoard& board;
     journal::Journal& journal;
     std::function<std::uint32_t()> config_hash;
     // Of a loop with a twin; null: it has none.
-    std::function<const monitor::History*(std::size_t loop)> history;
+    std::function<const supervision::History*(std::size_t loop)> history;
     std::filesystem::path explain = workbench_program();
     // What the explainer does while nothing is to be explained.
     std::function<bool(const StopWork& stop)> spare{};
@@ -50,9 +50,9 @@ class EvidenceFlow {
   void start();
 
   // The monitor's thread, as an alarm is raised (Monitor::Raised).
-  void keep(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
-            const loopwarden::monitor::LoopMonitor& loop_monitor,
-            const loopwarden::monitor::MonitorStep& step, loopwarden::monitor::AlarmReason reason);
+  void keep(std::size_t loop, alarm::AlarmKind alarm,
+            const watch::LoopMonitor& loop_monitor,
+            const watch::MonitorStep& step, alarm::AlarmReason reason);
 
   // The file of a loop's twin as text; empty: it has none.
   std::string twin(std::size_t loop) const;
@@ -79,7 +79,7 @@ class EvidenceFlow {
   void go_on(std::size_t loop, const Explanation& newest);
   void report_explanation(const ExplainJob& job, const Explanation* explanation,
                           const std::string& why);
-  void resume_explanation(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
+  void resume_explanation(std::size_t loop, alarm::AlarmKind alarm,
                           const std::filesystem::path& folder);
 
   Ends ends_;

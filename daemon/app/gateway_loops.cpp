@@ -44,17 +44,17 @@ void GatewayLoops::close_orders() {
   for (orders::OrderDesk& desk : desks_) desk.close();
 }
 
-std::uint64_t GatewayLoops::act(std::size_t loop, const monitor::AlarmOrder& order) {
+std::uint64_t GatewayLoops::act(std::size_t loop, const supervision::AlarmOrder& order) {
   return parts_.board.act(loop, order).ticket;
 }
 
-std::uint64_t GatewayLoops::acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
+std::uint64_t GatewayLoops::acknowledge_all(std::span<const alarm::AlarmKind> kinds,
                                             const std::string& peer) {
   return parts_.board.acknowledge_all(kinds, peer, {}).ticket;
 }
 
 std::uint64_t GatewayLoops::veto(std::size_t loop, bool vetoed, const std::string& peer) {
-  using loopwarden::monitor::Veto;
+  using alarm::Veto;
   return parts_.board.set_veto(loop, vetoed ? Veto::back : Veto::none, peer, {}).ticket;
 }
 

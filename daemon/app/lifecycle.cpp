@@ -18,7 +18,7 @@
 #include "daemon/app/attempt.hpp"
 #include "daemon/app/stop_actions.hpp"
 #include "daemon/loops/event_text.hpp"
-#include "map/register_map.hpp"
+#include "daemon/registers/register_map.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -92,9 +92,9 @@ void App::start() {
   spdlog::info("running {} loop{}{}{}", loops, loops == 1 ? "" : "s",
                watched > 0 ? fmt::format(", {} of them controlled elsewhere", watched) : "",
                out > 0 ? fmt::format(", {} of them out of service", out) : "");
-  if (loops > register_map::kMostLoops) {
+  if (loops > registers::kMostLoops) {
     spdlog::warn("the register map has blocks for the first {} loops alone",
-                 register_map::kMostLoops);
+                 registers::kMostLoops);
   }
   service_.ready();
 }
@@ -159,11 +159,11 @@ void App::watch_threads() {
     watch(
         "io of " + loop.config.name, [device] { return device->ticks(); }, 15 * kSecond);
   }
-  if (const watch::Sampler* sampler = parts_.elsewhere.sampler()) {
+  if (const external::Sampler* sampler = parts_.elsewhere.sampler()) {
     watch(
         "watched loops", [sampler] { return sampler->ticks(); }, 10 * kSecond);
   }
-  if (const watch::FeedServer* feed = parts_.elsewhere.feed()) {
+  if (const external::FeedServer* feed = parts_.elsewhere.feed()) {
     watch(
         "feed", [feed] { return feed->ticks(); }, 10 * kSecond);
   }

@@ -19,7 +19,7 @@
 #include "base/exit_code.hpp"
 #include "base/signals.hpp"
 #include "base/standard_streams.hpp"
-#include "map/register_map.hpp"
+#include "daemon/registers/register_map.hpp"
 
 namespace {
 
@@ -61,7 +61,7 @@ int say_sound(const std::string& directory,
               const loopwarden::config::Configuration& configuration) {
   const std::size_t loops = configuration.loops.size();
   fmt::print("{}: {} loop{}, no errors\n", directory, loops, loops == 1 ? "" : "s");
-  constexpr std::size_t kMost = loopwarden::register_map::kMostLoops;
+  constexpr std::size_t kMost = loopwarden::registers::kMostLoops;
   if (loops > kMost) {
     fmt::print("{} of them, from {} on, have no block in the register map\n", loops - kMost,
                configuration.loops[kMost].name);

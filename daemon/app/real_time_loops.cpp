@@ -13,13 +13,13 @@
 namespace loopwarden::daemon {
 namespace {
 
-plant::EffectChain valve_model_of(const config::LoopConfig& loop) {
-  plant::EffectChain chain;
+effects::EffectChain valve_model_of(const config::LoopConfig& loop) {
+  effects::EffectChain chain;
   effects::EffectContext context{.sample_time_s = loop.sample_time_s,
                                  .output_low = loop.controller.pid.output_low,
                                  .output_high = loop.controller.pid.output_high,
                                  .seed = 1};
-  for (const plant::EffectSpec& spec : loop.valve_position.model) {
+  for (const effects::EffectSpec& spec : loop.valve_position.model) {
     chain.add(effects::make_effect(spec, context));
   }
   return chain;

@@ -28,7 +28,7 @@
 
 #include "config/diagnostic.hpp"
 #include "config/loop_config.hpp"
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon::reload {
 

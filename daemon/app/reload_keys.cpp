@@ -45,8 +45,8 @@ const char* name_of(control::Recovery recovery) {
   return recovery == control::Recovery::manual ? "manual" : "previous_mode";
 }
 
-const char* name_of(loopwarden::monitor::NormalMode mode) {
-  return loopwarden::monitor::to_text(mode);
+const char* name_of(alarm::NormalMode mode) {
+  return alarm::to_text(mode);
 }
 
 // Its mode has a row of its own.

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "daemon/journal/journal.hpp"
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "daemon/app/reload.hpp"
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 

@@ -26,7 +26,7 @@
 #include "daemon/journal/journal.hpp"
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/recorder/historian.hpp"
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "daemon/gateway/map_values.hpp"
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 

@@ -11,9 +11,9 @@
 namespace loopwarden::daemon {
 namespace {
 
-watch::Wiring wiring_of(const config::Io& io) {
+external::Wiring wiring_of(const config::Io& io) {
   const auto of = [](const auto& source) {
-    return watch::Wiring{.set_point = source.set_point.has_value(),
+    return external::Wiring{.set_point = source.set_point.has_value(),
                          .stem = source.stem.has_value(),
                          .mode = source.mode.has_value(),
                          .mode_values = source.mode_values};
@@ -27,7 +27,7 @@ watch::Wiring wiring_of(const config::Io& io) {
 
 void WatchedLoops::make(const config::Configuration& configuration, BackendFactory& backends,
                         std::vector<LoopRuntime>& loops) {
-  std::vector<watch::FeedServer::Right> rights;
+  std::vector<external::FeedServer::Right> rights;
   for (const auto& [name, user] : configuration.daemon.feeders) {
     board_.feeder(name);
     if (user.uid) rights.push_back({.feeder = name, .uid = *user.uid});
@@ -43,7 +43,7 @@ void WatchedLoops::make(const config::Configuration& configuration, BackendFacto
         std::make_unique<rt::LoopChannels>(room_of(config, configuration.loops.size(), accelerate));
     loop.commissioning = std::make_unique<Commissioning>(*loop.channels);
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
-    loop.watch = std::make_unique<watch::WatchCycle>(static_cast<std::uint32_t>(loops.size()),
+    loop.watch = std::make_unique<external::WatchCycle>(static_cast<std::uint32_t>(loops.size()),
                                                      settings, wiring_of(config.io), *loop.source,
                                                      *loop.channels, events_);
     sampler_.add(*loop.watch, period_ns(config, accelerate));
@@ -51,7 +51,7 @@ void WatchedLoops::make(const config::Configuration& configuration, BackendFacto
   }
   if (configuration.daemon.feeders.empty()) return;
   const std::filesystem::path folder(configuration.daemon.runtime_directory);
-  feed_ = std::make_unique<watch::FeedServer>((folder / "feed.sock").string(), std::move(rights),
+  feed_ = std::make_unique<external::FeedServer>((folder / "feed.sock").string(), std::move(rights),
                                               base::group_id("loopwarden-feed"), board_);
 }
 

@@ -12,10 +12,10 @@
 #include "config/loop_config.hpp"
 #include "daemon/app/backend_factory.hpp"
 #include "daemon/loops/loop_runtime.hpp"
-#include "daemon/watch/feed_server.hpp"
-#include "daemon/watch/sampler.hpp"
+#include "daemon/external/feed_server.hpp"
+#include "daemon/external/sampler.hpp"
 #include "hal/feed/feed_board.hpp"
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 
@@ -36,16 +36,16 @@ class WatchedLoops {
   bool next_event(rt::Event& event) noexcept { return events_.try_pop(event); }
 
   // Null: there is none.
-  const watch::Sampler* sampler() const noexcept { return sampler_.empty() ? nullptr : &sampler_; }
-  const watch::FeedServer* feed() const noexcept { return feed_.get(); }
+  const external::Sampler* sampler() const noexcept { return sampler_.empty() ? nullptr : &sampler_; }
+  const external::FeedServer* feed() const noexcept { return feed_.get(); }
   // Any thread.
   std::vector<protocol::FeederStatus> feeders(std::int64_t now_ns) const;
 
  private:
   hal::feed::FeedBoard board_;
   base::SpscRing<rt::Event> events_{4096};
-  watch::Sampler sampler_;
-  std::unique_ptr<watch::FeedServer> feed_;
+  external::Sampler sampler_;
+  std::unique_ptr<external::FeedServer> feed_;
 };
 
 }  // namespace loopwarden::daemon

@@ -6,12 +6,11 @@
 #include <string>
 #include <utility>
 
-#include "model/monitor/box_alarms.hpp"
+#include "model/alarm/box_alarms.hpp"
 
 namespace loopwarden::daemon::console {
 
-namespace model = loopwarden::monitor;
-using model::AlarmKind;
+using alarm::AlarmKind;
 
 namespace {
 
@@ -19,69 +18,69 @@ protocol::AlarmDesign design_of(const config::LoopConfig& loop, AlarmKind kind) 
   const config::LoopAlarmConfig& alarms = loop.alarms;
   config::AlarmTexts texts = alarms.guide(kind);
   protocol::AlarmDesign design{.loop = loop.name,
-                               .alarm = model::to_text(kind),
-                               .priority = model::to_text(alarms.priority[model::index_of(kind)]),
+                               .alarm = alarm::to_text(kind),
+                               .priority = alarm::to_text(alarms.priority[alarm::index_of(kind)]),
                                .cause = std::move(texts.cause),
                                .consequence = std::move(texts.consequence),
                                .action = std::move(texts.action),
                                .time_to_act = std::move(texts.time_to_act)};
-  if (model::is_process_alarm(kind)) {
+  if (alarm::is_process_alarm(kind)) {
     design.on_delay_s = alarms.process.at(kind).on_delay_s;
     design.off_delay_s = alarms.process.at(kind).off_delay_s;
   }
-  if (kind >= model::kLimitAlarms.front()) {
-    const model::Limit& limit = alarms.process.limits.at(kind);
+  if (kind >= alarm::kLimitAlarms.front()) {
+    const alarm::Limit& limit = alarms.process.limits.at(kind);
     design.limit = limit.limit;
     design.dead_band = limit.dead_band;
     design.unit = loop.pv_unit + (kind == AlarmKind::rate_of_change ? "/s" : "");
   }
-  for (const AlarmKind cause : model::kAlarmKinds) {
-    if (model::follows(kind, cause)) design.suppressed_by.emplace_back(model::to_text(cause));
+  for (const AlarmKind cause : alarm::kAlarmKinds) {
+    if (alarm::follows(kind, cause)) design.suppressed_by.emplace_back(alarm::to_text(cause));
   }
   return design;
 }
 
-protocol::AlarmDesign design_of(model::BoxAlarm kind) {
-  const model::AlarmGuide guide = model::guide_of(kind);
-  return {.loop = model::kBox,
-          .alarm = model::to_text(kind),
-          .priority = model::to_text(model::usual_priority(kind)),
-          .on_delay_s = static_cast<double>(model::on_delay_ms(kind)) / 1000.0,
-          .off_delay_s = static_cast<double>(model::kBoxOffDelay_ms) / 1000.0,
+protocol::AlarmDesign design_of(alarm::BoxAlarm kind) {
+  const alarm::AlarmGuide guide = alarm::guide_of(kind);
+  return {.loop = alarm::kBox,
+          .alarm = alarm::to_text(kind),
+          .priority = alarm::to_text(alarm::usual_priority(kind)),
+          .on_delay_s = static_cast<double>(alarm::on_delay_ms(kind)) / 1000.0,
+          .off_delay_s = static_cast<double>(alarm::kBoxOffDelay_ms) / 1000.0,
           .cause = guide.cause,
           .consequence = guide.consequence,
           .action = guide.action,
           .time_to_act = guide.time_to_act};
 }
 
-std::vector<protocol::AlarmFigures::Counted> counted(const std::vector<model::CountedAlarm>& all) {
+std::vector<protocol::AlarmFigures::Counted> counted(const std::vector<alarm::CountedAlarm>& all) {
   std::vector<protocol::AlarmFigures::Counted> list;
-  for (const model::CountedAlarm& one : all) {
+  for (const alarm::CountedAlarm& one : all) {
     list.push_back({one.source, one.alarm, one.count, one.percent});
   }
   return list;
 }
 
 void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures& figures) {
-  const auto look = [&](const std::string& source, const char* name, const model::Alarm& alarm) {
+  const auto look = [&](const std::string& source, const char* name, const alarm::Alarm& alarm) {
     const std::int64_t since_ms = alarm.memory().raised_ms;
-    const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
-                       alarm.state() == model::AlarmState::acknowledged;
+    const bool shown = alarm.state() == alarm::AlarmState::unacknowledged ||
+                       alarm.state() == alarm::AlarmState::acknowledged;
     // Also if the clock was ahead when it was raised: then its age is not known.
-    if (shown && std::abs(now_ms - since_ms) > model::kStale_ms) {
+    if (shown && std::abs(now_ms - since_ms) > alarm::kStale_ms) {
       figures.stale.push_back({source, name, since_ms});
     }
   };
   for (std::size_t i = 0; i < parts.board.loops(); ++i) {
-    parts.board.look(i, [&](const monitor::LoopWatch& watch) {
-      for (const AlarmKind kind : model::kAlarmKinds) {
-        look(parts.board.name(i), model::to_text(kind), watch.alarms.alarm(kind));
+    parts.board.look(i, [&](const supervision::LoopWatch& watch) {
+      for (const AlarmKind kind : alarm::kAlarmKinds) {
+        look(parts.board.name(i), alarm::to_text(kind), watch.alarms.alarm(kind));
       }
     });
   }
-  const model::BoxAlarms of_box = parts.box_alarms.alarms();
-  for (const model::BoxAlarm kind : model::kBoxAlarms) {
-    look(model::kBox, model::to_text(kind), of_box.alarm(kind));
+  const alarm::BoxAlarms of_box = parts.box_alarms.alarms();
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
+    look(alarm::kBox, alarm::to_text(kind), of_box.alarm(kind));
   }
 }
 
@@ -89,8 +88,8 @@ void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures&
 
 protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop) {
   protocol::AlarmDesigns its;
-  const model::LoopAlarms alarms = parts.board.watch(loop).alarms;
-  for (const AlarmKind kind : model::kAlarmKinds) {
+  const alarm::LoopAlarms alarms = parts.board.watch(loop).alarms;
+  for (const AlarmKind kind : alarm::kAlarmKinds) {
     if (alarms.fitted(kind)) its.alarms.push_back(design_of(parts.loops[loop].config, kind));
   }
   return its;
@@ -103,23 +102,23 @@ protocol::AlarmDesigns alarm_designs(const Parts& parts) {
       all.alarms.push_back(std::move(one));
     }
   }
-  for (const model::BoxAlarm kind : model::kBoxAlarms) all.alarms.push_back(design_of(kind));
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) all.alarms.push_back(design_of(kind));
   return all;
 }
 
-protocol::AlarmFigures figures_of(const Parts& parts, std::span<const model::AlarmCame> came,
+protocol::AlarmFigures figures_of(const Parts& parts, std::span<const alarm::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms) {
   std::map<std::pair<std::string, std::string>, std::string> priority;
   for (const protocol::AlarmDesign& one : alarm_designs(parts).alarms) {
     priority[{one.loop, one.alarm}] = one.priority;
   }
   protocol::AlarmFigures figures{.from_ms = from_ms, .to_ms = to_ms};
-  for (const model::AlarmCame& one : came) {
+  for (const alarm::AlarmCame& one : came) {
     if (one.utc_ms < from_ms) continue;
     const auto known = priority.find({one.source, one.alarm});
     if (known != priority.end()) ++figures.priorities[known->second];
   }
-  const model::AlarmFigures found = model::figures_of(came, from_ms, to_ms);
+  const alarm::AlarmFigures found = alarm::figures_of(came, from_ms, to_ms);
   figures.came = found.came;
   figures.per_hour = found.per_hour;
   figures.most_in_10_min = found.most_in_stretch;

@@ -7,8 +7,8 @@
 #include <span>
 
 #include "daemon/console/parts.hpp"
-#include "model/monitor/alarm_figures.hpp"
-#include "protocol/answers.hpp"
+#include "model/alarm/alarm_figures.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -16,7 +16,7 @@ protocol::AlarmDesigns alarm_designs(const Parts& parts);
 protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop);
 
 protocol::AlarmFigures figures_of(const Parts& parts,
-                                  std::span<const loopwarden::monitor::AlarmCame> came,
+                                  std::span<const alarm::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms);
 
 }  // namespace loopwarden::daemon::console

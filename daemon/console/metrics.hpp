@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon {
 

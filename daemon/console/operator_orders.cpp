@@ -26,7 +26,6 @@ namespace loopwarden::daemon::console {
 
 using base::LocalServer;
 using nlohmann::json;
-namespace model = loopwarden::monitor;
 
 namespace {
 
@@ -81,12 +80,12 @@ rt::Order wanted_order(const protocol::SetRequest& request) {
   return order;
 }
 
-model::AlarmAction wanted_action(const std::string& word) {
-  static const std::map<std::string, model::AlarmAction> kActions{
-      {"acknowledge", model::AlarmAction::acknowledge},
-      {"reset", model::AlarmAction::reset},
-      {"shelve", model::AlarmAction::shelve},
-      {"unshelve", model::AlarmAction::unshelve}};
+alarm::AlarmAction wanted_action(const std::string& word) {
+  static const std::map<std::string, alarm::AlarmAction> kActions{
+      {"acknowledge", alarm::AlarmAction::acknowledge},
+      {"reset", alarm::AlarmAction::reset},
+      {"shelve", alarm::AlarmAction::shelve},
+      {"unshelve", alarm::AlarmAction::unshelve}};
   return meant_by(word, kActions,
                   "action is acknowledge, reset, shelve or unshelve; of stiction calm, too");
 }
@@ -149,9 +148,9 @@ orders::OrderDesk& OperatorOrders::desk(std::size_t loop) {
         loop_of_it, loop_of_it.channels->operator_orders, parts_.journal,
         [this, next](const rt::Order& order, const journal::JournalEntry& line) {
           // What the operator does with the jacket is not undone behind his back.
-          if (!order.jacket || parts_.board.watch(next).corrective == model::CorrectiveState::off)
+          if (!order.jacket || parts_.board.watch(next).corrective == alarm::CorrectiveState::off)
             return;
-          parts_.board.set_veto(next, model::Veto::hands_off, line.peer, "jacket set by hand");
+          parts_.board.set_veto(next, alarm::Veto::hands_off, line.peer, "jacket set by hand");
         }));
   }
   return desks_[loop];
@@ -524,14 +523,14 @@ void OperatorOrders::end_records(Commissioning::Clock::time_point now) {
 LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
                                           const Sender& sender) {
   const bool calms = request.action == "calm" && request.alarm == "stiction";
-  const model::AlarmAction action =
-      calms ? model::AlarmAction::acknowledge : wanted_action(request.action);
+  const alarm::AlarmAction action =
+      calms ? alarm::AlarmAction::acknowledge : wanted_action(request.action);
   const std::int64_t shelve_ms =
-      action == model::AlarmAction::shelve ? wanted_shelf_ms(request) : 0;
+      action == alarm::AlarmAction::shelve ? wanted_shelf_ms(request) : 0;
   std::string reason = short_text(request.reason, "reason");
-  if (request.loop == model::kBox) {
-    const model::BoxAlarm kind = wanted_box_alarm(request.alarm);
-    const monitor::OrderResult result =
+  if (request.loop == alarm::kBox) {
+    const alarm::BoxAlarm kind = wanted_box_alarm(request.alarm);
+    const supervision::OrderResult result =
         parts_.box_alarms.act({kind, action, shelve_ms, sender.peer, std::move(reason)});
     if (!result.accepted) throw RequestError(result.why);
     return when_written(protocol::AlarmActed{.alarm = alarm_of(kind, parts_.box_alarms.alarms())},
@@ -541,13 +540,13 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
   if (calms) {
     parts_.loops[index].commissioning->check_order(std::nullopt, Commissioning::Clock::now());
   }
-  const monitor::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
+  const supervision::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
                                   std::move(reason)};
-  const monitor::OrderResult result =
+  const supervision::OrderResult result =
       calms ? parts_.board.begin_offered(index, order.peer, order.reason)
             : parts_.board.act(index, order);
   if (!result.accepted) throw RequestError(result.why);
-  const monitor::LoopWatch watch = parts_.board.watch(index);
+  const supervision::LoopWatch watch = parts_.board.watch(index);
   return when_written(protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind, watch)},
                       result.ticket, sender);
 }
@@ -555,11 +554,11 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
 LocalServer::Answer OperatorOrders::acknowledge_incident(
     const protocol::AcknowledgeIncidentRequest& request, const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
-  const monitor::OrderResult result = parts_.board.acknowledge_incident(
+  const supervision::OrderResult result = parts_.board.acknowledge_incident(
       index, request.incident, sender.peer, short_text(request.reason, "reason"));
   if (!result.accepted) throw RequestError(result.why);
   protocol::IncidentActed acted;
-  parts_.board.look(index, [&](const monitor::LoopWatch& watch) {
+  parts_.board.look(index, [&](const supervision::LoopWatch& watch) {
     acted.incident = incident_of(request.loop, watch).value();
   });
   return when_written(std::move(acted), result.ticket, sender);
@@ -567,16 +566,16 @@ LocalServer::Answer OperatorOrders::acknowledge_incident(
 
 LocalServer::Answer OperatorOrders::acknowledge_all(const protocol::AcknowledgeAllRequest& request,
                                                     const Sender& sender) {
-  const monitor::Acknowledged done = parts_.board.acknowledge_all(
-      model::kAlarmKinds, sender.peer, short_text(request.reason, "reason"));
+  const supervision::Acknowledged done = parts_.board.acknowledge_all(
+      alarm::kAlarmKinds, sender.peer, short_text(request.reason, "reason"));
   protocol::AllAcknowledged all;
   for (const auto& [loop, kind] : done.alarms) {
-    all.acknowledged.push_back({parts_.board.name(loop), model::to_text(kind)});
+    all.acknowledged.push_back({parts_.board.name(loop), alarm::to_text(kind)});
   }
-  const box::BoxAcknowledged of_box =
+  const host::BoxAcknowledged of_box =
       parts_.box_alarms.acknowledge_all(sender.peer, short_text(request.reason, "reason"));
-  for (const model::BoxAlarm kind : of_box.alarms) {
-    all.acknowledged.push_back({model::kBox, model::to_text(kind)});
+  for (const alarm::BoxAlarm kind : of_box.alarms) {
+    all.acknowledged.push_back({alarm::kBox, alarm::to_text(kind)});
   }
   return when_written(std::move(all), std::max(done.ticket, of_box.ticket), sender);
 }
@@ -584,8 +583,8 @@ LocalServer::Answer OperatorOrders::acknowledge_all(const protocol::AcknowledgeA
 LocalServer::Answer OperatorOrders::veto(const protocol::VetoRequest& request,
                                          const Sender& sender) {
   const std::size_t index = loop_index(parts_, request.loop);
-  const monitor::OrderResult result =
-      parts_.board.set_veto(index, request.veto ? model::Veto::back : model::Veto::none,
+  const supervision::OrderResult result =
+      parts_.board.set_veto(index, request.veto ? alarm::Veto::back : alarm::Veto::none,
                             sender.peer, short_text(request.reason, "reason"));
   if (!result.accepted) throw RequestError(result.why);
   return when_written(protocol::Vetoed{}, result.ticket, sender);
@@ -600,12 +599,12 @@ LocalServer::Answer OperatorOrders::outcome(const protocol::OutcomeRequest& requ
   }
   journal::JournalEntry line = line_of(index, sender.peer);
   line.what = "outcome";
-  const monitor::LoopWatch watch = parts_.board.watch(index);
-  for (const model::AlarmKind kind : model::kAlarmKinds) {
-    const model::Alarm& alarm = watch.alarms.alarm(kind);
-    if (!alarm.active() || model::is_process_alarm(kind)) continue;
-    line.old_value += (line.old_value.empty() ? "" : ", ") + std::string(model::to_text(kind));
-    if (model::has_size(kind))
+  const supervision::LoopWatch watch = parts_.board.watch(index);
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
+    const alarm::Alarm& alarm = watch.alarms.alarm(kind);
+    if (!alarm.active() || alarm::is_process_alarm(kind)) continue;
+    line.old_value += (line.old_value.empty() ? "" : ", ") + std::string(alarm::to_text(kind));
+    if (alarm::has_size(kind))
       line.old_value += fmt::format(" {:.1f} %", alarm.memory().severity_percent);
   }
   if (line.old_value.empty()) line.old_value = "no alarm";

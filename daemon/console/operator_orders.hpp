@@ -19,7 +19,7 @@
 #include "daemon/loops/commissioning.hpp"
 #include "daemon/orders/order_desk.hpp"
 #include "base/local_server.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 

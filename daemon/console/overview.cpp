@@ -11,8 +11,7 @@
 namespace loopwarden::daemon::console {
 namespace {
 
-namespace model = loopwarden::monitor;
-using model::AlarmState;
+using alarm::AlarmState;
 using protocol::Column;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -26,7 +25,7 @@ constexpr std::array kByUrgency{AlarmState::suppressed,
                                 AlarmState::returned_unacknowledged,
                                 AlarmState::latched_unacknowledged,
                                 AlarmState::unacknowledged};
-static_assert(kByUrgency.size() == model::kAlarmStates);
+static_assert(kByUrgency.size() == alarm::kAlarmStates);
 
 std::size_t urgency(AlarmState state) {
   return static_cast<std::size_t>(std::find(kByUrgency.begin(), kByUrgency.end(), state) -
@@ -47,19 +46,19 @@ struct Glance {
 };
 
 // The most urgent state; of two alarms in it, the one of higher priority.
-void see_alarms(const monitor::LoopWatch& watch, Glance& glance) {
+void see_alarms(const supervision::LoopWatch& watch, Glance& glance) {
   constexpr std::size_t kPriorities = 4;
   std::size_t worst = 0;
-  for (const model::AlarmKind kind : model::kAlarmKinds) {
-    const model::Alarm& alarm = watch.alarms.alarm(kind);
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
+    const alarm::Alarm& alarm = watch.alarms.alarm(kind);
     if (alarm.unacknowledged()) glance.unacknowledged += 1.0;
     const std::size_t now = kPriorities * urgency(alarm.state()) +
-                            static_cast<std::size_t>(watch.priority[model::index_of(kind)]);
+                            static_cast<std::size_t>(watch.priority[alarm::index_of(kind)]);
     if (now <= worst) continue;
     worst = now;
     const bool quiet =
         alarm.state() == AlarmState::normal || alarm.state() == AlarmState::suppressed;
-    glance.alarm_kind = quiet ? kUnknown : static_cast<double>(model::index_of(kind));
+    glance.alarm_kind = quiet ? kUnknown : static_cast<double>(alarm::index_of(kind));
   }
   const std::size_t state = worst / kPriorities;
   glance.alarm = static_cast<double>(kByUrgency[state]);
@@ -81,7 +80,7 @@ std::vector<Glance> glance_at(const Parts& parts) {
     glance.known = parts.historian.latest(i, glance.row);
     glance.not_in_file = parts.loops[i].settings->gains_not_in_file().has_value();
     glance.commissioned = parts.loops[i].commissioning->holder().has_value();
-    parts.board.look(i, [&](const monitor::LoopWatch& watch) {
+    parts.board.look(i, [&](const supervision::LoopWatch& watch) {
       see_alarms(watch, glance);
       glance.condition = lowest_known(watch.condition);
       if (!glance.known) return;

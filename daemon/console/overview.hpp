@@ -3,7 +3,7 @@
 #pragma once
 
 #include "daemon/console/parts.hpp"
-#include "protocol/overview.hpp"
+#include "daemon/protocol/overview.hpp"
 
 namespace loopwarden::daemon::console {
 

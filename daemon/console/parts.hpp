@@ -8,15 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "daemon/box/box_board.hpp"
+#include "daemon/host/box_board.hpp"
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/gateway/map_values.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/loops/loop_runtime.hpp"
-#include "daemon/monitor/watch_board.hpp"
+#include "daemon/supervision/watch_board.hpp"
 #include "daemon/recorder/historian.hpp"
 #include "daemon/reports/report_desk.hpp"
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -25,8 +25,8 @@ namespace loopwarden::daemon::console {
 struct Parts {
   std::vector<LoopRuntime>& loops;
   Historian& historian;
-  monitor::WatchBoard& board;
-  box::BoxBoard& box_alarms;
+  supervision::WatchBoard& board;
+  host::BoxBoard& box_alarms;
   journal::Journal& journal;
   const EvidenceStore& evidence;
   reports::ReportDesk& reports;

@@ -20,7 +20,6 @@
 namespace loopwarden::daemon::console {
 
 using nlohmann::json;
-namespace model = loopwarden::monitor;
 
 namespace {
 
@@ -154,24 +153,24 @@ std::size_t loop_index(const Parts& parts, const std::string& name) {
   return *found;
 }
 
-model::AlarmKind wanted_alarm(const std::string& name) {
-  for (const model::AlarmKind kind : model::kAlarmKinds) {
-    if (name == model::to_text(kind)) return kind;
+alarm::AlarmKind wanted_alarm(const std::string& name) {
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
+    if (name == alarm::to_text(kind)) return kind;
   }
   std::string all;
-  for (const model::AlarmKind kind : model::kAlarmKinds) {
-    all += (all.empty() ? "" : ", ") + std::string(model::to_text(kind));
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
+    all += (all.empty() ? "" : ", ") + std::string(alarm::to_text(kind));
   }
   throw RequestError("no alarm '" + name + "'; alarms are " + all);
 }
 
-model::BoxAlarm wanted_box_alarm(const std::string& name) {
-  for (const model::BoxAlarm kind : model::kBoxAlarms) {
-    if (name == model::to_text(kind)) return kind;
+alarm::BoxAlarm wanted_box_alarm(const std::string& name) {
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
+    if (name == alarm::to_text(kind)) return kind;
   }
   std::string all;
-  for (const model::BoxAlarm kind : model::kBoxAlarms) {
-    all += (all.empty() ? "" : ", ") + std::string(model::to_text(kind));
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
+    all += (all.empty() ? "" : ", ") + std::string(alarm::to_text(kind));
   }
   throw RequestError("the box has no alarm '" + name + "'; its alarms are " + all);
 }
@@ -231,18 +230,18 @@ protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
 std::string Readings::alarms() const {
   std::string text = R"({"alarms":[)";
   for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
-    const monitor::LoopWatch watch = parts_.board.watch(i);
-    for (const model::AlarmKind kind : model::kAlarmKinds) {
+    const supervision::LoopWatch watch = parts_.board.watch(i);
+    for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
       if (!watch.alarms.fitted(kind)) continue;
       put_item(text, alarm_of(parts_.board.name(i), kind, watch));
     }
   }
-  const model::BoxAlarms own = parts_.box_alarms.alarms();
-  for (const model::BoxAlarm kind : model::kBoxAlarms) put_item(text, alarm_of(kind, own));
+  const alarm::BoxAlarms own = parts_.box_alarms.alarms();
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) put_item(text, alarm_of(kind, own));
   text += R"(],"incidents":[)";
   for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
     std::optional<protocol::Incident> incident;
-    parts_.board.look(i, [&](const monitor::LoopWatch& watch) {
+    parts_.board.look(i, [&](const supervision::LoopWatch& watch) {
       incident = incident_of(parts_.board.name(i), watch);
     });
     if (incident) put_item(text, *incident);
@@ -263,7 +262,7 @@ protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresReque
   }
   const std::int64_t now_ms = parts_.board.now_ms();
   const std::int64_t asked_ms = now_ms - static_cast<std::int64_t>(hours) * 3'600'000;
-  const auto came = reader_.ask<std::vector<model::AlarmCame>>(
+  const auto came = reader_.ask<std::vector<alarm::AlarmCame>>(
       [this, asked_ms, now_ms] { return parts_.journal.came(asked_ms, now_ms, kMostCame); },
       kReaderPatience);
   if (!came) throw RequestError("the disk does not answer; the journal can't be read");
@@ -290,7 +289,7 @@ protocol::LoopAnswer Readings::loop(const protocol::LoopRequest& request) const 
 
 protocol::Windows Readings::windows(const protocol::WindowsRequest& request) const {
   protocol::Windows all;
-  for (const monitor::LoggedWindow& one : parts_.board.windows(loop_index(parts_, request.loop))) {
+  for (const supervision::LoggedWindow& one : parts_.board.windows(loop_index(parts_, request.loop))) {
     all.windows.push_back(window_of(one));
   }
   return all;
@@ -306,15 +305,15 @@ protocol::Reports Readings::reports(const protocol::ReportsRequest& request) con
 }
 
 protocol::Explained Readings::explain_box(const protocol::ExplainRequest& request) {
-  const model::BoxAlarm kind = wanted_box_alarm(request.alarm);
-  const model::AlarmGuide guide = model::guide_of(kind);
+  const alarm::BoxAlarm kind = wanted_box_alarm(request.alarm);
+  const alarm::AlarmGuide guide = alarm::guide_of(kind);
   protocol::Explained answer{.alarm = alarm_of(kind, parts_.box_alarms.alarms()),
                              .cause = guide.cause,
                              .consequence = guide.consequence,
                              .action = guide.action,
                              .time_to_act = guide.time_to_act};
   const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
-      [this] { return parts_.journal.newest(kMostHistory, model::kBox); }, kReaderPatience);
+      [this] { return parts_.journal.newest(kMostHistory, alarm::kBox); }, kReaderPatience);
   answer.disk_answers = rows.has_value();
   for (const journal::JournalRow& row : rows.value_or(std::vector<journal::JournalRow>{})) {
     if (row.entry.alarm == request.alarm) answer.history.push_back(line_of(row));
@@ -323,10 +322,10 @@ protocol::Explained Readings::explain_box(const protocol::ExplainRequest& reques
 }
 
 protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
-  if (request.loop == model::kBox) return explain_box(request);
+  if (request.loop == alarm::kBox) return explain_box(request);
   const std::size_t index = loop_index(parts_, request.loop);
-  const model::AlarmKind kind = wanted_alarm(request.alarm);
-  const monitor::LoopWatch watch = parts_.board.watch(index);
+  const alarm::AlarmKind kind = wanted_alarm(request.alarm);
+  const supervision::LoopWatch watch = parts_.board.watch(index);
   const config::AlarmTexts guide = parts_.loops[index].config.alarms.guide(kind);
   struct OnDisk {
     std::optional<std::filesystem::path> folder;
@@ -350,7 +349,7 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
   if (!disk) return answer;
   if (disk->folder) answer.evidence = disk->folder->string();
   for (const journal::JournalRow& row : disk->rows) {
-    if (row.entry.alarm == model::to_text(kind)) answer.history.push_back(line_of(row));
+    if (row.entry.alarm == alarm::to_text(kind)) answer.history.push_back(line_of(row));
   }
   return answer;
 }
@@ -358,7 +357,7 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
 protocol::Journal Readings::journal(const protocol::JournalRequest& request) {
   journal::JournalQuery query = wanted_lines(request);
   if (request.loop) {
-    query.loop = *request.loop == model::kBox
+    query.loop = *request.loop == alarm::kBox
                      ? *request.loop
                      : parts_.board.name(loop_index(parts_, *request.loop));
   }

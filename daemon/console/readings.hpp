@@ -11,7 +11,7 @@
 
 #include "daemon/console/parts.hpp"
 #include "base/errand/disk_errand.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -51,8 +51,8 @@ class Readings {
 
 // What a request names. Throws RequestError.
 std::size_t loop_index(const Parts& parts, const std::string& name);
-loopwarden::monitor::AlarmKind wanted_alarm(const std::string& name);
-loopwarden::monitor::BoxAlarm wanted_box_alarm(const std::string& name);
+alarm::AlarmKind wanted_alarm(const std::string& name);
+alarm::BoxAlarm wanted_box_alarm(const std::string& name);
 
 // Requests that need the disk wait so long for it. Other peers wait as long, once: behind a disk that hangs already
 // nobody waits.

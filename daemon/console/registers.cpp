@@ -11,10 +11,9 @@
 namespace loopwarden::daemon::console {
 namespace {
 
-namespace map = register_map;
 using hal::modbus::RegisterType;
-using map::Register;
-using map::Table;
+using registers::Register;
+using registers::Table;
 
 const char* short_name(Table table) {
   switch (table) {
@@ -46,7 +45,7 @@ Kind kind_of_values(const Register& reg) {
   return {"f32", kNone, kNone};
 }
 
-bool of_box(const Register& reg) { return reg.area == map::Area::box; }
+bool of_box(const Register& reg) { return reg.area == registers::Area::box; }
 
 protocol::Field field_of(const Register& reg) {
   const Kind kind = kind_of_values(reg);
@@ -55,7 +54,7 @@ protocol::Field field_of(const Register& reg) {
           .area = of_box(reg) ? "box" : "loop",
           .unit = reg.unit,
           .type = kind.name,
-          .writable = map::writable(reg),
+          .writable = registers::writable(reg),
           .low = kind.low * reg.scale,
           .high = kind.high * reg.scale,
           .meaning = reg.meaning};
@@ -66,13 +65,13 @@ double as_read(const Register& reg, double value) {
   if (reg.type == RegisterType::f32 || !std::isfinite(value)) return value;
   const Kind kind = kind_of_values(reg);
   const double raw = std::clamp(std::round(value / reg.scale), kind.low, kind.high);
-  const bool missing = reg.type == RegisterType::i16 && raw == map::kScaledInvalid;
+  const bool missing = reg.type == RegisterType::i16 && raw == registers::kScaledInvalid;
   return missing ? std::numeric_limits<double>::quiet_NaN() : raw * reg.scale;
 }
 
 std::vector<double> values_of(gateway::MapValues& values, bool box, std::size_t loop) {
   std::vector<double> all;
-  for (const Register& reg : map::registers()) {
+  for (const Register& reg : registers::registers()) {
     if (of_box(reg) == box) all.push_back(as_read(reg, values.value(reg, loop)));
   }
   return all;
@@ -87,7 +86,7 @@ protocol::Registers registers(const Parts& parts, const protocol::RegistersReque
   protocol::Registers all;
   if (!request.values_only.value_or(false)) {
     std::vector<protocol::Field>& names = all.names.emplace();
-    for (const Register& reg : map::registers()) names.push_back(field_of(reg));
+    for (const Register& reg : registers::registers()) names.push_back(field_of(reg));
   }
   // Not of the map, which has no process alarms.
   all.alarm_changes = parts.board.alarm_changes() + parts.box_alarms.changes();

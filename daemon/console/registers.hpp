@@ -4,7 +4,7 @@
 #pragma once
 
 #include "daemon/console/parts.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "daemon/console/offers.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 

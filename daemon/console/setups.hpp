@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "protocol/setups.hpp"
+#include "daemon/protocol/setups.hpp"
 
 namespace loopwarden::daemon::console {
 

@@ -14,7 +14,6 @@
 
 namespace loopwarden::daemon::console {
 
-namespace model = loopwarden::monitor;
 
 namespace {
 
@@ -31,11 +30,11 @@ protocol::Io io_of(const hal::IoCounters& c) {
           .old_commands_withheld = c.old_commands_withheld};
 }
 
-const char* source_text(model::StickSource source) {
+const char* source_text(alarm::StickSource source) {
   switch (source) {
-    case model::StickSource::read_back: return "read-back";
-    case model::StickSource::ellipse: return "PV and CO";
-    case model::StickSource::none: break;
+    case alarm::StickSource::read_back: return "read-back";
+    case alarm::StickSource::ellipse: return "PV and CO";
+    case alarm::StickSource::none: break;
   }
   return "none";
 }
@@ -117,16 +116,16 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
 }
 
 // Of a specialist: how sure it is that this is its window.
-double probability_of(const monitor::LoggedWindow& window, specialist::Condition condition) {
-  const auto p = [&](model::AlarmKind kind) {
-    return static_cast<double>(window.probability[model::index_of(kind)]);
+double probability_of(const supervision::LoggedWindow& window, specialist::Condition condition) {
+  const auto p = [&](alarm::AlarmKind kind) {
+    return static_cast<double>(window.probability[alarm::index_of(kind)]);
   };
   switch (condition) {
-    case specialist::Condition::stiction: return p(model::AlarmKind::stiction);
-    case specialist::Condition::backlash: return p(model::AlarmKind::backlash);
-    case specialist::Condition::hysteresis: return p(model::AlarmKind::hysteresis);
-    case specialist::Condition::low_air_supply: return p(model::AlarmKind::low_air_supply);
-    case specialist::Condition::other: return p(model::AlarmKind::unknown);
+    case specialist::Condition::stiction: return p(alarm::AlarmKind::stiction);
+    case specialist::Condition::backlash: return p(alarm::AlarmKind::backlash);
+    case specialist::Condition::hysteresis: return p(alarm::AlarmKind::hysteresis);
+    case specialist::Condition::low_air_supply: return p(alarm::AlarmKind::low_air_supply);
+    case specialist::Condition::other: return p(alarm::AlarmKind::unknown);
     case specialist::Condition::no_fault: break;
   }
   double faults = 0.0;
@@ -134,10 +133,10 @@ double probability_of(const monitor::LoggedWindow& window, specialist::Condition
   return std::max(0.0, 1.0 - faults);
 }
 
-const char* verdict_text(const monitor::LoggedWindow& window) {
-  using Result = model::WindowJudgement::Result;
-  return window.result == Result::fault ? model::to_text(window.fault)
-                                        : model::to_text(window.result);
+const char* verdict_text(const supervision::LoggedWindow& window) {
+  using Result = alarm::WindowJudgement::Result;
+  return window.result == Result::fault ? alarm::to_text(window.fault)
+                                        : alarm::to_text(window.result);
 }
 
 // Six digits: a float has no more.
@@ -147,23 +146,23 @@ double rounded(double value) {
 
 }  // namespace
 
-protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
-                         const monitor::LoopWatch& watch) {
-  const model::Alarm& alarm = watch.alarms.alarm(kind);
+protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,
+                         const supervision::LoopWatch& watch) {
+  const alarm::Alarm& alarm = watch.alarms.alarm(kind);
   const auto cause = watch.alarms.cause_of(kind);
   const bool follows = alarm.active() && cause.has_value();
-  const model::AlarmMemory& memory = alarm.memory();
-  const bool has_size = model::has_size(kind);
+  const alarm::AlarmMemory& memory = alarm.memory();
+  const bool has_size = alarm::has_size(kind);
   return {.loop = loop,
-          .alarm = model::to_text(kind),
-          .state = model::to_text(alarm.state()),
-          .priority = model::to_text(watch.priority[model::index_of(kind)]),
+          .alarm = alarm::to_text(kind),
+          .state = alarm::to_text(alarm.state()),
+          .priority = alarm::to_text(watch.priority[alarm::index_of(kind)]),
           .active = alarm.active(),
           .unacknowledged = alarm.unacknowledged(),
           .consequence = follows,
-          .consequence_of = follows ? model::to_text(*cause) : "",
+          .consequence_of = follows ? alarm::to_text(*cause) : "",
           .first_out = watch.alarms.first_out(kind),
-          .flaps = watch.flaps[model::index_of(kind)],
+          .flaps = watch.flaps[alarm::index_of(kind)],
           .raised_ms = memory.raised_ms,
           .changed_ms = memory.changed_ms,
           .times_raised = memory.times_raised,
@@ -172,13 +171,13 @@ protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
           .worst_severity_percent = has_size ? memory.worst_severity_percent : protocol::kNone};
 }
 
-protocol::Alarm alarm_of(model::BoxAlarm kind, const model::BoxAlarms& alarms) {
-  const model::Alarm& alarm = alarms.alarm(kind);
-  const model::AlarmMemory& memory = alarm.memory();
-  return {.loop = model::kBox,
-          .alarm = model::to_text(kind),
-          .state = model::to_text(alarm.state()),
-          .priority = model::to_text(model::usual_priority(kind)),
+protocol::Alarm alarm_of(alarm::BoxAlarm kind, const alarm::BoxAlarms& alarms) {
+  const alarm::Alarm& alarm = alarms.alarm(kind);
+  const alarm::AlarmMemory& memory = alarm.memory();
+  return {.loop = alarm::kBox,
+          .alarm = alarm::to_text(kind),
+          .state = alarm::to_text(alarm.state()),
+          .priority = alarm::to_text(alarm::usual_priority(kind)),
           .active = alarm.active(),
           .unacknowledged = alarm.unacknowledged(),
           .raised_ms = memory.raised_ms,
@@ -188,34 +187,34 @@ protocol::Alarm alarm_of(model::BoxAlarm kind, const model::BoxAlarms& alarms) {
 }
 
 std::optional<protocol::Incident> incident_of(const std::string& loop,
-                                              const monitor::LoopWatch& watch) {
-  const model::Incident& known = watch.incident.incident();
+                                              const supervision::LoopWatch& watch) {
+  const alarm::Incident& known = watch.incident.incident();
   if (!known.there()) return std::nullopt;
   const auto seconds = [](std::int64_t ms) { return static_cast<double>(ms) / 1000.0; };
   protocol::Incident incident{
       .id = journal::incident_id(loop, known),
       .loop = loop,
       .name = known.name,
-      .cause = known.cause ? plant::to_text(*known.cause) : "unknown",
+      .cause = known.cause ? effects::to_text(*known.cause) : "unknown",
       .from_s = seconds(known.from_ms),
       .raised_s = seconds(known.opened_ms),
       .confidence = known.confidence,
-      .unacknowledged = model::unacknowledged(known, watch.alarms),
+      .unacknowledged = alarm::unacknowledged(known, watch.alarms),
       .cleared_s = known.ended_ms == 0 ? protocol::kNone : seconds(known.ended_ms)};
-  for (const model::AlarmKind kind : model::kValveAlarms) {
+  for (const alarm::AlarmKind kind : alarm::kValveAlarms) {
     if (!known.has(kind)) continue;
-    incident.alarms.emplace_back(model::to_text(kind));
+    incident.alarms.emplace_back(alarm::to_text(kind));
     incident.active = incident.active || watch.alarms.alarm(kind).active();
   }
-  for (const model::Incident::Renamed& one : known.renamed) {
+  for (const alarm::Incident::Renamed& one : known.renamed) {
     incident.renamed.push_back({seconds(one.at_ms), one.from, one.to});
   }
   return incident;
 }
 
 protocol::Explanation told(const Explanation& e) {
-  return {.alarm = model::to_text(e.alarm),
-          .final_name = e.final_name ? std::optional<std::string>(model::to_text(*e.final_name))
+  return {.alarm = alarm::to_text(e.alarm),
+          .final_name = e.final_name ? std::optional<std::string>(alarm::to_text(*e.final_name))
                                      : std::nullopt,
           .raised_ms = e.raised_ms,
           .ended_ms = e.ended_ms,
@@ -234,20 +233,20 @@ protocol::Explanation told(const Explanation& e) {
           .folder = e.folder.string()};
 }
 
-std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& watch,
-                                                    model::AlarmKind kind) {
-  if (const auto& own = watch.explanations[model::index_of(kind)]) return told(*own);
+std::optional<protocol::Explanation> explanation_of(const supervision::LoopWatch& watch,
+                                                    alarm::AlarmKind kind) {
+  if (const auto& own = watch.explanations[alarm::index_of(kind)]) return told(*own);
   const auto& newest = watch.explanation;
   if (!newest) return std::nullopt;
   // What joined an incident has its explanation.
-  const model::Incident& incident = watch.incident.incident();
+  const alarm::Incident& incident = watch.incident.incident();
   const bool same =
       incident.has(kind) && incident.has(newest->alarm) && newest->raised_ms >= incident.opened_ms;
   return same || newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
 }
 
 // What a source tells on change alone, and what that hides.
-std::string source_text(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
+std::string source_text(const supervision::LoopWatch& watch, const config::LoopConfig& loop) {
   const auto of = [](const char* name, const analysis::ArchivedSignal& kept, double span) {
     if (kept.kind == analysis::ArchiveKind::none) return std::string();
     if (!(kept.deviation > 0.0) || !(span > 0.0)) return fmt::format("{} too seldom to tell", name);
@@ -265,51 +264,51 @@ std::string source_text(const monitor::LoopWatch& watch, const config::LoopConfi
 }
 
 // What the twin says beside its alarm.
-std::optional<protocol::TwinRemarks> remarks_of(const monitor::LoopWatch& watch) {
+std::optional<protocol::TwinRemarks> remarks_of(const supervision::LoopWatch& watch) {
   if (!watch.twin) return std::nullopt;
-  protocol::TwinRemarks told{.judging = model::to_text(watch.twin->judging),
+  protocol::TwinRemarks told{.judging = watch::to_text(watch.twin->judging),
                              .controller_not_watched = watch.controller_not_watched};
   if (const auto& load = watch.twin->load) {
     told.load_outside = {.size = load->size, .since_s = load->since_s};
   }
-  const auto add = [&](const char* change, const model::Untested& one) {
+  const auto add = [&](const char* change, const watch::Untested& one) {
     told.untested.push_back({change, one.for_s, one.tested});
   };
-  for (std::size_t i = 0; i < model::kTwinChanges; ++i) {
-    add(model::to_text(static_cast<model::TwinChange>(i)), watch.twin->untested[i]);
+  for (std::size_t i = 0; i < watch::kTwinChanges; ++i) {
+    add(watch::to_text(static_cast<watch::TwinChange>(i)), watch.twin->untested[i]);
   }
   if (watch.twin->controller) add("controller", *watch.twin->controller);
   return told;
 }
 
-std::vector<protocol::RoutineLevel> routine_of(const monitor::LoopWatch& watch) {
+std::vector<protocol::RoutineLevel> routine_of(const supervision::LoopWatch& watch) {
   std::vector<protocol::RoutineLevel> levels;
-  for (const model::RoutineWatch::Progress& one : watch.routine) {
+  for (const watch::RoutineWatch::Progress& one : watch.routine) {
     if (one.window_s <= 0.0) continue;
     protocol::RoutineLevel& level = levels.emplace_back();
     level.window_s = one.window_s;
     level.windows = one.windows;
-    level.evidence = one.sum / model::RoutineWatch::kRaise;
+    level.evidence = one.sum / watch::RoutineWatch::kRaise;
     level.next_in_s = one.window_s - one.filled_s;
     if (one.windows == 0) continue;
     const bool effect = one.verdict == diagnosis::DiagnosisVerdict::valve_effect;
-    level.verdict = effect ? model::to_text(one.fault) : diagnosis::to_text(one.verdict);
+    level.verdict = effect ? alarm::to_text(one.fault) : diagnosis::to_text(one.verdict);
     level.probability = one.probability;
     if (effect) level.severity_percent = one.severity_percent;
   }
   return levels;
 }
 
-protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
-  const model::WindowMeasures& m = watch.measures;
+protocol::Monitor monitor_of(const supervision::LoopWatch& watch, const config::LoopConfig& loop) {
+  const alarm::WindowMeasures& m = watch.measures;
   const analysis::ConditionIndices& condition = watch.condition;
-  const bool no_size = watch.judgement.result == model::WindowJudgement::Result::fault &&
-                       !model::has_size(watch.judgement.fault);
+  const bool no_size = watch.judgement.result == alarm::WindowJudgement::Result::fault &&
+                       !alarm::has_size(watch.judgement.fault);
   std::map<std::string, double> probability;
-  for (const model::AlarmKind kind : model::kWindowAlarms) {
-    probability[model::to_text(kind)] = watch.judgement.probability[model::index_of(kind)];
+  for (const alarm::AlarmKind kind : alarm::kWindowAlarms) {
+    probability[alarm::to_text(kind)] = watch.judgement.probability[alarm::index_of(kind)];
   }
-  return {.window_state = model::to_text(watch.window_state),
+  return {.window_state = alarm::to_text(watch.window_state),
           .source = source_text(watch, loop),
           .windows = watch.windows,
           .windows_suppressed = watch.windows_suppressed,
@@ -324,14 +323,14 @@ protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::Loop
           .travel_percent_per_hour = m.travel_percent_per_hour,
           .reversals_per_hour = m.reversals_per_hour,
           .stick_percent =
-              m.stick_source == model::StickSource::none ? protocol::kNone : m.stick_percent,
+              m.stick_source == alarm::StickSource::none ? protocol::kNone : m.stick_percent,
           .stick_source = source_text(m.stick_source),
           .condition = {.control_performance = condition.control_performance,
                         .valve = condition.valve,
                         .actuator = condition.actuator,
                         .positioner = condition.positioner,
                         .environment = condition.environment},
-          .corrective_action = model::to_text(watch.corrective),
+          .corrective_action = alarm::to_text(watch.corrective),
           .hours_automatic = watch.times.seconds_in(control::Mode::automatic) / 3600.0,
           .hours_manual = watch.times.seconds_in(control::Mode::manual) / 3600.0,
           .hours_at_limit = watch.times.seconds_at_limit() / 3600.0,
@@ -339,14 +338,14 @@ protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::Loop
           .routine = routine_of(watch)};
 }
 
-protocol::JudgedWindow window_of(const monitor::LoggedWindow& window) {
-  const bool before_judge = window.state == model::WindowState::valid ||
-                            window.state == model::WindowState::not_enough_movement;
+protocol::JudgedWindow window_of(const supervision::LoggedWindow& window) {
+  const bool before_judge = window.state == alarm::WindowState::valid ||
+                            window.state == alarm::WindowState::not_enough_movement;
   protocol::JudgedWindow all{.time_ms = window.utc_ms};
-  if (window.state != model::WindowState::valid) all.suppressed = model::to_text(window.state);
+  if (window.state != alarm::WindowState::valid) all.suppressed = alarm::to_text(window.state);
   if (!before_judge) return all;
   all.verdict = verdict_text(window);
-  if (window.result == model::WindowJudgement::Result::fault && model::has_size(window.fault)) {
+  if (window.result == alarm::WindowJudgement::Result::fault && alarm::has_size(window.fault)) {
     all.severity_percent = rounded(static_cast<double>(window.severity_percent));
   }
   for (std::size_t i = 0; i < specialist::kConditions; ++i) {
@@ -410,7 +409,7 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
   const config::LoopConfig& config = runtime.config;
   const rt::LoopSettings settings = runtime.settings->get();
   const protocol::Ranges ranges = ranges_of(settings);
-  const monitor::LoopWatch watch = parts.board.watch(index);
+  const supervision::LoopWatch watch = parts.board.watch(index);
   const auto position_age_ms =
       static_cast<double>(runtime.channels->position_age_ms.load(std::memory_order_relaxed));
   protocol::LoopStatus loop{
@@ -427,9 +426,9 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
       .monitor = monitor_of(watch, config),
       .orders_refused = runtime.channels->orders_refused.load(std::memory_order_relaxed),
       .position_age_ms = position_age_ms < 0.0 ? protocol::kNone : position_age_ms};
-  for (const model::AlarmKind kind : model::kAlarmKinds) {
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
     if (!watch.alarms.fitted(kind)) continue;
-    loop.alarms[model::to_text(kind)] = alarm_of(config.name, kind, watch);
+    loop.alarms[alarm::to_text(kind)] = alarm_of(config.name, kind, watch);
   }
   loop.incident = incident_of(config.name, watch);
   if (const std::string* why = config::out_of_service(config.io)) loop.out_of_service = *why;
@@ -442,7 +441,7 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
   record::RecordRow row;
   if (!parts.historian.latest(index, row)) return loop;
   loop.cycle = cycle_of(row, runtime, settings);
-  loop.cycle->ne107 = model::to_text(health_of(config, row, watch, parts.severe_percent));
+  loop.cycle->ne107 = alarm::to_text(health_of(config, row, watch, parts.severe_percent));
   return loop;
 }
 

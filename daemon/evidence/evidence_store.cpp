@@ -28,7 +28,7 @@ std::string stamp_of(std::int64_t utc_ms) {
 }
 
 std::string folder_name(const evidence::Evidence& e) {
-  return fmt::format("{}-{}-{}", stamp_of(e.raised_ms), e.loop, monitor::to_text(e.alarm));
+  return fmt::format("{}-{}-{}", stamp_of(e.raised_ms), e.loop, alarm::to_text(e.alarm));
 }
 
 std::string name_of(const fs::path& folder) { return folder.filename().string(); }
@@ -132,8 +132,8 @@ EvidenceStatus EvidenceStore::status() const {
 }
 
 std::optional<fs::path> EvidenceStore::newest(const std::string& loop,
-                                              monitor::AlarmKind alarm) const {
-  const std::string wanted = loop + "-" + monitor::to_text(alarm);
+                                              alarm::AlarmKind alarm) const {
+  const std::string wanted = loop + "-" + alarm::to_text(alarm);
   std::vector<fs::path> of_loop;
   for (const fs::path& folder : folders_in(settings_.folder)) {
     if (loop_in(name_of(folder)) != loop) continue;

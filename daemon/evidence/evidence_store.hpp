@@ -20,7 +20,7 @@
 #include <optional>
 #include <string>
 
-#include "record/evidence/evidence_file.hpp"
+#include "config/evidence_file/evidence_file.hpp"
 #include "base/disk_wait.hpp"
 #include "base/thread.hpp"
 
@@ -68,7 +68,7 @@ class EvidenceStore {
   static constexpr std::size_t kMostJoined = 8;
   // The newest folder of this alarm on the disk, that of an incident's first alarm or within it; waits for it.
   std::optional<std::filesystem::path> newest(const std::string& loop,
-                                              loopwarden::monitor::AlarmKind alarm) const;
+                                              alarm::AlarmKind alarm) const;
 
  private:
   void ask_to_end();

@@ -25,15 +25,15 @@
 #include <optional>
 #include <string>
 
-#include "daemon/monitor/explanation.hpp"
-#include "daemon/monitor/history.hpp"
+#include "daemon/supervision/explanation.hpp"
+#include "daemon/supervision/history.hpp"
 #include "base/thread.hpp"
 
 namespace loopwarden::daemon {
 
 struct ExplainJob {
   std::size_t loop = 0;
-  loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;
+  alarm::AlarmKind alarm = alarm::AlarmKind::stiction;
   std::uint64_t raised_at = 0;   // the loop's cycle
   std::int64_t raised_ms = 0;    // UTC, ms since 1970
   std::int64_t incident_ms = 0;  // of the incident, when it opened
@@ -72,7 +72,7 @@ struct ExplainerStatus {
 
 class Explainer {
  public:
-  using Minutes = std::function<monitor::History::Minutes(std::size_t loop)>;
+  using Minutes = std::function<supervision::History::Minutes(std::size_t loop)>;
   // By the explainer's thread, when an explanation is there, or why it is not (`explanation` is null then).
   using Report = std::function<void(const ExplainJob& job, const Explanation* explanation,
                                     const std::string& why)>;

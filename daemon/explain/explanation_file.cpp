@@ -16,23 +16,23 @@
 namespace loopwarden::daemon {
 namespace {
 
-using loopwarden::monitor::AlarmKind;
+using alarm::AlarmKind;
 using nlohmann::json;
 
 AlarmKind kind_of(const json& name) {
   const auto found = std::find_if(
-      loopwarden::monitor::kValveAlarms.begin(), loopwarden::monitor::kValveAlarms.end(),
-      [&](AlarmKind kind) { return name == loopwarden::monitor::to_text(kind); });
-  if (found == loopwarden::monitor::kValveAlarms.end()) throw std::runtime_error("unknown alarm");
+      alarm::kValveAlarms.begin(), alarm::kValveAlarms.end(),
+      [&](AlarmKind kind) { return name == alarm::to_text(kind); });
+  if (found == alarm::kValveAlarms.end()) throw std::runtime_error("unknown alarm");
   return *found;
 }
 
 // Nothing where it is none that is known here.
-std::optional<plant::Block> block_of(const std::string& name) {
-  using plant::Block;
+std::optional<effects::Block> block_of(const std::string& name) {
+  using effects::Block;
   for (const Block block :
        {Block::controller, Block::valve, Block::process, Block::transmitter, Block::disturbance}) {
-    if (name == plant::to_text(block)) return block;
+    if (name == effects::to_text(block)) return block;
   }
   return std::nullopt;
 }
@@ -40,7 +40,7 @@ std::optional<plant::Block> block_of(const std::string& name) {
 double number_of(const json& j) { return j.is_null() ? Explanation::kNone : j.get<double>(); }
 
 // Of the effect stiction, where it is one of gap's; a number that is null is not known.
-std::optional<commission::Stick> stick_of(const json& effects) {
+std::optional<twin::Stick> stick_of(const json& effects) {
   const auto stiction = std::find_if(effects.begin(), effects.end(), [](const json& effect) {
     return effect.at("name") == "stiction";
   });
@@ -61,7 +61,7 @@ std::optional<commission::Stick> stick_of(const json& effects) {
   for (const json& effect : effects) {
     for (const json& name : effect.at("alternatives")) alternatives.push_back(name);
   }
-  return commission::stick_of(numbers(stiction->at("parameters")), interval,
+  return twin::stick_of(numbers(stiction->at("parameters")), interval,
                               number_of(stiction->at("confidence")), alternatives);
 }
 
@@ -103,7 +103,7 @@ Explanation read_explanation(const std::filesystem::path& folder) {
 }
 
 void write_not_explained(const Explanation& e) {
-  const json text = {{"alarm", loopwarden::monitor::to_text(e.alarm)},
+  const json text = {{"alarm", alarm::to_text(e.alarm)},
                      {"final_name", nullptr},
                      {"raised_ms", e.raised_ms},
                      {"ended_ms", e.ended_ms},

@@ -16,34 +16,32 @@
 #include "daemon/orders/order_text.hpp"
 #include "hal/contract/sample.hpp"
 #include "hal/modbus/register_codec.hpp"
-#include "map/register_map.hpp"
+#include "daemon/registers/register_map.hpp"
 #include "model/control/supervisor.hpp"
 
 namespace loopwarden::daemon::gateway {
 
-namespace map = register_map;
-namespace model = loopwarden::monitor;
 using control::Mode;
 using hal::modbus::ByteOrder;
 using hal::modbus::RegisterSpec;
 using hal::modbus::RegisterType;
-using map::Field;
-using map::Place;
-using map::Register;
-using map::Table;
-using model::AlarmKind;
+using registers::Field;
+using registers::Place;
+using registers::Register;
+using registers::Table;
+using alarm::AlarmKind;
 
 namespace {
 
 RegisterSpec spec_of(const Register& reg, ByteOrder order) {
   // The word order is that of 32-bit values; a single register is big-endian, as Modbus has it.
-  const bool wide = map::width(reg) == 2;
+  const bool wide = registers::width(reg) == 2;
   return {.type = reg.type, .order = wide ? order : ByteOrder::abcd, .scale = reg.scale};
 }
 
 // NaN for the mark of what is not there.
 double from_scaled(double percent, double low, double high) {
-  constexpr double kAboveMark = (map::kScaledInvalid + 0.5) * 0.01;
+  constexpr double kAboveMark = (registers::kScaledInvalid + 0.5) * 0.01;
   if (percent < kAboveMark) return std::numeric_limits<double>::quiet_NaN();
   return low + percent / 100.0 * (high - low);
 }
@@ -56,7 +54,7 @@ Exception MapBank::read(Table table, std::uint16_t address, std::span<std::uint1
   std::size_t encoded_loop = 0;
   hal::modbus::Registers words;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const Place place = map::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
+    const Place place = registers::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
     if (!place.in_map) return Exception::illegal_address;
     values[i] = 0;
     if (place.reg == nullptr) continue;
@@ -96,7 +94,7 @@ struct MapBank::LoopOrder {
 Exception MapBank::collect(Table table, std::uint16_t address,
                            std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const {
   for (std::size_t i = 0; i < values.size();) {
-    const Place place = map::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
+    const Place place = registers::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
     if (!place.in_map) return Exception::illegal_address;
     if (place.reg == nullptr) {
       // A gap between two fields takes the 0 that it reads, so that one request can write both.
@@ -106,11 +104,11 @@ Exception MapBank::collect(Table table, std::uint16_t address,
       ++i;
       continue;
     }
-    const bool of_loop = place.reg->area != map::Area::box;
-    if (!map::writable(*place.reg) || (of_loop && loops_.controlled_elsewhere(place.loop))) {
+    const bool of_loop = place.reg->area != registers::Area::box;
+    if (!registers::writable(*place.reg) || (of_loop && loops_.controlled_elsewhere(place.loop))) {
       return Exception::illegal_address;
     }
-    const std::size_t words = map::width(*place.reg);
+    const std::size_t words = registers::width(*place.reg);
     // Half of a number is no number.
     if (place.word != 0 || i + words > values.size()) return Exception::illegal_value;
     const auto some = values.subspan(i, words);
@@ -128,7 +126,7 @@ Exception MapBank::collect(Table table, std::uint16_t address,
 bool MapBank::takes_back(const std::vector<Wish>& wishes, std::size_t loop) {
   bool manual = false;
   for (const Wish& wish : wishes) {
-    if (wish.reg->area == map::Area::box || wish.loop != loop || wish.in_force) continue;
+    if (wish.reg->area == registers::Area::box || wish.loop != loop || wish.in_force) continue;
     if (wish.is(Field::wanted_mode) && wish.value == 0.0) {
       manual = true;
     } else if (!wish.is(Field::wanted_output, Field::wanted_output_scaled)) {
@@ -142,7 +140,7 @@ bool MapBank::takes_back(const std::vector<Wish>& wishes, std::size_t loop) {
 Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
   for (Wish& wish : wishes) {
     wish.old_value = snapshot.value(*wish.reg, wish.loop);
-    if (wish.reg->area == map::Area::box) continue;
+    if (wish.reg->area == registers::Area::box) continue;
     const control::PidSettings& pid = snapshot.loop(wish.loop).settings.controller.pid;
     const hal::PvCheckSettings& pv_range = snapshot.loop(wish.loop).settings.pv_check;
     bool sound = true;
@@ -156,7 +154,7 @@ Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
       wish.value = from_scaled(wish.value, pid.output_low, pid.output_high);
       wish.old_value = from_scaled(wish.old_value, pid.output_low, pid.output_high);
     } else if (field == Field::shelve_minutes) {
-      const model::Alarm& alarm = snapshot.loop(wish.loop).watch.alarms.alarm(alarm_of(*wish.reg));
+      const alarm::Alarm& alarm = snapshot.loop(wish.loop).watch.alarms.alarm(alarm_of(*wish.reg));
       sound = wish.value >= 0.0 && wish.value * static_cast<double>(kMinute) <=
                                        static_cast<double>(alarm.settings().shelve_limit_ms);
     } else if (field == Field::unshelve_process || field == Field::calm) {
@@ -192,7 +190,7 @@ bool is_output_in_force(double value, bool reads_so, const LoopReading& loop) {
 void MapBank::find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) const {
   std::map<std::size_t, Mode> new_modes;  // of loops whose mode the request changes
   for (Wish& wish : wishes) {             // in the order of addresses: the mode comes first
-    if (wish.reg->area != map::Area::loop || is_momentary(*wish.reg)) continue;
+    if (wish.reg->area != registers::Area::loop || is_momentary(*wish.reg)) continue;
     const LoopReading& loop = snapshot.loop(wish.loop);
     hal::modbus::Registers reads;
     hal::modbus::encode(spec_of(*wish.reg, server_.word_order),
@@ -228,7 +226,7 @@ void MapBank::find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) cons
 std::vector<MapBank::LoopOrder> MapBank::orders_of(const std::vector<Wish>& wishes) {
   std::vector<LoopOrder> orders;
   for (const Wish& wish : wishes) {
-    if (wish.reg->area != map::Area::loop || is_momentary(*wish.reg) || wish.in_force) continue;
+    if (wish.reg->area != registers::Area::loop || is_momentary(*wish.reg) || wish.in_force) continue;
     if (orders.empty() || orders.back().loop != wish.loop) orders.push_back({.loop = wish.loop});
     LoopOrder& of_loop = orders.back();
     of_loop.wishes.push_back(&wish);
@@ -253,7 +251,7 @@ journal::JournalEntry MapBank::line_of(const Wish& wish, const Peer& peer, MapVa
   journal::JournalEntry entry;
   entry.kind = journal::JournalEntry::Kind::register_write;
   entry.utc_ms = snapshot.box().utc_ms;
-  if (wish.reg->area == map::Area::loop) entry.loop = loops_.name(wish.loop);
+  if (wish.reg->area == registers::Area::loop) entry.loop = loops_.name(wish.loop);
   entry.peer = peer.name;
   entry.what = wish.reg->name;
   if (std::isfinite(wish.old_value)) entry.old_value = fmt::format("{:.9g}", wish.old_value);
@@ -269,7 +267,7 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
   const Exception unsound = check(wishes, snapshot);
   find_in_force(wishes, snapshot);
   for (const Wish& wish : wishes) {
-    if (wish.reg->area == map::Area::box || !loops_.read_only(wish.loop)) continue;
+    if (wish.reg->area == registers::Area::box || !loops_.read_only(wish.loop)) continue;
     if (!takes_back(wishes, wish.loop)) return Exception::illegal_address;
   }
   const auto refuse = [&](Exception exception, const std::string& why) {
@@ -319,7 +317,7 @@ bool MapBank::is_new(const Wish& wish, const Peer& peer, double now_s) {
   constexpr double kHeld_s = 30.0;  // between two writes
   constexpr std::size_t kMostHeld = 10'000;
   const auto key = std::make_tuple(journal::host_of(peer.name), wish.reg->table,
-                                   map::address(*wish.reg, wish.loop));
+                                   registers::address(*wish.reg, wish.loop));
   const std::uint16_t value = wish.words.front();
   if (value == 0) return held_.erase(key) > 0;
   if (held_.size() >= kMostHeld) {
@@ -331,13 +329,13 @@ bool MapBank::is_new(const Wish& wish, const Peer& peer, double now_s) {
 }
 
 void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
-  using model::AlarmAction;
+  using alarm::AlarmAction;
   const auto done = [&](std::uint64_t ticket) { ticket_ = std::max(ticket_, ticket); };
   if (wish.is(Field::veto_corrective_action)) {
     return done(loops_.veto(wish.loop, wish.value != 0.0, peer.name));
   }
   if (wish.is(Field::calm)) return calm(wish, peer);
-  monitor::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
+  supervision::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.is(Field::shelve_minutes)) {
     // A master may write back the minutes that it has read: up to a minute has passed since.
     const double left = snapshot.value(*wish.reg, wish.loop);
@@ -347,7 +345,7 @@ void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
   } else {
     if (wish.value == 0.0) return;  // a momentary coil rests at 0
     if (wish.is(Field::acknowledge_all)) {
-      return done(loops_.acknowledge_all(model::kAlarmKinds, peer.name));
+      return done(loops_.acknowledge_all(alarm::kAlarmKinds, peer.name));
     }
     if (wish.is(Field::acknowledge_process, Field::unshelve_process)) {
       return act_on_process_alarms(wish, peer);
@@ -362,19 +360,19 @@ void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
 void MapBank::calm(const Wish& wish, const Peer& peer) {
   if (wish.value == 0.0) return;
   MapValues now(loops_, server_);
-  const monitor::LoopWatch& watch = now.loop(wish.loop).watch;
-  if (watch.ordered || watch.corrective != model::CorrectiveState::offered) return;
+  const supervision::LoopWatch& watch = now.loop(wish.loop).watch;
+  if (watch.ordered || watch.corrective != alarm::CorrectiveState::offered) return;
   ticket_ = std::max(ticket_, loops_.begin_offered(wish.loop, peer.name));
 }
 
 // Only on those that there is something to do for: the others would fill the journal.
 void MapBank::act_on_process_alarms(const Wish& wish, const Peer& peer) {
-  using model::AlarmAction;
+  using alarm::AlarmAction;
   const bool off_shelf = wish.reg->field == Field::unshelve_process;
   MapValues now(loops_, server_);
-  const model::LoopAlarms& alarms = now.loop(wish.loop).watch.alarms;
-  for (const model::AlarmKind kind : model::kProcessAlarms) {
-    const model::Alarm& alarm = alarms.alarm(kind);
+  const alarm::LoopAlarms& alarms = now.loop(wish.loop).watch.alarms;
+  for (const alarm::AlarmKind kind : alarm::kProcessAlarms) {
+    const alarm::Alarm& alarm = alarms.alarm(kind);
     if (off_shelf ? !alarm.shelved() : !alarm.unacknowledged()) continue;
     const AlarmAction action = off_shelf ? AlarmAction::unshelve : AlarmAction::acknowledge;
     ticket_ = std::max(ticket_, loops_.act(wish.loop, {kind, action, 0, peer.name, {}}));

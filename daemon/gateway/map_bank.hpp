@@ -31,9 +31,9 @@ class MapBank final : public RegisterBank {
  public:
   MapBank(LoopsView& loops, ServerState& server) : loops_(loops), server_(server) {}
 
-  Exception read(register_map::Table table, std::uint16_t address,
+  Exception read(registers::Table table, std::uint16_t address,
                  std::span<std::uint16_t> values) override;
-  Exception write(register_map::Table table, std::uint16_t address,
+  Exception write(registers::Table table, std::uint16_t address,
                   std::span<const std::uint16_t> values, const Peer& peer) override;
   // The journal's ticket of what operators did by the writes since the last call; 0: nothing.
   std::uint64_t take_ticket() noexcept { return std::exchange(ticket_, 0); }
@@ -41,7 +41,7 @@ class MapBank final : public RegisterBank {
  private:
   struct Wish;
   struct LoopOrder;
-  Exception collect(register_map::Table table, std::uint16_t address,
+  Exception collect(registers::Table table, std::uint16_t address,
                     std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const;
   static bool takes_back(const std::vector<Wish>& wishes, std::size_t loop);
   Exception check(std::vector<Wish>& wishes, MapValues& snapshot);
@@ -61,7 +61,7 @@ class MapBank final : public RegisterBank {
     std::uint16_t value = 0;
     double written_s = 0.0;  // uptime of the newest write
   };
-  std::map<std::tuple<std::string, register_map::Table, std::uint32_t>, Held> held_;
+  std::map<std::tuple<std::string, registers::Table, std::uint32_t>, Held> held_;
 };
 
 }  // namespace loopwarden::daemon::gateway

@@ -10,13 +10,11 @@
 
 namespace loopwarden::daemon::gateway {
 
-namespace map = register_map;
-namespace model = loopwarden::monitor;
 using control::Mode;
-using map::Field;
-using map::Register;
-using map::Table;
-using model::AlarmKind;
+using registers::Field;
+using registers::Register;
+using registers::Table;
+using alarm::AlarmKind;
 
 namespace {
 
@@ -60,14 +58,14 @@ unsigned loop_bits(const LoopReading& loop) {
 template <class Holds>
 double process_bits(const LoopReading& loop, Holds holds) {
   unsigned bits = 0;
-  for (const AlarmKind kind : model::kProcessAlarms) {
-    const model::LoopAlarms& alarms = loop.watch.alarms;
-    if (alarms.fitted(kind) && holds(alarms.alarm(kind))) bits |= model::process_bit(kind);
+  for (const AlarmKind kind : alarm::kProcessAlarms) {
+    const alarm::LoopAlarms& alarms = loop.watch.alarms;
+    if (alarms.fitted(kind) && holds(alarms.alarm(kind))) bits |= alarm::process_bit(kind);
   }
   return static_cast<double>(bits);
 }
 
-double minutes_on_shelf(const model::Alarm& alarm, std::int64_t now_ms) {
+double minutes_on_shelf(const alarm::Alarm& alarm, std::int64_t now_ms) {
   if (!alarm.shelved()) return 0.0;
   // Rounded up: an alarm on the shelf never reads 0.
   const std::int64_t left_ms = alarm.memory().shelved_until_ms - now_ms;
@@ -85,7 +83,7 @@ double of_explanation(Field field, const Explanation* e, std::int64_t now_ms) {
     case Field::explanation_gap_closed:
       return std::isfinite(e->gap_closed) ? 100.0 * e->gap_closed : kNotThere;
     case Field::explanation_alarm:
-      return 1.0 + number(model::index_of(e->final_name.value_or(e->alarm)));
+      return 1.0 + number(alarm::index_of(e->final_name.value_or(e->alarm)));
     default: break;
   }
   return static_cast<double>(std::max<std::int64_t>(now_ms - e->ended_ms, 0)) / 1000.0;
@@ -114,9 +112,9 @@ const MapValues::Totals& MapValues::totals() {
   for (std::size_t i = 0; i < plant_.loops(); ++i) {
     const LoopReading& reading = loop(i);
     t.windows += reading.watch.windows;
-    t.ne107 = model::gravest(t.ne107, reading.ne107);
-    for (const AlarmKind kind : model::kAlarmKinds) {
-      const model::Alarm& alarm = reading.watch.alarms.alarm(kind);
+    t.ne107 = alarm::gravest(t.ne107, reading.ne107);
+    for (const AlarmKind kind : alarm::kAlarmKinds) {
+      const alarm::Alarm& alarm = reading.watch.alarms.alarm(kind);
       t.active += alarm.active() ? 1U : 0U;
       t.unacknowledged += alarm.unacknowledged() ? 1U : 0U;
       t.shelved += alarm.shelved() ? 1U : 0U;
@@ -141,7 +139,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
   const auto of = [&]() -> const LoopReading& { return loop(index); };
   const auto row = [&]() -> const record::RecordRow& { return of().row; };
   const auto pid = [&]() -> const control::PidSettings& { return of().settings.controller.pid; };
-  const auto alarm = [&]() -> const model::Alarm& {
+  const auto alarm = [&]() -> const alarm::Alarm& {
     return of().watch.alarms.alarm(alarm_of(reg));
   };
   const auto of_pv = [&](double v) {
@@ -149,20 +147,20 @@ double MapValues::value(const Register& reg, std::size_t index) {
   };
   const auto of_co = [&](double v) { return scaled(v, pid().output_low, pid().output_high); };
   switch (reg.field) {
-    case Field::magic: return map::kMagic;
-    case Field::map_version: return map::kVersion;
+    case Field::magic: return registers::kMagic;
+    case Field::map_version: return registers::kVersion;
     case Field::heartbeat: return wraps(box().uptime_s);
     case Field::status_bits: return status_bits();
     case Field::uptime: return std::floor(box().uptime_s);
-    case Field::loop_count: return number(std::min(plant_.loops(), map::kMostLoops));
-    case Field::first_block: return map::layout(Table::input_register).first_loop;
-    case Field::block_stride: return map::layout(Table::input_register).loop_stride;
+    case Field::loop_count: return number(std::min(plant_.loops(), registers::kMostLoops));
+    case Field::first_block: return registers::layout(Table::input_register).first_loop;
+    case Field::block_stride: return registers::layout(Table::input_register).loop_stride;
     case Field::box_ne107: return static_cast<double>(totals().ne107);
     case Field::overruns: return number(box().overruns);
     case Field::wake_up_worst: return box().wake_up_worst_us;
     case Field::wake_up_p99: return box().wake_up_p99_us;
-    case Field::float_test: return static_cast<double>(map::kFloatTest);
-    case Field::integer_test: return map::kIntegerTest;
+    case Field::float_test: return static_cast<double>(registers::kFloatTest);
+    case Field::integer_test: return registers::kIntegerTest;
     case Field::config_hash: return box().config_hash;
     case Field::model_hash: return box().model_hash;
     case Field::utc_seconds: return std::floor(static_cast<double>(box().utc_ms) / 1000.0);
@@ -177,10 +175,10 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::journal_waiting: return number(box().journal_waiting);
     case Field::journal_lost: return number(box().journal_lost);
     case Field::clients: return server_.clients;
-    case Field::first_condition: return map::layout(Table::input_register).first_condition;
-    case Field::condition_stride: return map::layout(Table::input_register).condition_stride;
-    case Field::first_third: return map::layout(Table::holding_register).first_third;
-    case Field::third_stride: return map::layout(Table::holding_register).third_stride;
+    case Field::first_condition: return registers::layout(Table::input_register).first_condition;
+    case Field::condition_stride: return registers::layout(Table::input_register).condition_stride;
+    case Field::first_third: return registers::layout(Table::holding_register).first_third;
+    case Field::third_stride: return registers::layout(Table::holding_register).third_stride;
     case Field::box_alarms: return box().box_alarms;
     case Field::running: return 1.0;
     case Field::any_alarm_active: return flag(totals().active > 0);
@@ -233,7 +231,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::window_severity: return of().watch.judgement.severity_percent;
     case Field::probability: return 100.0 * of().watch.judgement.probability[reg.which];
     case Field::alarm_severity:
-      return alarm().active() && model::has_size(alarm_of(reg)) ? alarm().memory().severity_percent
+      return alarm().active() && alarm::has_size(alarm_of(reg)) ? alarm().memory().severity_percent
                                                                 : 0.0;
     case Field::alarm_state: return static_cast<double>(alarm().state());
     case Field::hours_automatic: return of().watch.times.seconds_in(Mode::automatic) / kHour;
@@ -242,7 +240,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::records_dropped: return number(of().dropped);
     case Field::corrective_action: return static_cast<double>(of().watch.corrective);
     case Field::condition: return condition_percent(of().watch.condition, reg.which);
-    case Field::veto_corrective_action: return flag(of().watch.veto != model::Veto::none);
+    case Field::veto_corrective_action: return flag(of().watch.veto != alarm::Veto::none);
     case Field::alarm_active: return flag(alarm().active());
     case Field::alarm_unacknowledged: return flag(alarm().unacknowledged());
     case Field::pv_bad:
@@ -255,7 +253,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::communication_lost: return flag(is(of(), record::kOutputLost));
     case Field::in_fault:
       return flag(static_cast<control::Fault>(row().fault) != control::Fault::none);
-    case Field::window_valid: return flag(of().watch.window_state == model::WindowState::valid);
+    case Field::window_valid: return flag(of().watch.window_state == alarm::WindowState::valid);
     case Field::wanted_sp: return of().set_point_wanted;
     case Field::wanted_sp_scaled: return of_pv(of().set_point_wanted);
     case Field::kp: return pid().gains.kp;
@@ -272,14 +270,14 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::explanation_age:
       return of_explanation(reg.field, of().watch.explanation.get(), box().utc_ms);
     case Field::process_active:
-      return process_bits(of(), [](const model::Alarm& a) { return a.active(); });
+      return process_bits(of(), [](const alarm::Alarm& a) { return a.active(); });
     case Field::process_unacknowledged:
-      return process_bits(of(), [](const model::Alarm& a) { return a.unacknowledged(); });
+      return process_bits(of(), [](const alarm::Alarm& a) { return a.unacknowledged(); });
     case Field::process_shelved:
-      return process_bits(of(), [](const model::Alarm& a) { return a.shelved(); });
+      return process_bits(of(), [](const alarm::Alarm& a) { return a.shelved(); });
     case Field::process_suppressed:
       return process_bits(
-          of(), [](const model::Alarm& a) { return a.state() == model::AlarmState::suppressed; });
+          of(), [](const alarm::Alarm& a) { return a.state() == alarm::AlarmState::suppressed; });
     // A momentary coil rests at 0.
     case Field::acknowledge_process:
     case Field::unshelve_process:

@@ -9,7 +9,7 @@
 
 #include "daemon/gateway/loops_view.hpp"
 #include "hal/modbus/modbus_settings.hpp"
-#include "map/register_map.hpp"
+#include "daemon/registers/register_map.hpp"
 
 namespace loopwarden::daemon::gateway {
 
@@ -26,7 +26,7 @@ struct ServerState {
 };
 
 // The alarm of a field that stands once for each; of one that does not, the first, of no account.
-loopwarden::monitor::AlarmKind alarm_of(const register_map::Register& reg) noexcept;
+alarm::AlarmKind alarm_of(const registers::Register& reg) noexcept;
 
 // The plant at the moment of one request: every loop is read at most once. What it refers to outlives it.
 class MapValues {
@@ -34,7 +34,7 @@ class MapValues {
   MapValues(PlantView& plant, const ServerState& server) : plant_(plant), server_(server) {}
 
   // `index` counts only where `reg` belongs to a loop. Not finite: it is not known.
-  double value(const register_map::Register& reg, std::size_t index);
+  double value(const registers::Register& reg, std::size_t index);
 
   const LoopReading& loop(std::size_t index);
   const BoxReading& box();
@@ -46,7 +46,7 @@ class MapValues {
     std::size_t unacknowledged = 0;
     std::size_t shelved = 0;
     std::uint64_t windows = 0;
-    loopwarden::monitor::Ne107 ne107 = loopwarden::monitor::Ne107::normal;
+    alarm::Ne107 ne107 = alarm::Ne107::normal;
   };
   const Totals& totals();
   double status_bits();

@@ -7,7 +7,7 @@
 namespace loopwarden::daemon::gateway {
 namespace {
 
-using register_map::Table;
+using registers::Table;
 using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::uint8_t kReadCoils = 1;

@@ -22,7 +22,7 @@
 #include <string>
 #include <utility>
 
-#include "map/register_map.hpp"
+#include "daemon/registers/register_map.hpp"
 
 namespace loopwarden::daemon::gateway {
 
@@ -55,10 +55,10 @@ class RegisterBank {
   virtual ~RegisterBank() = default;
 
   // One value for each address; bits are 0 or 1. All values of a call are of one moment.
-  virtual Exception read(register_map::Table table, std::uint16_t address,
+  virtual Exception read(registers::Table table, std::uint16_t address,
                          std::span<std::uint16_t> values) = 0;
   // All or nothing. Only for holding registers and coils, and for peers that may write.
-  virtual Exception write(register_map::Table table, std::uint16_t address,
+  virtual Exception write(registers::Table table, std::uint16_t address,
                           std::span<const std::uint16_t> values, const Peer& peer) = 0;
 };
 

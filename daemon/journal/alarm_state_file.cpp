@@ -12,7 +12,7 @@
 namespace loopwarden::daemon::journal {
 namespace {
 
-using monitor::AlarmMemory;
+using alarm::AlarmMemory;
 using nlohmann::json;
 
 constexpr std::size_t kChecksumLine = 9;  // eight digits and a line end
@@ -34,7 +34,7 @@ json to_json(const AlarmKey& key, const AlarmMemory& memory) {
 }
 
 AlarmMemory memory_of(const json& j) {
-  return {.raised = static_cast<monitor::AlarmState>(j.at("state").get<std::uint8_t>()),
+  return {.raised = static_cast<alarm::AlarmState>(j.at("state").get<std::uint8_t>()),
           .shelved_until_ms = j.at("shelved_until_ms").get<std::int64_t>(),
           .raised_ms = j.at("raised_ms").get<std::int64_t>(),
           .changed_ms = j.at("changed_ms").get<std::int64_t>(),

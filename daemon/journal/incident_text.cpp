@@ -10,7 +10,7 @@
 
 namespace loopwarden::daemon::journal {
 
-using loopwarden::monitor::Incident;
+using alarm::Incident;
 using nlohmann::json;
 
 std::string incident_id(const std::string& tag, const Incident& incident) {
@@ -48,10 +48,10 @@ std::optional<Incident> read_incident(const std::string& text) {
     incident.alarms = j.at("alarms").get<std::uint16_t>();
     incident.name = j.at("name").get<std::string>();
     if (const json& cause = j.at("cause"); !cause.is_null()) {
-      if (cause.get<int>() < 0 || cause.get<int>() > static_cast<int>(plant::Block::disturbance)) {
+      if (cause.get<int>() < 0 || cause.get<int>() > static_cast<int>(effects::Block::disturbance)) {
         return std::nullopt;
       }
-      incident.cause = static_cast<plant::Block>(cause.get<int>());
+      incident.cause = static_cast<effects::Block>(cause.get<int>());
     }
     if (const json& sure = j.at("confidence"); !sure.is_null()) {
       incident.confidence = sure.get<double>();

@@ -4,15 +4,15 @@
 #include <optional>
 #include <string>
 
-#include "model/monitor/loop_incident.hpp"
+#include "model/alarm/loop_incident.hpp"
 
 namespace loopwarden::daemon::journal {
 
 // FIC-205-20261124T145805Z: tag and UTC of the incident's begin.
-std::string incident_id(const std::string& tag, const loopwarden::monitor::Incident& incident);
+std::string incident_id(const std::string& tag, const alarm::Incident& incident);
 
 // All of it as a line of JSON, and back; nothing where the text is none.
-std::string write_incident(const loopwarden::monitor::Incident& incident);
-std::optional<loopwarden::monitor::Incident> read_incident(const std::string& text);
+std::string write_incident(const alarm::Incident& incident);
+std::optional<alarm::Incident> read_incident(const std::string& text);
 
 }  // namespace loopwarden::daemon::journal

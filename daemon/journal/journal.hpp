@@ -82,7 +82,7 @@ class Journal {
   // The same of the lines that the query fits.
   std::vector<JournalRow> search(const JournalQuery& query) const;
   // The newest alarms that came from `from_ms` to before `to_ms`, newest first.
-  std::vector<loopwarden::monitor::AlarmCame> came(std::int64_t from_ms, std::int64_t to_ms,
+  std::vector<alarm::AlarmCame> came(std::int64_t from_ms, std::int64_t to_ms,
                                                    std::size_t most) const;
   std::filesystem::path path() const { return settings_.folder / "journal.sqlite"; }
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "model/monitor/alarm.hpp"
-#include "model/monitor/loop_incident.hpp"
+#include "model/alarm/alarm.hpp"
+#include "model/alarm/loop_incident.hpp"
 
 namespace loopwarden::daemon::journal {
 
@@ -29,8 +29,8 @@ struct JournalEntry {
   std::string result;  // "done", or why not
   std::string reason;  // in the words of who did it
   // What the alarm must remember from here on; stored together with the line, or not at all.
-  std::optional<loopwarden::monitor::AlarmMemory> memory;
-  std::optional<loopwarden::monitor::Incident> incident;  // the same of the loop's incident
+  std::optional<alarm::AlarmMemory> memory;
+  std::optional<alarm::Incident> incident;  // the same of the loop's incident
 };
 
 constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
@@ -47,8 +47,8 @@ constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
 using AlarmKey = std::pair<std::string, std::string>;
 struct AlarmStates {
   std::uint64_t revision = 0;  // +1 with each change; tells the newer of two copies
-  std::map<AlarmKey, loopwarden::monitor::AlarmMemory> memories;
-  std::map<std::string, loopwarden::monitor::Incident> incidents;  // by loop
+  std::map<AlarmKey, alarm::AlarmMemory> memories;
+  std::map<std::string, alarm::Incident> incidents;  // by loop
 
   bool empty() const noexcept { return memories.empty() && incidents.empty(); }
   // Puts what the line remembers, or what newer states do, in place of what is here.

@@ -11,8 +11,8 @@
 namespace loopwarden::daemon::journal {
 namespace {
 
-using loopwarden::monitor::AlarmMemory;
-using loopwarden::monitor::AlarmState;
+using alarm::AlarmMemory;
+using alarm::AlarmState;
 using sqlite::Statement;
 
 constexpr const char* kTables = R"(
@@ -195,14 +195,14 @@ std::vector<JournalRow> JournalFile::search(const std::filesystem::path& path,
   return file.search(query);
 }
 
-std::vector<loopwarden::monitor::AlarmCame> JournalFile::came(const std::filesystem::path& path,
+std::vector<alarm::AlarmCame> JournalFile::came(const std::filesystem::path& path,
                                                               std::int64_t from_ms,
                                                               std::int64_t to_ms,
                                                               std::size_t most) {
   JournalFile file(path, sqlite::Access::read, 0);
   file.database_.demand_schema(kSchema);
   Statement read(file.database_, kCame, from_ms, to_ms, most);
-  std::vector<loopwarden::monitor::AlarmCame> all;
+  std::vector<alarm::AlarmCame> all;
   while (read.step()) all.push_back({read.integer(0), read.text(1), read.text(2)});
   return all;
 }

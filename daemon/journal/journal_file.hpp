@@ -18,7 +18,7 @@
 
 #include "daemon/journal/journal_entry.hpp"
 #include "base/sqlite/sqlite.hpp"
-#include "model/monitor/alarm_figures.hpp"
+#include "model/alarm/alarm_figures.hpp"
 
 namespace loopwarden::daemon::journal {
 
@@ -46,7 +46,7 @@ class JournalFile {
   static std::vector<JournalRow> search(const std::filesystem::path& path,
                                         const JournalQuery& query);
   // The newest alarms that came from `from_ms` to before `to_ms` (UTC), newest first.
-  static std::vector<loopwarden::monitor::AlarmCame> came(const std::filesystem::path& path,
+  static std::vector<alarm::AlarmCame> came(const std::filesystem::path& path,
                                                           std::int64_t from_ms, std::int64_t to_ms,
                                                           std::size_t most);
   JournalFile(const JournalFile&) = delete;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon {
 

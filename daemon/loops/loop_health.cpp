@@ -11,8 +11,8 @@ bool is_simulated(const config::LoopConfig& config) noexcept {
   return !config::backing_of(config.io).hardware;
 }
 
-loopwarden::monitor::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,
-                                     const monitor::LoopWatch& watch,
+alarm::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,
+                                     const supervision::LoopWatch& watch,
                                      double severe_percent) noexcept {
   using control::Fault;
   const auto fault = static_cast<Fault>(row.fault);

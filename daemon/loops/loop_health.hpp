@@ -3,16 +3,16 @@
 #pragma once
 
 #include "config/loop_config.hpp"
-#include "daemon/monitor/watch_board.hpp"
+#include "daemon/supervision/watch_board.hpp"
 #include "record/record_row.hpp"
-#include "model/monitor/ne107.hpp"
+#include "model/alarm/ne107.hpp"
 
 namespace loopwarden::daemon {
 
 bool is_simulated(const config::LoopConfig& config) noexcept;
 
-loopwarden::monitor::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,
-                                     const monitor::LoopWatch& watch,
+alarm::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,
+                                     const supervision::LoopWatch& watch,
                                      double severe_percent) noexcept;
 
 }  // namespace loopwarden::daemon

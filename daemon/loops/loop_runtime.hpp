@@ -13,7 +13,7 @@
 #include "config/loop_config.hpp"
 #include "daemon/loops/commissioning.hpp"
 #include "daemon/rt/control_cycle.hpp"
-#include "daemon/watch/watch_cycle.hpp"
+#include "daemon/external/watch_cycle.hpp"
 #include "hal/contract/loop_io.hpp"
 #include "hal/contract/loop_source.hpp"
 
@@ -68,7 +68,7 @@ struct LoopRuntime {
   std::unique_ptr<rt::LoopChannels> channels;
   std::unique_ptr<CurrentSettings> settings;
   std::unique_ptr<rt::ControlCycle> cycle;
-  std::unique_ptr<watch::WatchCycle> watch;
+  std::unique_ptr<external::WatchCycle> watch;
   std::unique_ptr<Commissioning> commissioning;
 
   bool watched() const noexcept { return source != nullptr; }

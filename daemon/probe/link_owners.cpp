@@ -13,7 +13,7 @@
 #include "base/local_socket.hpp"
 #include "config/config_reader.hpp"
 #include "config/link_address.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 
 namespace loopwarden::daemon::probe {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "base/file.hpp"
 #include "hal/modbus/modbus_transport.hpp"
-#include "protocol/probe.hpp"
+#include "daemon/protocol/probe.hpp"
 
 namespace loopwarden::daemon::probe {
 

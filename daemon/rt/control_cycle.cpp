@@ -58,7 +58,7 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
 
 ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettings& settings,
                            const StartSettings& start, ValvePositionSource valve_source,
-                           plant::EffectChain valve_model, hal::LoopIo& io, LoopChannels& channels,
+                           effects::EffectChain valve_model, hal::LoopIo& io, LoopChannels& channels,
                            base::SpscRing<Event>& events)
     : loop_(loop),
       settings_(settings),

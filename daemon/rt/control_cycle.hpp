@@ -17,7 +17,7 @@
 #include "record/record_row.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
-#include "model/plant/effect.hpp"
+#include "model/effects/effect.hpp"
 
 namespace loopwarden::daemon::rt {
 
@@ -142,7 +142,7 @@ class ControlCycle {
   // `events` is shared by all loops of the real-time thread. Everything referred to outlives this.
   ControlCycle(std::uint32_t loop, double period_s, const LoopSettings& settings,
                const StartSettings& start, ValvePositionSource valve_source,
-               plant::EffectChain valve_model, hal::LoopIo& io, LoopChannels& channels,
+               effects::EffectChain valve_model, hal::LoopIo& io, LoopChannels& channels,
                base::SpscRing<Event>& events);
 
   // Real-time thread. `missed`: periods skipped since the last call; `stop`: the daemon is ending.
@@ -184,7 +184,7 @@ class ControlCycle {
   std::optional<JacketWish> jacket_since_offer_;  // the newest order for it since the offer came
   StartSettings start_;
   ValvePositionSource valve_source_;
-  plant::EffectChain valve_model_;
+  effects::EffectChain valve_model_;
   hal::LoopIo& io_;
   LoopChannels& channels_;
   base::SpscRing<Event>& events_;

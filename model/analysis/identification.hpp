@@ -8,7 +8,7 @@
 // tells the process from the load: moves of SP, of CO by hand. If that alone (in open loop: all of CO) would
 // not fix the gain within 20 % (95 %), or the interval found reaches further than a factor of two, there is no
 // number, but the reason and what would help: beyond, intervals hold the truth less often than they say
-// (studies/identify).
+// (lab/identify_study).
 //
 // A model whose free run leaves more than a straight line through PV is no model: then in open loop
 // the forms are fitted again without a noise model (whose errors an exact log makes large), their
@@ -26,7 +26,7 @@
 // Where that leaves no number, the record is tried as the limit cycle of a sticking valve (sticking_cycle.hpp), which
 // needs nothing from outside, nor SP.
 //
-// What it can't do: valves with friction or play in other records: gain too small, dead time too long (studies/identify
+// What it can't do: valves with friction or play in other records: gain too small, dead time too long (lab/identify_study
 // has figures). Intervals assume that the form is right and that the load is noise through a linear filter.
 //
 // Sources: Ljung, System Identification (1999), ch. 13 (closed loop).

@@ -78,7 +78,7 @@ Complex ValveNonlinearity::describing_function(double amplitude) const {
 
 std::optional<ValveNonlinearity> valve_nonlinearity(const plant::LoopModel& model) {
   std::optional<ValveNonlinearity> found;
-  const auto take = [&](const plant::EffectSpec& spec) {
+  const auto take = [&](const effects::EffectSpec& spec) {
     const effects::Descriptor* info = effects::find_effect(spec.name);
     if (info == nullptr || info->valve_band == nullptr) return;
     const effects::ValveBand band = info->valve_band(effects::SpecReader(*info, spec));

@@ -56,7 +56,7 @@ LinearLoop linear_loop(const plant::LoopModel& model) {
   if (model.process.second_time_constant_s > 0.0) {
     loop.lags_s.push_back(model.process.second_time_constant_s);
   }
-  const auto take = [&](const plant::EffectSpec& spec) {
+  const auto take = [&](const effects::EffectSpec& spec) {
     const effects::Descriptor* info = effects::find_effect(spec.name);
     if (info == nullptr || info->linear == nullptr) {
       loop.left_out.push_back(spec.name);

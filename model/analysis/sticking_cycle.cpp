@@ -10,7 +10,7 @@
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/subplex.hpp"
 #include "model/plant/process.hpp"
-#include "model/plant/stiction_choudhury.hpp"
+#include "model/effects/stiction/stiction_choudhury.hpp"
 
 namespace loopwarden::analysis {
 namespace {
@@ -23,7 +23,7 @@ constexpr std::size_t kFewestStemTurns = 4;
 constexpr std::size_t kMostCycleSamples = 6000;
 constexpr double kTurnBand = 0.3;       // of CO's range, that a turn must leave
 constexpr double kStemTurnBand = 0.02;  // of the stem's
-// By hand, on the open records of data/: of valves that don't stick the lead was below 0, or the lag as long as
+// By hand, on the open records of examples/: of valves that don't stick the lead was below 0, or the lag as long as
 // any; of ten that do it was 86 to 764 nats in seven, below 16 in three.
 constexpr double kLeastLead = 30.0;  // nats
 constexpr double kLeastBand = 0.2;   // s over CO's range: a cycle is little wider than its band
@@ -105,7 +105,7 @@ class Search {
   void leave_out(std::size_t block) noexcept { left_out_ = block; }
 
   Values stem(double s, double ratio) const {
-    plant::StictionChoudhury valve({s, s * ratio});
+    effects::StictionChoudhury valve({s, s * ratio});
     Values x(co_.size());
     x[0] = valve.reset(co_[0]);
     for (std::size_t k = 1; k < x.size(); ++k) x[k] = valve.step(co_[k]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Written by `loopwarden-study diagnose --records data/routine data/isdb data/measured --weights FILE --cases 2000 --seed 5`;
+// Written by `loopwarden-study diagnose --records examples/routine examples/isdb examples/measured --weights FILE --cases 2000 --seed 5`;
 // not edited by hand.
 #pragma once
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "model/plant/backlash.hpp"
-#include "model/plant/stiction_choudhury.hpp"
+#include "model/effects/backlash/backlash.hpp"
+#include "model/effects/stiction/stiction_choudhury.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
@@ -223,11 +223,11 @@ Hammerstein fit_blocks(Series y, Series u, double action) {
     h.jumps = jumps;
   };
   for (const double s : kArxBands) {
-    plant::Backlash play(s);
+    effects::Backlash play(s);
     play.reset(u.front());
     std::transform(u.begin(), u.end(), v.begin(), [&](double x) { return play.step(x); });
     consider(s, false);
-    plant::StictionChoudhury law({.s = s, .j = 0.5 * s});
+    effects::StictionChoudhury law({.s = s, .j = 0.5 * s});
     law.reset(u.front());
     std::transform(u.begin(), u.end(), v.begin(), [&](double x) { return law.step(x); });
     consider(s, true);

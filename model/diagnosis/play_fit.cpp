@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "model/plant/backlash.hpp"
+#include "model/effects/backlash/backlash.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
@@ -50,7 +50,7 @@ PlayFit fit_play(const Scales& pv, const Scales& co, double period) {
     double band = 0.0;
     Series v(co[i].size());
     for (const double share : kPlayBands) {
-      plant::Backlash play(share * range);
+      effects::Backlash play(share * range);
       play.reset(co[i].front());
       std::transform(co[i].begin(), co[i].end(), v.begin(), [&](double u) { return play.step(u); });
       const double r2 = best_r2(pv[i], v, period);

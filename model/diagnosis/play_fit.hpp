@@ -11,7 +11,7 @@
 //
 // Source: fit of PV over CO with and without the valve's loop, after M. A. A. S. Choudhury, S. L. Shah, N. F. Thornhill
 // and D. S. Shook, Control Engineering Practice 14 (2006), who fit an ellipse; play operator as in
-// model/plant/backlash.hpp.
+// model/effects/backlash/backlash.hpp.
 //
 // What it can't do: a longer lag makes a loop of PV over CO too, so alone it is a weak witness.
 #pragma once

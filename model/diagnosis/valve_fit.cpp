@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "model/plant/backlash.hpp"
-#include "model/plant/stiction_choudhury.hpp"
+#include "model/effects/backlash/backlash.hpp"
+#include "model/effects/stiction/stiction_choudhury.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
@@ -128,7 +128,7 @@ ValveFit fit_valve(const Prepared& prepared, double action) {
   Series v(n);
   for (const double band : kBands) {
     const double s = band * range;
-    plant::Backlash play(s);
+    effects::Backlash play(s);
     play.reset(u.front());
     for (std::size_t k = 0; k < n; ++k) v[k] = play.step(u[k]);
     const Best with_play = fit_process(v, target);
@@ -136,7 +136,7 @@ ValveFit fit_valve(const Prepared& prepared, double action) {
     fit.backlash.free = std::max(fit.backlash.free, with_play.free);
     fit.backlash.whitened = std::max(fit.backlash.whitened, with_play.whitened);
     for (const double share : kJumps) {
-      plant::StictionChoudhury law({.s = s, .j = share * s});
+      effects::StictionChoudhury law({.s = s, .j = share * s});
       law.reset(u.front());
       for (std::size_t k = 0; k < n; ++k) v[k] = law.step(u[k]);
       const Best sticking = fit_process(v, target);

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "model/plant/loop_model.hpp"
+#include "model/effects/effect_spec.hpp"
 
 namespace loopwarden::effects {
 
@@ -75,7 +75,7 @@ struct Candidate {
   using Deviations = std::map<std::string, double>;
 
   const char* name = "";
-  plant::Block block = plant::Block::valve;
+  Block block = Block::valve;
   bool smooth = true;                 // PV depends smoothly on the searched parameters
   int parameters = 0;                 // fitted ones, for the penalty
   double prior_nats = 0.0;            // by how much it is rarer than what explains as well
@@ -86,17 +86,17 @@ struct Candidate {
   std::vector<const char*> solved{};  // parameters of the effect that are solved for as they are
 
   // The effect from the values of `search` and what was solved; null: what effect() makes of their names.
-  plant::EffectSpec (*spec)(const Candidate& candidate, Values searched, Values solved) = nullptr;
+  EffectSpec (*spec)(const Candidate& candidate, Values searched, Values solved) = nullptr;
   // How far from CO the stem can rest, CO units; null: nowhere but where CO puts it.
   double (*resting_half_band)(Values searched) = nullptr;
   // The same stem with the momentum of its actuator; null: none.
-  plant::EffectSpec (*with_momentum)(plant::EffectSpec effect, double natural_frequency_rad_s,
+  EffectSpec (*with_momentum)(EffectSpec effect, double natural_frequency_rad_s,
                                      double damping) = nullptr;
   // Share of the samples at which it does what no simpler effect does, under this CO; null: all.
   double (*telling)(Values searched, Values co, double period_s) = nullptr;
   // Standard deviations of named parameters from those of the searched and then the solved values
   // (`spread`); null: what is searched or in `solved` is what is named.
-  void (*deviations)(Values searched, Values spread, const plant::EffectSpec& spec,
+  void (*deviations)(Values searched, Values spread, const EffectSpec& spec,
                      Deviations& named) = nullptr;
   // PV's answer to each solved parameter, set to 1 before: `columns` of them.
   std::size_t columns = 0;
@@ -121,7 +121,7 @@ struct Candidate {
   double time_constant_s = 1.0;  // s, of the process
 
   // The effect as a model file takes it.
-  plant::EffectSpec effect(Values searched, Values solved_values) const;
+  EffectSpec effect(Values searched, Values solved_values) const;
   std::size_t linear_columns() const noexcept { return columns; }
   bool starts_offset() const noexcept { return resting_half_band != nullptr; }
   // Stepped in the signal's path, not solved for.

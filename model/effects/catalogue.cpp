@@ -145,18 +145,6 @@ bool takes_dead_time(const std::vector<EffectSpec>& specs) noexcept {
   });
 }
 
-plant::LoopModel without_noise(plant::LoopModel model) {
-  model.transmitter.noise = 0.0;
-  model.transmitter.resolution = 0.0;
-  const auto is_noise = [](const EffectSpec& spec) {
-    const Descriptor* info = find_effect(spec.name);
-    return info != nullptr && info->is_noise;
-  };
-  std::erase_if(model.disturbances, is_noise);
-  std::erase_if(model.transmitter_effects, is_noise);
-  return model;
-}
-
 void complete(EffectSpec& spec, const EffectContext& context) {
   const Descriptor* info = find_effect(spec.name);
   if (info == nullptr || !(context.time_constant_s > 0.0)) return;
@@ -166,7 +154,7 @@ void complete(EffectSpec& spec, const EffectContext& context) {
   }
 }
 
-plant::Effect make_effect(const EffectSpec& spec, const EffectContext& context) {
+Effect make_effect(const EffectSpec& spec, const EffectContext& context) {
   const Descriptor* info = find_effect(spec.name);
   if (info == nullptr) throw EffectError("effect", "unknown effect '" + spec.name + "'");
   return info->make(SpecReader(*info, spec), context);

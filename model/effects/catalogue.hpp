@@ -25,12 +25,10 @@ const Descriptor* find_word(std::string_view name) noexcept;
 void check_effect(const EffectSpec& spec, Block block, const EffectContext& context);
 // Whether one of them stands in the place of the process's dead time.
 bool takes_dead_time(const std::vector<EffectSpec>& specs) noexcept;
-// The model with a transmitter that shows PV as it is, and without disturbances that go by chance.
-plant::LoopModel without_noise(plant::LoopModel model);
 // Puts in what is not given and follows from the process: a spec that stands for itself.
 void complete(EffectSpec& spec, const EffectContext& context);
 // `spec` must have passed check_effect() with the same context.
-plant::Effect make_effect(const EffectSpec& spec, const EffectContext& context);
+Effect make_effect(const EffectSpec& spec, const EffectContext& context);
 
 // All that `gap` looks for, in the order of the catalogue.
 std::vector<Candidate> candidates(const SearchContext& context);

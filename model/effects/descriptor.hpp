@@ -12,13 +12,10 @@
 #include <vector>
 
 #include "model/effects/candidate.hpp"
-#include "model/plant/effect.hpp"
-#include "model/plant/loop_model.hpp"
+#include "model/effects/effect.hpp"
+#include "model/effects/effect_spec.hpp"
 
 namespace loopwarden::effects {
-
-using plant::Block;
-using plant::EffectSpec;
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -116,7 +113,7 @@ struct Descriptor {
   // What no single key shows; throws EffectError. Null: nothing.
   void (*check)(const SpecReader& read, const EffectContext& context) = nullptr;
   // From a spec that was checked. Null: no effect of the plant, so no model holds it.
-  plant::Effect (*make)(const SpecReader& read, const EffectContext& context) = nullptr;
+  Effect (*make)(const SpecReader& read, const EffectContext& context) = nullptr;
 
   bool takes_dead_time = false;  // stands in the place of the process's own
 

@@ -29,7 +29,7 @@ double gain_of(const plant::LoopModel& model) {
 }
 
 // Widest of the parameters that are a band in CO units; 0: the effect has none.
-double band_of(const plant::EffectSpec& spec) {
+double band_of(const effects::EffectSpec& spec) {
   constexpr std::array<std::string_view, 8> kBands{"s",    "deadband", "width",     "offset",
                                                    "step", "jump",     "s_closing", "band"};
   double widest = 0.0;
@@ -132,7 +132,7 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
     }
     const auto doubtful = [&](const FoundEffect& effect) {
       const double band = band_of(effect.spec);
-      const bool too_narrow = effect.block == plant::Block::valve && band > 0.0 && band < narrowest;
+      const bool too_narrow = effect.block == effects::Block::valve && band > 0.0 && band < narrowest;
       return effect.spec.name != kController && (of_the_archive(effect.spec.name) || too_narrow ||
                                                  brings(result, effect.spec.name) < counts);
     };

@@ -4,7 +4,7 @@
 //
 // A confidence is the share of right names among those that were given with as much of a lead, in simulated
 // cases with a known truth: (right + 1) / (names + 2) of the row of kConfidenceTable. The table is written
-// by `loopwarden-study gap --calibrate` (studies/gap/calibration.hpp has the method), which says in it
+// by `loopwarden-study gap --calibrate` (lab/gap_study/calibration.hpp has the method), which says in it
 // from which cases; they are to be made again whenever the search changes.
 //
 // What it can't do: these are shares of that mixture of effects, records and believed models. A plant whose

@@ -3,7 +3,7 @@
 // evaluations, grids) stand beside the optimisers: they cost time and precision, not names.
 //
 //   by definition  what the word means
-//   by hand        set on development cases of bench/hidden_cases (seeds below 100000); never on the cases
+//   by hand        set on development cases of lab/hidden_cases (seeds below 100000); never on the cases
 //                  that judge it
 #pragma once
 

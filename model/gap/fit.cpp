@@ -96,7 +96,7 @@ bool at_simpler(const Candidate& term, const std::vector<double>& searched) {
 
 bool jumps(const Terms& terms) {
   return std::any_of(terms.begin(), terms.end(), [](const Candidate* t) {
-    return t->block == plant::Block::valve && !t->smooth;
+    return t->block == effects::Block::valve && !t->smooth;
   });
 }
 

@@ -50,11 +50,11 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOption
   if (*co_high - *co_low < kLeastMovement * pid.output_span()) {
     // A valve that is never moved shows nothing of itself, nor of the process.
     std::erase_if(all, [](const Candidate& candidate) {
-      return candidate.block == plant::Block::valve || candidate.block == plant::Block::process;
+      return candidate.block == effects::Block::valve || candidate.block == effects::Block::process;
     });
   }
   if (!r.model.has_valve) {
-    std::erase_if(all, [](const Candidate& c) { return c.block == plant::Block::valve; });
+    std::erase_if(all, [](const Candidate& c) { return c.block == effects::Block::valve; });
   }
   if (level_of(r, options) != Level::of_model) {
     std::erase_if(all, [](const Candidate& c) { return c.is_level; });

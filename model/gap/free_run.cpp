@@ -15,12 +15,12 @@
 namespace loopwarden::gap {
 namespace {
 
-using plant::Block;
-using plant::EffectSpec;
+using effects::Block;
+using effects::EffectSpec;
 
-plant::EffectChain chain_of(const std::vector<EffectSpec>& specs, Block block,
+effects::EffectChain chain_of(const std::vector<EffectSpec>& specs, Block block,
                             const effects::EffectContext& context) {
-  plant::EffectChain chain;
+  effects::EffectChain chain;
   for (const EffectSpec& spec : specs) {
     const effects::Descriptor* info = effects::find_effect(spec.name);
     if (info != nullptr && info->is_noise) continue;
@@ -95,8 +95,8 @@ FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, Level level)
   const double stated = model_.process.level.value_or(0.0);
   offset_.assign(co_.size(), stated);
   if (plain_transmitter_) return;
-  plant::EffectChain disturbances = disturbances_;
-  plant::EffectChain transmitter = transmitter_effects_;
+  effects::EffectChain disturbances = disturbances_;
+  effects::EffectChain transmitter = transmitter_effects_;
   for (std::size_t k = 0; k < co_.size(); ++k) {
     const double now_s = static_cast<double>(k) * model_.sample_time_s;
     offset_[k] = k == 0 ? transmitter.reset(disturbances.reset(stated, 0.0), 0.0)
@@ -104,13 +104,13 @@ FreeRun::FreeRun(plant::LoopModel model, std::vector<double> co, Level level)
   }
 }
 
-plant::EffectChain FreeRun::transmitter_chain(bool of_reading) const {
-  plant::EffectChain chain;
+effects::EffectChain FreeRun::transmitter_chain(bool of_reading) const {
+  effects::EffectChain chain;
   for (const EffectSpec& spec : model_.transmitter_effects) {
     const effects::Descriptor* info = effects::find_effect(spec.name);
     if (info != nullptr && info->is_noise) continue;
     effects::check_effect(spec, Block::transmitter, context_);
-    plant::Effect effect = effects::make_effect(spec, context_);
+    effects::Effect effect = effects::make_effect(spec, context_);
     if (effect.acts_on_reading() == of_reading) chain.add(std::move(effect));
   }
   return chain;
@@ -122,7 +122,7 @@ bool FreeRun::shows_all(const Terms& terms) const noexcept {
 }
 
 void FreeRun::show(const Terms& terms, const Point& point, std::vector<double>& pv) const {
-  plant::EffectChain reading = reading_effects_;
+  effects::EffectChain reading = reading_effects_;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (!terms[i]->shown()) continue;
     reading.add(effects::make_effect(terms[i]->effect(point.searched[i], {}), context_));
@@ -153,8 +153,8 @@ std::size_t FreeRun::column_count(const Terms& terms) const noexcept {
 
 void FreeRun::pass_transmitter(std::vector<double>& signal) const {
   if (plain_transmitter_) return;
-  plant::EffectChain disturbances = disturbances_;
-  plant::EffectChain transmitter = transmitter_effects_;
+  effects::EffectChain disturbances = disturbances_;
+  effects::EffectChain transmitter = transmitter_effects_;
   const double level = model_.process.level.value_or(0.0);
   for (std::size_t k = 0; k < signal.size(); ++k) {
     const double now_s = static_cast<double>(k) * model_.sample_time_s;
@@ -345,7 +345,7 @@ std::vector<double> FreeRun::flow(const Point& point, Block block) const {
   return out;
 }
 
-std::vector<double> FreeRun::answer(const Point& point, Block block, plant::Effect law,
+std::vector<double> FreeRun::answer(const Point& point, Block block, effects::Effect law,
                                     const std::vector<double>& flow) const {
   const double h = model_.sample_time_s;
   Chains c = chains({}, point);

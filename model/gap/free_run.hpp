@@ -23,7 +23,7 @@
 
 #include "model/effects/catalogue.hpp"
 #include "model/gap/record.hpp"
-#include "model/plant/effect.hpp"
+#include "model/effects/effect.hpp"
 
 namespace loopwarden::gap {
 
@@ -108,8 +108,8 @@ class FreeRun {
 
   // The flow of the model under CO, as it leaves the valve or (block process) the effects behind it; and PV's answer,
   // at the model's own gain, to what `law` makes of it there.
-  std::vector<double> flow(const Point& point, plant::Block block) const;
-  std::vector<double> answer(const Point& point, plant::Block block, plant::Effect law,
+  std::vector<double> flow(const Point& point, effects::Block block) const;
+  std::vector<double> answer(const Point& point, effects::Block block, effects::Effect law,
                              const std::vector<double>& flow) const;
 
   // How far below CO the stem stands at the first sample, CO units.
@@ -121,9 +121,9 @@ class FreeRun {
 
  private:
   struct Chains {
-    plant::EffectChain valve;
-    plant::EffectChain process;
-    plant::EffectChain transmitter;  // of the terms alone
+    effects::EffectChain valve;
+    effects::EffectChain process;
+    effects::EffectChain transmitter;  // of the terms alone
     bool with_dead_time;             // the process's own is among them
   };
   Chains chains(const Terms& terms, const Point& point) const;
@@ -134,16 +134,16 @@ class FreeRun {
   void fill_past(const Point& point, std::vector<std::vector<double>>& columns) const;
   void pass_transmitter(std::vector<double>& signal) const;
   // Of the effects that act on the reading, or of the others.
-  plant::EffectChain transmitter_chain(bool of_reading) const;
+  effects::EffectChain transmitter_chain(bool of_reading) const;
 
   plant::LoopModel model_;
   effects::EffectContext context_;
   std::vector<double> co_;  // CO units
   Level level_;
   std::vector<double> offset_;  // PV units
-  plant::EffectChain disturbances_;
-  plant::EffectChain transmitter_effects_;
-  plant::EffectChain reading_effects_;
+  effects::EffectChain disturbances_;
+  effects::EffectChain transmitter_effects_;
+  effects::EffectChain reading_effects_;
   bool plain_transmitter_;
 };
 

@@ -11,16 +11,16 @@
 
 #include "model/gap/constants.hpp"
 #include "model/numeric/text.hpp"
-#include "model/plant/learned.hpp"
+#include "model/effects/learned/learned.hpp"
 
 namespace loopwarden::gap {
 namespace {
 
 using numeric::text;
 
-using plant::Block;
-using plant::EffectSpec;
-using plant::Points;
+using effects::Block;
+using effects::EffectSpec;
+using effects::Points;
 
 constexpr std::size_t kBlocks = 16;  // of the fitted part, each left out once
 constexpr double kRidge = 1e-5;      // of each column's own square
@@ -31,7 +31,7 @@ constexpr std::array kPlayCounts{1, 3};
 struct Hat {
   Points points;
   double reset(double u) const noexcept { return step(u); }
-  double step(double u) const noexcept { return plant::interpolate(points, u); }
+  double step(double u) const noexcept { return effects::interpolate(points, u); }
   void set_severity(double) noexcept {}
 };
 
@@ -39,7 +39,7 @@ struct HatOfTime {
   Points points;
   double reset(double u) const noexcept { return step(u, 0.0); }
   double step(double u, double time_s) const noexcept {
-    return plant::interpolate(points, time_s) * u;
+    return effects::interpolate(points, time_s) * u;
   }
   void set_severity(double) noexcept {}
 };
@@ -61,7 +61,7 @@ struct Itself {
 
 struct Form {
   Block block = Block::valve;
-  std::vector<plant::Effect> basis;
+  std::vector<effects::Effect> basis;
   std::function<EffectSpec(const std::vector<double>& c)> spec;
 };
 
@@ -125,7 +125,7 @@ Form play_form(double widest, int count) {
   for (int j = 1; j <= count; ++j) {
     thresholds.emplace_back(widest * j / count, 1.0);
     form.basis.emplace_back(
-        Added<plant::LearnedPlay>{plant::LearnedPlay({thresholds.back()}, 0.0)});
+        Added<effects::LearnedPlay>{effects::LearnedPlay({thresholds.back()}, 0.0)});
   }
   form.spec = [thresholds](const std::vector<double>& c) {
     EffectSpec spec{"learned", {{"offset", c[1]}}, {{"form", "hysteretic"}}};
@@ -149,8 +149,8 @@ Form play_form(double widest, int count) {
 }
 
 // (T p + 1)^power, by rising powers of p.
-plant::LearnedFilter::Coefficients lags(double time_constant_s, int power) {
-  plant::LearnedFilter::Coefficients out{1.0};
+effects::LearnedFilter::Coefficients lags(double time_constant_s, int power) {
+  effects::LearnedFilter::Coefficients out{1.0};
   for (int i = 0; i < power; ++i) {
     for (std::size_t k = out.size(); k-- > 1;) out[k] += time_constant_s * out[k - 1];
   }
@@ -161,12 +161,12 @@ Form lag_form(double time_constant_s, int order, double period_s) {
   Form form{.block = Block::process, .basis = {}, .spec = {}};
   form.basis.emplace_back(Itself{});
   for (int j = 1; j <= order; ++j) {
-    form.basis.emplace_back(Added<plant::LearnedFilter>{
-        plant::LearnedFilter({1.0}, lags(time_constant_s, j), period_s)});
+    form.basis.emplace_back(Added<effects::LearnedFilter>{
+        effects::LearnedFilter({1.0}, lags(time_constant_s, j), period_s)});
   }
   form.spec = [time_constant_s, order](const std::vector<double>& c) {
     EffectSpec spec{"learned", {}, {{"form", "dynamic"}}};
-    const plant::LearnedFilter::Coefficients denominator = lags(time_constant_s, order);
+    const effects::LearnedFilter::Coefficients denominator = lags(time_constant_s, order);
     double through = 1.0 + c[0];
     for (int j = 1; j <= order; ++j) through -= c[static_cast<std::size_t>(j)];
     for (std::size_t k = 0; k <= static_cast<std::size_t>(order); ++k) {
@@ -306,7 +306,7 @@ std::optional<Learned> learn(const FreeRun& run, const Fit& base, const CheckedR
     for (Form& form : all_forms) {
       if (form.block != block) continue;
       std::vector<std::vector<double>> all = columns;
-      for (const plant::Effect& law : form.basis) {
+      for (const effects::Effect& law : form.basis) {
         all.push_back(run.answer(base.point, block, law, flow));
         for (double& v : all.back()) v *= gain;
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where no name fits: the missing piece itself, as the effect `learned` (model/plant/learned.hpp).
+// Where no name fits: the missing piece itself, as the effect `learned` (model/effects/learned/learned.hpp).
 //
 //   PV = PV of the model + sum of c_j (PV's answer to b_j) ,   b_j laws of the flow u:
 //
@@ -33,8 +33,8 @@ struct LearnedBlock {
 };
 
 struct Learned {
-  plant::EffectSpec spec;  // with its description
-  plant::Block block = plant::Block::valve;
+  effects::EffectSpec spec;  // with its description
+  effects::Block block = effects::Block::valve;
   double closed = 0.0;  // share of the gap on the blocks left out
   std::vector<LearnedBlock> blocks{};
 };

@@ -81,7 +81,7 @@ std::vector<Condition> conditions_of(const std::vector<double>& co, const plant:
 
 struct Pattern {
   const char* what = nullptr;
-  plant::Block block = plant::Block::disturbance;
+  effects::Block block = effects::Block::disturbance;
   double from_s = 0.0;
   double share = 0.0;  // of the energy
   enum class Shape : std::uint8_t { trend, level, constant, sine } shape = Shape::trend;
@@ -94,7 +94,7 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
   for (const double v : r) total += v * v;
   Pattern best;
   if (!(total > 0.0)) return best;
-  const auto offer = [&](const char* what, plant::Block block, double from_s, double explained,
+  const auto offer = [&](const char* what, effects::Block block, double from_s, double explained,
                          Pattern::Shape shape) {
     if (explained / total > best.share) best = {what, block, from_s, explained / total, shape};
   };
@@ -105,7 +105,7 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
     tt += t * t;
     tr += t * r[k];
   }
-  offer("a slow drift", plant::Block::transmitter, 0.0, tr * tr / tt, Pattern::Shape::trend);
+  offer("a slow drift", effects::Block::transmitter, 0.0, tr * tr / tt, Pattern::Shape::trend);
   double tail = 0.0;
   double tail_best = 0.0;
   std::size_t tail_at = 0;
@@ -119,7 +119,7 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
   }
   const bool from_start = static_cast<double>(tail_at) < 0.03 * n;
   offer(from_start ? "all the time, by a constant" : "from one moment on",
-        plant::Block::disturbance, static_cast<double>(tail_at) * period_s, tail_best,
+        effects::Block::disturbance, static_cast<double>(tail_at) * period_s, tail_best,
         from_start ? Pattern::Shape::constant : Pattern::Shape::level);
   const std::size_t stride = std::max<std::size_t>(1, r.size() / 2000);
   const double duration = n * period_s;
@@ -133,7 +133,7 @@ Pattern best_pattern(const std::vector<double>& r, double period_s) {
       ss += r[k] * std::sin(angle);
       cc += r[k] * std::cos(angle);
     }
-    offer("periodically", plant::Block::disturbance, 0.0,
+    offer("periodically", effects::Block::disturbance, 0.0,
           2.0 * (ss * ss + cc * cc) / static_cast<double>(count) * n / static_cast<double>(count),
           Pattern::Shape::sine);
     if (cycles > 400.0) break;
@@ -167,15 +167,15 @@ void largest_first(std::vector<Located>& list) {
 }
 
 // Relative to the spans, the controller's difference beside that of PV.
-std::map<plant::Block, double> shares_of_blocks(const Disagreement& d) {
+std::map<effects::Block, double> shares_of_blocks(const Disagreement& d) {
   const double pv_span = d.model.transmitter.span();
   const double co_span = d.model.controller.pid.output_span();
   const double floor = std::min(d.noise_floor_rmse, d.rmse);
   const double plant_energy = (d.rmse * d.rmse - floor * floor) / (pv_span * pv_span) + 1e-15;
   const double controller_energy = d.controller_rmse * d.controller_rmse / (co_span * co_span);
   const double sum = plant_energy + controller_energy;
-  std::map<plant::Block, double> blocks;
-  if (controller_energy > 0.0) blocks[plant::Block::controller] = controller_energy / sum;
+  std::map<effects::Block, double> blocks;
+  if (controller_energy > 0.0) blocks[effects::Block::controller] = controller_energy / sum;
   const double by_effects =
       std::accumulate(d.effects.begin(), d.effects.end(), 0.0,
                       [](double to, const LocatedEffect& e) { return to + e.energy; });
@@ -188,7 +188,7 @@ std::map<plant::Block, double> shares_of_blocks(const Disagreement& d) {
 }
 
 // Stretches that stand out, and the rest.
-std::vector<Located> by_time(const Disagreement& d, const Errors& errors, plant::Block worst) {
+std::vector<Located> by_time(const Disagreement& d, const Errors& errors, effects::Block worst) {
   constexpr std::size_t kMostStretches = 5;
   const std::size_t n = d.time_s.size();
   std::array<double, kTimeBins> bins{};
@@ -224,7 +224,7 @@ std::vector<Located> by_time(const Disagreement& d, const Errors& errors, plant:
   return stretches;
 }
 
-std::vector<Located> by_condition(const Disagreement& d, const Errors& errors, plant::Block worst) {
+std::vector<Located> by_condition(const Disagreement& d, const Errors& errors, effects::Block worst) {
   const std::size_t n = d.time_s.size();
   std::vector<Located> list;
   const Pattern pattern = best_pattern(errors.residual, d.model.sample_time_s);
@@ -265,14 +265,14 @@ std::vector<Located> locate(const Disagreement& d) {
   std::vector<Located> located;
   const Errors errors = errors_of(d.pv, d.pv_before);
   if (!(errors.total > 0.0)) return located;
-  const std::map<plant::Block, double> blocks = shares_of_blocks(d);
+  const std::map<effects::Block, double> blocks = shares_of_blocks(d);
   for (const auto& [block, share] : blocks) {
     located.push_back(
         {LocatedBy::block, block,
-         block == plant::Block::controller ? "controller, from SP and PV to CO" : "from CO to PV",
+         block == effects::Block::controller ? "controller, from SP and PV to CO" : "from CO to PV",
          0.0, d.time_s.back(), share});
   }
-  const plant::Block worst =
+  const effects::Block worst =
       std::max_element(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
         return a.second < b.second;
       })->first;

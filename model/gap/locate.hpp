@@ -20,7 +20,7 @@ namespace loopwarden::gap {
 
 // An effect that was named, and what it accounts for, in any one unit.
 struct LocatedEffect {
-  plant::Block block = plant::Block::valve;
+  effects::Block block = effects::Block::valve;
   double energy = 0.0;
 };
 
@@ -35,7 +35,7 @@ struct Disagreement {
   double noise_floor_rmse = 0.0;         // PV units
   double controller_rmse = 0.0;  // CO units, of a controller that is not the model's; 0: it is
   const std::vector<LocatedEffect>& effects;
-  plant::Block likely = plant::Block::process;  // where nothing was named
+  effects::Block likely = effects::Block::process;  // where nothing was named
 };
 
 // What is left of PV: what it looks like.

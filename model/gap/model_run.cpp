@@ -34,7 +34,7 @@ double deviation(const std::vector<double>& v, const std::vector<bool>& used, Sa
 // How far from CO the stem of the model's valve can rest, CO units.
 double resting_band(const plant::LoopModel& model) {
   double band = 0.0;
-  for (const plant::EffectSpec& spec : model.valve_effects) {
+  for (const effects::EffectSpec& spec : model.valve_effects) {
     const effects::Descriptor* info = effects::find_effect(spec.name);
     if (info == nullptr || info->resting_band == nullptr) continue;
     band += info->resting_band(effects::SpecReader(*info, spec));
@@ -89,7 +89,7 @@ Misfit misfit_of(const std::vector<double>& pv, const std::vector<double>& simul
 
 std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector<double>& sp,
                                 double first_pv) {
-  const plant::LoopModel quiet = effects::without_noise(model);
+  const plant::LoopModel quiet = plant::without_noise(model);
   plant::Plant plant(quiet, 1);
   const double start = plant.output_for(first_pv);
   plant.reset(start);

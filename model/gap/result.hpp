@@ -42,8 +42,8 @@ struct RecordCheck {
 
 // An effect that the model lacks.
 struct FoundEffect {
-  plant::EffectSpec spec;  // for controller_mismatch: kp, ki as found in the record
-  plant::Block block = plant::Block::valve;
+  effects::EffectSpec spec;  // for controller_mismatch: kp, ki as found in the record
+  effects::Block block = effects::Block::valve;
   double confidence = 0.0;                // 0 to 1, as in confidence.hpp
   double lead_nats = kNone;               // over the best without it; NaN: controller
   std::vector<std::string> alternatives;  // names the record can't tell apart
@@ -112,7 +112,7 @@ const char* to_text(LocatedBy by) noexcept;
 
 struct Located {
   LocatedBy by = LocatedBy::block;
-  plant::Block block = plant::Block::valve;
+  effects::Block block = effects::Block::valve;
   std::string what;
   double from_s = 0.0;  // where it shows most
   double to_s = 0.0;
@@ -122,8 +122,8 @@ struct Located {
 // A competitor, fitted alone to what the model lacks.
 struct TriedCandidate {
   std::string name;
-  plant::Block block = plant::Block::valve;
-  plant::EffectSpec spec;
+  effects::Block block = effects::Block::valve;
+  effects::EffectSpec spec;
   double rmse = kNone;  // PV units, first two thirds
   double score =
       kNone;  // log likelihood minus penalty, relative to the model as it is; more is better

@@ -18,7 +18,7 @@ using numeric::text;
 
 std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size_t index,
                                                        const Fitter& fitter,
-                                                       const plant::EffectSpec& spec) {
+                                                       const effects::EffectSpec& spec) {
   const std::vector<double> spread = fitter.spread(fit, index);
   const Candidate& term = *fit.terms[index];
   const std::vector<double>& searched = fit.point.searched[index];
@@ -40,7 +40,7 @@ std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size
 
 // Up to where other fits are that the record can't tell from the chosen one.
 void widen(std::map<std::string, std::array<double, 2>>& intervals,
-           const plant::EffectSpec& other) {
+           const effects::EffectSpec& other) {
   for (auto& [name, interval] : intervals) {
     const auto it = other.parameters.find(name);
     if (it == other.parameters.end()) continue;
@@ -48,7 +48,7 @@ void widen(std::map<std::string, std::array<double, 2>>& intervals,
   }
 }
 
-std::string parameters_text(const plant::EffectSpec& spec) {
+std::string parameters_text(const effects::EffectSpec& spec) {
   std::string out;
   const effects::Descriptor* info = effects::find_effect(spec.name);
   const auto curve = spec.options.find("curve");
@@ -63,7 +63,7 @@ std::string parameters_text(const plant::EffectSpec& spec) {
   return out;
 }
 
-plant::EffectSpec spec_of(const FreeRun& run, const Fit& fit, std::size_t index) {
+effects::EffectSpec spec_of(const FreeRun& run, const Fit& fit, std::size_t index) {
   const plant::LoopModel model = run.corrected(fit.terms, fit.point, fit.solved);
   const char* name = fit.terms[index]->name;
   for (const auto* list : {&model.valve_effects, &model.process_effects, &model.transmitter_effects,
@@ -76,7 +76,7 @@ plant::EffectSpec spec_of(const FreeRun& run, const Fit& fit, std::size_t index)
 }
 
 // The largest of its sizes in CO units: bands, jumps, flows; a place in the travel is none.
-double size_of(const plant::EffectSpec& spec) {
+double size_of(const effects::EffectSpec& spec) {
   constexpr std::array<std::string_view, 2> kPlaces{"position", "travel_limit"};
   const effects::Descriptor* info = effects::find_effect(spec.name);
   double size = 0.0;
@@ -153,7 +153,7 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
       }
     }
     const control::PidSettings& pid = model_fit.run.model().controller.pid;
-    if (effect.block == plant::Block::valve &&
+    if (effect.block == effects::Block::valve &&
         size_of(effect.spec) > kLargeValveEffect * pid.output_span()) {
       effect.confidence = std::min(effect.confidence, kMostLarge);
       doubt += text(
@@ -177,7 +177,7 @@ FoundEffect describe_level(const NamedEffect& named, const LevelFinding& level,
                            const Misfit& before, const Misfit& after) {
   FoundEffect effect;
   effect.spec = {kLevelName, {{"bias", level.level}}};
-  effect.block = plant::Block::transmitter;
+  effect.block = effects::Block::transmitter;
   effect.interval["bias"] = {level.level - k95 * level.spread, level.level + k95 * level.spread};
   effect.confidence = named.confidence;
   effect.lead_nats = named.lead_nats;
@@ -194,7 +194,7 @@ TriedCandidate describe_level_tried(const LevelFinding& level, const SearchResul
                                     bool named, Outcome outcome) {
   TriedCandidate tried;
   tried.name = kLevelName;
-  tried.block = plant::Block::transmitter;
+  tried.block = effects::Block::transmitter;
   tried.spec = {kLevelName, {{"bias", level.level}}};
   tried.rmse = search.base_rmse;
   tried.score = level.lead_nats;
@@ -206,7 +206,7 @@ TriedCandidate describe_level_tried(const LevelFinding& level, const SearchResul
 FoundEffect describe_controller(const ControllerFinding& found, const control::PidGains& model) {
   FoundEffect effect;
   effect.spec = {"controller_mismatch", {{"kp", found.kp}, {"ki", found.ki}}};
-  effect.block = plant::Block::controller;
+  effect.block = effects::Block::controller;
   effect.confidence = controller_confidence();
   effect.interval["kp"] = {found.kp - k95 * found.kp_spread, found.kp + k95 * found.kp_spread};
   effect.interval["ki"] = {found.ki - k95 * found.ki_spread, found.ki + k95 * found.ki_spread};
@@ -231,21 +231,21 @@ FoundEffect describe_controller(const ControllerFinding& found, const control::P
 std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
                                           const plant::LoopModel& model) {
   std::vector<FoundEffect> out;
-  const auto add = [&](plant::EffectSpec spec, std::string evidence) {
+  const auto add = [&](effects::EffectSpec spec, std::string evidence) {
     const bool known =
         std::any_of(model.transmitter_effects.begin(), model.transmitter_effects.end(),
-                    [&](const plant::EffectSpec& s) { return s.name == spec.name; });
+                    [&](const effects::EffectSpec& s) { return s.name == spec.name; });
     if (known) return;
     FoundEffect effect;
     effect.spec = std::move(spec);
-    effect.block = plant::Block::transmitter;
+    effect.block = effects::Block::transmitter;
     effect.confidence = kReadingConfidence;
     effect.evidence = std::move(evidence);
     out.push_back(std::move(effect));
   };
   if (reading.held) {
     const double interval_s = reading.held->interval_samples * model.sample_time_s;
-    plant::EffectSpec spec{"held_measurement", {{"interval", interval_s}}};
+    effects::EffectSpec spec{"held_measurement", {{"interval", interval_s}}};
     const double first_s = reading.held->first_sample * model.sample_time_s;
     if (first_s > 0.0) spec.parameters["first"] = first_s;
     add(std::move(spec), text("PV takes a new value once in %.4g s, %zu times, and is exactly flat "
@@ -254,7 +254,7 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
   }
   const plant::TransmitterParameters& range = model.transmitter;
   const double margin = kSameEnd * range.span();
-  plant::EffectSpec ends{"clipped_measurement"};
+  effects::EffectSpec ends{"clipped_measurement"};
   std::string where;
   const auto add_end = [&](const char* key, const std::optional<double>& end, double own,
                            std::size_t samples) {
@@ -305,7 +305,7 @@ std::string hidden_by_load(const SearchResult& search, const ModelFit& model_fit
     const bool slow =
         std::string_view(term.name) == "output_bias" || std::string_view(term.name) == "drift";
     if (!slow || !(model_fit.fitter.load_ratio(h.fit) > 0.0)) continue;
-    const plant::EffectSpec spec = spec_of(model_fit.run, h.fit, 0);
+    const effects::EffectSpec spec = spec_of(model_fit.run, h.fit, 0);
     for (const auto& [name, interval] : intervals(h.fit, 0, model_fit.fitter, spec)) {
       out +=
           text("%s %s between %.2g and %.2g %s", out.empty() ? "" : ", or", term.name, interval[0],

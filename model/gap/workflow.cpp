@@ -42,11 +42,11 @@ std::vector<double> simulated(plant::LoopModel model, const Fit& fit, const Chec
                                        run.start_offset(fit.terms, fit.point));
 }
 
-void add_bias(std::vector<plant::EffectSpec>& transmitter, double bias) {
+void add_bias(std::vector<effects::EffectSpec>& transmitter, double bias) {
   const auto own = std::find_if(transmitter.begin(), transmitter.end(),
-                                [](const plant::EffectSpec& s) { return s.name == kLevelName; });
+                                [](const effects::EffectSpec& s) { return s.name == kLevelName; });
   if (own == transmitter.end()) {
-    transmitter.insert(transmitter.begin(), plant::EffectSpec{kLevelName, {{"bias", bias}}});
+    transmitter.insert(transmitter.begin(), effects::EffectSpec{kLevelName, {{"bias", bias}}});
   } else {
     own->parameters["bias"] += bias;
   }
@@ -118,7 +118,7 @@ std::vector<LocatedEffect> energies_of(const Fit& fit, const Fit* without_level,
   if (without_level != nullptr) {
     const std::vector<double> pv = fitter.simulate(*without_level);
     const double apart = rms_between(whole, pv, record.used, {0, record.training_end});
-    out.push_back({plant::Block::transmitter, apart * apart});
+    out.push_back({effects::Block::transmitter, apart * apart});
   }
   if (fit.terms.size() + out.size() == 1) return {{fit.terms[0]->block, 1.0}};
   for (std::size_t i = 0; i < fit.terms.size(); ++i) {
@@ -132,7 +132,7 @@ std::vector<LocatedEffect> energies_of(const Fit& fit, const Fit* without_level,
 // What the model's own load adds to a free run, PV units.
 double stated_load_rms(const plant::LoopModel& model) {
   double square = 0.0;
-  for (const plant::EffectSpec& spec : model.disturbances) {
+  for (const effects::EffectSpec& spec : model.disturbances) {
     if (spec.name != "random_load") continue;
     const double intensity = spec.parameters.at("intensity");
     square += 0.5 * intensity * intensity * spec.parameters.at("time_constant");
@@ -493,7 +493,7 @@ class Workflow {
     const Fit& base = search_.base;
     const double floor = result_.floor.transmitter_rmse;
     plant::LoopModel model = free_run().corrected(base.terms, base.point, base.solved);
-    (learned.block == plant::Block::valve ? model.valve_effects : model.process_effects)
+    (learned.block == effects::Block::valve ? model.valve_effects : model.process_effects)
         .push_back(learned.spec);
     std::vector<double> pv = pv_of(model, base);
     const Misfit after = misfit(pv, floor);
@@ -597,7 +597,7 @@ class Workflow {
   }
 
   // Whether PV would feed back on itself after the very time between two moves of SP.
-  bool repeats_with_set_point(const plant::EffectSpec& spec) const {
+  bool repeats_with_set_point(const effects::EffectSpec& spec) const {
     const auto delay = spec.parameters.find("delay");
     if (spec.name != "recycle" || delay == spec.parameters.end() || !record_.record.has_sp()) {
       return false;
@@ -636,7 +636,7 @@ class Workflow {
       effects = energies_of(fit(), kept_.level ? &level_->chosen.fit : nullptr, model_fit_.fitter,
                             record_);
     } else if (kept_.level) {
-      effects = {{plant::Block::transmitter, 1.0}};
+      effects = {{effects::Block::transmitter, 1.0}};
     }
     const bool controller_differs = controller_.mismatch || controller_.unexplained;
     result_.located =
@@ -650,7 +650,7 @@ class Workflow {
                 .controller_rmse = controller_differs ? controller_.before_rmse : 0.0,
                 .effects = effects,
                 .likely = learned_                     ? learned_->block
-                          : result_.candidates.empty() ? plant::Block::process
+                          : result_.candidates.empty() ? effects::Block::process
                                                        : result_.candidates.front().block});
   }
 

@@ -4,36 +4,23 @@
 
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "model/control/loop_controller.hpp"
-#include "model/plant/effect.hpp"
+#include "model/effects/effect.hpp"
+#include "model/effects/effect_spec.hpp"
 #include "model/plant/process.hpp"
 #include "model/plant/transmitter.hpp"
 
 namespace loopwarden::plant {
 
-enum class Block : std::uint8_t { controller, valve, process, transmitter, disturbance };
-const char* to_text(Block block) noexcept;
-
-// An effect by name, as it stands in a file. model/effects turns it into an Effect.
-struct EffectSpec {
-  std::string name;
-  std::map<std::string, double> parameters{};      // as in the catalogue, units there
-  std::map<std::string, std::string> options{};    // e.g. law: karnopp
-  std::vector<std::pair<double, double>> table{};  // points of a characteristic, CO units
-
-  friend bool operator==(const EffectSpec&, const EffectSpec&) = default;
-};
-
 struct ScheduledFault {
-  EffectSpec effect;
-  Block block = Block::valve;
-  Schedule schedule;
+  effects::EffectSpec effect;
+  effects::Block block = effects::Block::valve;
+  effects::Schedule schedule;
 
   friend bool operator==(const ScheduledFault&, const ScheduledFault&) = default;
 };
@@ -93,13 +80,13 @@ struct LoopModel {
   double sample_time_s = 0.1;  // s
   control::ControllerSettings controller;
   bool has_valve = true;  // else nothing that could stick: a heater, a pump, a drive
-  std::vector<EffectSpec> valve_effects;  // in the order in which CO meets them
+  std::vector<effects::EffectSpec> valve_effects;  // in the order in which CO meets them
   ProcessParameters process;
-  std::vector<EffectSpec> process_effects;
+  std::vector<effects::EffectSpec> process_effects;
   ProcessUncertainty uncertainty;
   TransmitterParameters transmitter;
-  std::vector<EffectSpec> transmitter_effects;
-  std::vector<EffectSpec> disturbances;
+  std::vector<effects::EffectSpec> transmitter_effects;
+  std::vector<effects::EffectSpec> disturbances;
   Scenario scenario;
   std::optional<TwinFit> twin;  // where it was commissioned
 
@@ -109,5 +96,8 @@ struct LoopModel {
 // How long the loop goes on answering to a move of CO, s: lags and dead time; an integrating process settles as its
 // controller lets it, in 1 / (gain kp).
 double answer_s(const LoopModel& model) noexcept;
+
+// Returns `model` with an ideal transmitter and without random disturbances.
+LoopModel without_noise(LoopModel model);
 
 }  // namespace loopwarden::plant

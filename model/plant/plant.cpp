@@ -11,7 +11,7 @@ namespace {
 
 ProcessParameters process_of(const LoopModel& model) {
   ProcessParameters process = model.process;
-  std::vector<EffectSpec> all = model.process_effects;
+  std::vector<effects::EffectSpec> all = model.process_effects;
   for (const ScheduledFault& fault : model.scenario.faults) all.push_back(fault.effect);
   if (effects::takes_dead_time(all)) process.dead_time_s = 0.0;
   return process;
@@ -41,26 +41,26 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
                                  .seed = seed,
                                  .time_constant_s = model.process.time_constant_s,
                                  .dead_time_s = model.process.dead_time_s};
-  const auto add = [&](EffectChain& chain, Block block, EffectSpec spec, const Schedule& schedule) {
+  const auto add = [&](effects::EffectChain& chain, effects::Block block, effects::EffectSpec spec, const effects::Schedule& schedule) {
     ++context.seed;  // each random effect has a stream of its own
     effects::complete(spec, context);
     effects::check_effect(spec, block, context);
-    Effect effect = effects::make_effect(spec, context);
-    EffectChain& place = effect.acts_on_reading() ? reading_effects_ : chain;
+    effects::Effect effect = effects::make_effect(spec, context);
+    effects::EffectChain& place = effect.acts_on_reading() ? reading_effects_ : chain;
     place.add(std::move(effect), schedule);
   };
-  for (const EffectSpec& spec : model.valve_effects) add(valve_, Block::valve, spec, {});
-  for (const EffectSpec& spec : model.process_effects)
-    add(process_effects_, Block::process, spec, {});
-  for (const EffectSpec& spec : model.transmitter_effects) {
-    add(transmitter_effects_, Block::transmitter, spec, {});
+  for (const effects::EffectSpec& spec : model.valve_effects) add(valve_, effects::Block::valve, spec, {});
+  for (const effects::EffectSpec& spec : model.process_effects)
+    add(process_effects_, effects::Block::process, spec, {});
+  for (const effects::EffectSpec& spec : model.transmitter_effects) {
+    add(transmitter_effects_, effects::Block::transmitter, spec, {});
   }
-  for (const EffectSpec& spec : model.disturbances)
-    add(disturbances_, Block::disturbance, spec, {});
+  for (const effects::EffectSpec& spec : model.disturbances)
+    add(disturbances_, effects::Block::disturbance, spec, {});
   for (const ScheduledFault& fault : model.scenario.faults) {
-    EffectChain& chain = fault.block == Block::valve         ? valve_
-                         : fault.block == Block::process     ? process_effects_
-                         : fault.block == Block::transmitter ? transmitter_effects_
+    effects::EffectChain& chain = fault.block == effects::Block::valve         ? valve_
+                         : fault.block == effects::Block::process     ? process_effects_
+                         : fault.block == effects::Block::transmitter ? transmitter_effects_
                                                              : disturbances_;
     add(chain, fault.block, fault.effect, fault.schedule);
   }

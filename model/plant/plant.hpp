@@ -10,7 +10,7 @@
 
 #include <cstdint>
 
-#include "model/plant/effect.hpp"
+#include "model/effects/effect.hpp"
 #include "model/plant/loop_model.hpp"
 #include "model/plant/process.hpp"
 #include "model/plant/transmitter.hpp"
@@ -44,15 +44,15 @@ class Plant {
   double sample_time_s_;
   double output_low_;   // CO units
   double output_high_;  // CO units
-  EffectChain valve_;
-  EffectChain process_effects_;
+  effects::EffectChain valve_;
+  effects::EffectChain process_effects_;
   Process process_;
   bool integrating_;
   double level_;  // PV units at CO 0; an integrating process starts there at any CO
-  EffectChain disturbances_;
-  EffectChain transmitter_effects_;
+  effects::EffectChain disturbances_;
+  effects::EffectChain transmitter_effects_;
   Transmitter transmitter_;
-  EffectChain reading_effects_;
+  effects::EffectChain reading_effects_;
   std::uint64_t samples_ = 0;
   double stem_ = 0.0;
   double true_pv_ = 0.0;

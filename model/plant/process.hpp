@@ -28,7 +28,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "model/plant/delay_line.hpp"
+#include "model/effects/delay_line.hpp"
 
 namespace loopwarden::plant {
 
@@ -83,7 +83,7 @@ class Process {
   double share_ = 1.0;  // partial fractions
   double lag_share_ = 0.0;
   std::size_t whole_;  // n
-  DelayLine line_;
+  effects::DelayLine line_;
   double balance_ = 0.0;  // u0, CO units
   double level_ = 0.0;    // PV units, what reset() was given
   double first_ = 0.0;    // PV units

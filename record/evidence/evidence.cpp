@@ -6,11 +6,11 @@
 
 namespace loopwarden::evidence {
 
-using monitor::AlarmReason;
+using alarm::AlarmReason;
 
-void Evidence::take(const monitor::LoopMonitor& monitor, std::vector<double> minutes_sp,
+void Evidence::take(const watch::LoopMonitor& monitor, std::vector<double> minutes_sp,
                     std::vector<double> minutes_pv, std::vector<double> minutes_co) {
-  const monitor::WindowSettings& settings = monitor.settings();
+  const watch::WindowSettings& settings = monitor.settings();
   pv_low = settings.pv_low;
   pv_high = settings.pv_high;
   co_low = settings.co_low;
@@ -26,7 +26,7 @@ void Evidence::take(const monitor::LoopMonitor& monitor, std::vector<double> min
                                              : std::numeric_limits<double>::quiet_NaN()};
 }
 
-void Evidence::take(const monitor::LoopMonitor& monitor, const monitor::MonitorStep& step,
+void Evidence::take(const watch::LoopMonitor& monitor, const watch::MonitorStep& step,
                     AlarmReason reason) {
   const auto columns = [this](const auto& samples) {
     sp.assign(samples.sp.begin(), samples.sp.end());
@@ -34,7 +34,7 @@ void Evidence::take(const monitor::LoopMonitor& monitor, const monitor::MonitorS
     co.assign(samples.co.begin(), samples.co.end());
     sample_time_s = samples.sample_time_s;
   };
-  const monitor::WindowSettings& settings = monitor.settings();
+  const watch::WindowSettings& settings = monitor.settings();
   pv_low = settings.pv_low;
   pv_high = settings.pv_high;
   co_low = settings.co_low;
@@ -46,7 +46,7 @@ void Evidence::take(const monitor::LoopMonitor& monitor, const monitor::MonitorS
     by_twin.reset();
     return;
   }
-  const monitor::Window window = monitor.window();
+  const alarm::Window window = monitor.window();
   columns(window);
   stem.assign(window.stem.begin(), window.stem.end());
   routine.reset();

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "model/monitor/alarm_kind.hpp"
-#include "model/monitor/loop_monitor.hpp"
-#include "model/monitor/window.hpp"
-#include "model/monitor/window_judge.hpp"
-#include "model/monitor/window_measures.hpp"
+#include "model/alarm/alarm_kind.hpp"
+#include "model/watch/loop_monitor.hpp"
+#include "model/alarm/window.hpp"
+#include "model/alarm/window_judge.hpp"
+#include "model/alarm/window_measures.hpp"
 
 namespace loopwarden::evidence {
 
@@ -26,7 +26,7 @@ struct Evidence {
   // --- the alarm ---
   std::string loop;
   bool elsewhere = false;  // another controller has it
-  loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;
+  alarm::AlarmKind alarm = alarm::AlarmKind::stiction;
   std::int64_t raised_ms = 0;   // UTC, ms since 1970
   std::uint64_t raised_at = 0;  // the loop's cycle; not in the file, as is the next
   std::int64_t incident_ms =
@@ -42,10 +42,10 @@ struct Evidence {
   double co_low = 0.0;
   double co_high = 100.0;
   // --- what was found: by routine evidence, by the twin, or by specialists ---
-  std::optional<loopwarden::monitor::RoutineWatch::Judgement> routine;
+  std::optional<watch::RoutineWatch::Judgement> routine;
   std::optional<TwinFinding> by_twin;
-  loopwarden::monitor::WindowMeasures measures;  // with `judgement`, where specialists found it
-  loopwarden::monitor::WindowJudgement judgement;
+  alarm::WindowMeasures measures;  // with `judgement`, where specialists found it
+  alarm::WindowJudgement judgement;
   // --- by whom ---
   std::string version;             // of the program
   std::uint32_t config_hash = 0;   // CRC-32 of the configuration files, as in the status
@@ -56,14 +56,14 @@ struct Evidence {
       0;  // CRC-32 of its manifest, which has the digests of all weights
 
   // Samples and findings of the step that `monitor` just made: of its window, or of its routine judgement.
-  void take(const loopwarden::monitor::LoopMonitor& monitor,
-            const loopwarden::monitor::MonitorStep& step, loopwarden::monitor::AlarmReason reason);
+  void take(const watch::LoopMonitor& monitor,
+            const watch::MonitorStep& step, alarm::AlarmReason reason);
   // What the twin found in the newest minutes.
-  void take(const loopwarden::monitor::LoopMonitor& monitor, std::vector<double> minutes_sp,
+  void take(const watch::LoopMonitor& monitor, std::vector<double> minutes_sp,
             std::vector<double> minutes_pv, std::vector<double> minutes_co);
   bool by_specialists() const noexcept { return !routine && !by_twin; }
   // Valid as long as this is.
-  loopwarden::monitor::Window window() const {
+  alarm::Window window() const {
     return {.sp = sp,
             .pv = pv,
             .co = co,

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
-#include "model/monitor/alarm_kind.hpp"
-#include "net/sparkplug/topic.hpp"
+#include "model/alarm/alarm_kind.hpp"
+#include "services/net/sparkplug/topic.hpp"
 
 namespace loopwarden::edge {
 namespace {
@@ -146,7 +146,7 @@ void add_extras(std::vector<MetricSpec>& specs) {
     specs.push_back(plain("alarm/" + alarm + "/since", DataType::date_time));
   }
   // A process alarm has no size.
-  for (const monitor::AlarmKind kind : monitor::kValveAlarms) {
+  for (const alarm::AlarmKind kind : alarm::kValveAlarms) {
     specs.push_back(
         plain(fmt::format("alarm/{}/severity", to_text(kind)), DataType::float64, kOfSpan));
   }
@@ -237,7 +237,7 @@ const std::vector<std::string>& evidence_files() {
 const std::vector<std::string>& alarm_names() {
   static const std::vector<std::string> kAlarms = [] {
     std::vector<std::string> all;
-    for (const monitor::AlarmKind kind : monitor::kAlarmKinds) all.emplace_back(to_text(kind));
+    for (const alarm::AlarmKind kind : alarm::kAlarmKinds) all.emplace_back(to_text(kind));
     return all;
   }();
   return kAlarms;

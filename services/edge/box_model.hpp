@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 #include "services/edge/device.hpp"
 #include "services/edge/edge_config.hpp"
 

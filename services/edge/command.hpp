@@ -19,8 +19,8 @@
 #include <variant>
 #include <vector>
 
-#include "net/sparkplug/payload.hpp"
-#include "protocol/requests.hpp"
+#include "services/net/sparkplug/payload.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::edge {
 

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 
 namespace loopwarden::edge {
 namespace {

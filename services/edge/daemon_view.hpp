@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "services/edge/box_model.hpp"
-#include "protocol/daemon_client.hpp"
+#include "daemon/protocol/daemon_client.hpp"
 
 namespace loopwarden::edge {
 

@@ -12,8 +12,8 @@
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
-#include "net/sparkplug/topic.hpp"
-#include "services/broker/broker_reader.hpp"
+#include "services/net/sparkplug/topic.hpp"
+#include "services/net/broker/broker_reader.hpp"
 
 namespace loopwarden::edge {
 namespace {

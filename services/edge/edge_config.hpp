@@ -12,7 +12,7 @@
 
 #include "config/diagnostic.hpp"
 #include "config/key_reference.hpp"
-#include "net/mqtt/client.hpp"
+#include "services/net/mqtt/client.hpp"
 
 namespace loopwarden::edge {
 

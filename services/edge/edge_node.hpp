@@ -20,10 +20,10 @@
 #include "services/edge/outbox.hpp"
 #include "services/edge/store.hpp"
 #include "base/limited_log.hpp"
-#include "net/mqtt/client.hpp"
-#include "net/sparkplug/edge_session.hpp"
-#include "net/sparkplug/rebirth_policy.hpp"
-#include "net/sparkplug/topic.hpp"
+#include "services/net/mqtt/client.hpp"
+#include "services/net/sparkplug/edge_session.hpp"
+#include "services/net/sparkplug/rebirth_policy.hpp"
+#include "services/net/sparkplug/topic.hpp"
 
 namespace loopwarden::edge {
 

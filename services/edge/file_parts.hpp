@@ -10,7 +10,7 @@
 #include <optional>
 #include <string>
 
-#include "net/sparkplug/payload.hpp"
+#include "services/net/sparkplug/payload.hpp"
 
 namespace loopwarden::edge {
 

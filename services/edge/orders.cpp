@@ -8,7 +8,7 @@
 #include <utility>
 #include <variant>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 
 namespace loopwarden::edge {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "services/edge/command.hpp"
-#include "protocol/daemon_client.hpp"
+#include "daemon/protocol/daemon_client.hpp"
 
 namespace loopwarden::edge {
 

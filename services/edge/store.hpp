@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "net/sparkplug/payload.hpp"
+#include "services/net/sparkplug/payload.hpp"
 #include "base/sqlite/sqlite.hpp"
 
 namespace loopwarden::edge {

@@ -8,9 +8,9 @@
 
 #include "base/clock.hpp"
 #include "base/exit_code.hpp"
-#include "net/mqtt/client.hpp"
-#include "net/sparkplug/rebirth_policy.hpp"
-#include "net/sparkplug/topic.hpp"
+#include "services/net/mqtt/client.hpp"
+#include "services/net/sparkplug/rebirth_policy.hpp"
+#include "services/net/sparkplug/topic.hpp"
 #include "services/feed/values/birth_list.hpp"
 #include "services/feed/values/foreign_edges.hpp"
 

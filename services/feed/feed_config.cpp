@@ -15,7 +15,7 @@
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
-#include "services/broker/broker_reader.hpp"
+#include "services/net/broker/broker_reader.hpp"
 
 namespace loopwarden::feed {
 namespace {
@@ -56,7 +56,7 @@ std::optional<JsonPointer> read_pointer(MapReader& in, const char* key, const ch
   try {
     return JsonPointer(text.value);
   } catch (const nlohmann::json::exception&) {
-    in.error(key, fmt::format("must be a JSON Pointer (RFC 6901) such as /data/0/value (got '{}')",
+    in.error(key, fmt::format("must be a JSON Pointer (RFC 6901) such as /examples/0/value (got '{}')",
                               config::quotable(text.value)));
     return std::nullopt;
   }

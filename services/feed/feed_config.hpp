@@ -10,7 +10,7 @@
 
 #include "config/diagnostic.hpp"
 #include "config/key_reference.hpp"
-#include "net/mqtt/client.hpp"
+#include "services/net/mqtt/client.hpp"
 #include "services/feed/values/foreign_edges.hpp"
 #include "services/feed/values/topics.hpp"
 

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "base/clock.hpp"
-#include "net/sparkplug/topic.hpp"
-#include "protocol/feed_line.hpp"
+#include "services/net/sparkplug/topic.hpp"
+#include "daemon/protocol/feed_line.hpp"
 
 namespace loopwarden::feed {
 namespace {

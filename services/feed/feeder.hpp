@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "base/limited_log.hpp"
-#include "net/mqtt/client.hpp"
+#include "services/net/mqtt/client.hpp"
 #include "services/feed/feed_config.hpp"
 #include "services/feed/feed_link.hpp"
 #include "services/feed/values/foreign_edges.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "config/loop_model_reader.hpp"
-#include "daemon/monitor/monitor.hpp"
+#include "daemon/supervision/monitor.hpp"
 #include "hal/contract/sample.hpp"
 #include "model/plant/simulated_loop.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -21,7 +21,7 @@ struct Trial {
 
 analysis::ConditionIndices indices_of(const Trial& trial) {
   plant::LoopModel model =
-      *config::read_model_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
+      *config::read_model_file(LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml");
   // Set points that cross any play in both directions, several times a window.
   model.scenario = {.duration_s = 600.0, .set_point = {}, .faults = trial.faults, .seed = 11};
   for (int k = 0; k < 24; ++k) {
@@ -31,9 +31,9 @@ analysis::ConditionIndices indices_of(const Trial& trial) {
 
   TemporaryFolder folder;
   daemon::journal::Journal journal({.folder = folder.path()});
-  daemon::monitor::WatchBoard board({{"FIC-101", 0.1}}, {}, journal, [] { return 0; });
+  daemon::supervision::WatchBoard board({{"FIC-101", 0.1}}, {}, journal, [] { return 0; });
   base::SpscRing<RecordRow> cycles(256);
-  daemon::monitor::Monitor monitor(
+  daemon::supervision::Monitor monitor(
       {{.cycles = &cycles,
         .window = {.sample_time_s = model.sample_time_s, .pv_high = 10.0, .co_high = 10.0},
         .judge = nullptr,

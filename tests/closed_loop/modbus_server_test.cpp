@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "model/monitor/alarm_kind.hpp"
+#include "model/alarm/alarm_kind.hpp"
 #include "tests/support/daemon_process.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/loop_file.hpp"
@@ -125,7 +125,7 @@ void check_against_top(Plant& plant, const json& read) {
     // What the monitor decided.
     const json& monitor = loop.at("monitor");
     CHECK(value("input register", "window_number") == monitor.at("windows"));
-    for (const monitor::AlarmKind kind : monitor::kValveAlarms) {
+    for (const alarm::AlarmKind kind : alarm::kValveAlarms) {
       const std::string name = to_text(kind);
       const json& alarm = loop.at("alarms").at(name);
       const char* table = name == "model_gap" ? "holding register" : "input register";

@@ -12,9 +12,9 @@
 #include "config/loop_model_reader.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "daemon/evidence/evidence_store.hpp"
-#include "daemon/monitor/monitor.hpp"
+#include "daemon/supervision/monitor.hpp"
 #include "hal/contract/sample.hpp"
-#include "model/monitor/specialist_judge.hpp"
+#include "model/watch/specialist_judge.hpp"
 #include "model/plant/simulated_loop.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/shell.hpp"
@@ -23,18 +23,18 @@
 namespace loopwarden::tests::plant_day_test {
 namespace {
 
-using daemon::monitor::Monitor;
-using daemon::monitor::WatchBoard;
+using daemon::supervision::Monitor;
+using daemon::supervision::WatchBoard;
 using daemon::rt::JacketWish;
 using daemon::rt::Order;
-using monitor::AlarmAction;
-using monitor::AlarmKind;
-using monitor::CorrectiveState;
+using alarm::AlarmAction;
+using alarm::AlarmKind;
+using alarm::CorrectiveState;
 using record::RecordRow;
 
 constexpr double kHour = 3600.0;
 constexpr std::int64_t kStart = 1'800'000'000'000;  // UTC, ms
-const std::string kSpecialists = LOOPWARDEN_SOURCE_DIR "/data/specialists/plant1";
+const std::string kSpecialists = LOOPWARDEN_SOURCE_DIR "/examples/specialists/plant1";
 
 plant::ScheduledFault fault(const char* effect, std::map<std::string, double> parameters,
                             double from_h, double to_h, double ramp_h = 0.0) {
@@ -44,7 +44,7 @@ plant::ScheduledFault fault(const char* effect, std::map<std::string, double> pa
 
 class Plant {
  public:
-  explicit Plant(plant::LoopModel model, const monitor::CorrectiveSettings& corrective = {})
+  explicit Plant(plant::LoopModel model, const alarm::CorrectiveSettings& corrective = {})
       : specialists_(*config::read_specialists(kSpecialists)),
         judge_(*specialists_.team),
         model_(std::move(model)),
@@ -54,19 +54,19 @@ class Plant {
     journal_.open();
     journal_.start();
     evidence_.start();
-    std::vector<daemon::monitor::MonitoredLoop> monitored{
+    std::vector<daemon::supervision::MonitoredLoop> monitored{
         {.cycles = &cycles_,
          .window = {.sample_time_s = model_.sample_time_s, .pv_high = 10.0, .co_high = 10.0},
          .judge = &judge_,
-         .rule = monitor::kAlarmRule,
-         .process = {.normal_mode = monitor::NormalMode::automatic, .limits = {}},
+         .rule = alarm::kAlarmRule,
+         .process = {.normal_mode = alarm::NormalMode::automatic, .limits = {}},
          .corrective = corrective,
          .orders = &desk_}};
     monitor_ = std::make_unique<Monitor>(
         std::move(monitored), board_,
-        [this](std::size_t, AlarmKind alarm, const monitor::LoopMonitor& watched_by,
-               const monitor::MonitorStep& step,
-               monitor::AlarmReason reason) { keep(alarm, watched_by, step, reason); });
+        [this](std::size_t, AlarmKind alarm, const watch::LoopMonitor& watched_by,
+               const watch::MonitorStep& step,
+               alarm::AlarmReason reason) { keep(alarm, watched_by, step, reason); });
   }
 
   void run_to(double hour) {
@@ -111,9 +111,9 @@ class Plant {
     }
     return texts;
   }
-  monitor::AlarmState state(AlarmKind kind) { return board_.watch(0).alarms.alarm(kind).state(); }
+  alarm::AlarmState state(AlarmKind kind) { return board_.watch(0).alarms.alarm(kind).state(); }
   double hour_raised(AlarmKind kind) {
-    const daemon::monitor::LoopWatch watch = board_.watch(0);
+    const daemon::supervision::LoopWatch watch = board_.watch(0);
     return static_cast<double>(watch.alarms.alarm(kind).memory().raised_ms - kStart) / 3.6e6;
   }
   CorrectiveState corrective() { return board_.watch(0).corrective; }
@@ -139,8 +139,8 @@ class Plant {
     }
     monitor_->round();  // hears the answers
   }
-  void keep(AlarmKind alarm, const monitor::LoopMonitor& watched_by,
-            const monitor::MonitorStep& step, monitor::AlarmReason reason) {
+  void keep(AlarmKind alarm, const watch::LoopMonitor& watched_by,
+            const watch::MonitorStep& step, alarm::AlarmReason reason) {
     evidence::Evidence e;
     e.loop = "FIC-101";
     e.alarm = alarm;
@@ -152,7 +152,7 @@ class Plant {
 
   TemporaryFolder folder_;
   config::SpecialistFolder specialists_;
-  monitor::SpecialistJudge judge_;
+  watch::SpecialistJudge judge_;
   plant::LoopModel model_;
   plant::SimulatedLoop loop_;
   std::uint64_t period_ = 0;
@@ -209,7 +209,7 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   CHECK(alarms() == Lines{});  // healthy
 
   plant.run_to(8.0);  // the packing tightens
-  CHECK(plant.state(AlarmKind::stiction) == monitor::AlarmState::unacknowledged);
+  CHECK(plant.state(AlarmKind::stiction) == alarm::AlarmState::unacknowledged);
   CHECK(plant.hour_raised(AlarmKind::stiction) < 6.5);
   CHECK(plant.act(AlarmKind::stiction, AlarmAction::acknowledge));
   plant.run_to(12.0);  // repaired at 10
@@ -220,12 +220,12 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   plant.run_to(13.0);
   plant.sensor_good = false;
   plant.run_to(13.2);
-  CHECK(plant.state(AlarmKind::stiction) == monitor::AlarmState::suppressed);
+  CHECK(plant.state(AlarmKind::stiction) == alarm::AlarmState::suppressed);
   CHECK(plant.act(AlarmKind::bad_pv, AlarmAction::acknowledge));
   plant.sensor_good = true;
 
   plant.run_to(16.0);  // play in the linkage since 13.5
-  CHECK(plant.state(AlarmKind::backlash) == monitor::AlarmState::unacknowledged);
+  CHECK(plant.state(AlarmKind::backlash) == alarm::AlarmState::unacknowledged);
   CHECK(plant.act(AlarmKind::backlash, AlarmAction::shelve, 4.0));
   plant.set_mode(control::Mode::manual);
   plant.run_to(17.0);  // repaired
@@ -234,7 +234,7 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   plant.run_to(20.5);
 
   plant.run_to(22.5);  // too little air since 21, and none of its consequences
-  CHECK(plant.state(AlarmKind::low_air_supply) == monitor::AlarmState::unacknowledged);
+  CHECK(plant.state(AlarmKind::low_air_supply) == alarm::AlarmState::unacknowledged);
   plant.run_to(23.7);  // it is back since 22.5
   CHECK(plant.act(AlarmKind::low_air_supply, AlarmAction::acknowledge));
   plant.run_to(24.0);
@@ -296,7 +296,7 @@ TEST_CASE("corrective action: the jacket acts, and goes back at a veto or with t
   CHECK(plant.jacket_acted);
 
   SECTION("the operator's veto") {
-    REQUIRE(plant.board().set_veto(0, monitor::Veto::back, "uid 1000", "no").accepted);
+    REQUIRE(plant.board().set_veto(0, alarm::Veto::back, "uid 1000", "no").accepted);
     plant.run_to(hour + 0.25);
     CHECK(plant.corrective() == CorrectiveState::vetoed);
     CHECK(steps().back() == "jacket back to shadow: trying > vetoed");

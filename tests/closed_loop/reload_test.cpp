@@ -195,7 +195,7 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
   plant.daemon.write_config("loops.d/1.yaml", percent);
   plant.daemon.write_config(
       "loops.d/2.yaml",
-      replaced(loop_file("FIC-102", LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml"),
+      replaced(loop_file("FIC-102", LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml"),
                "kp: 0.35", "kp: 0.3"));
   // The model of the second loop is another one, too: nothing of it is applied either.
   ShellOutcome told = plant.command("reload");

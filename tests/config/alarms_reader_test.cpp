@@ -10,7 +10,7 @@ namespace alarms_reader_test {
 
 using namespace loopwarden;
 using namespace loopwarden::config;
-using monitor::AlarmKind;
+using alarm::AlarmKind;
 using test::kAnalogLoop;
 using test::kModbusLoop;
 using test::said_of_loop;
@@ -29,7 +29,7 @@ std::string said(const std::string& alarms) { return said_of_loop(kModbusLoop + 
 
 TEST_CASE("An alarm of a limit is there where the loop's file gives one", "[config][alarms]") {
   const LoopAlarmConfig none = read("");
-  for (const AlarmKind kind : monitor::kLimitAlarms) CHECK_FALSE(none.process.at(kind).fitted);
+  for (const AlarmKind kind : alarm::kLimitAlarms) CHECK_FALSE(none.process.at(kind).fitted);
   CHECK(none.process.at(AlarmKind::bad_pv).fitted);
   CHECK_FALSE(none.process.at(AlarmKind::source_lost).fitted);
   CHECK_FALSE(none.process.at(AlarmKind::enable_open).fitted);
@@ -40,14 +40,14 @@ TEST_CASE("An alarm of a limit is there where the loop's file gives one", "[conf
       "  pv_low_low: {limit: 1}\n"
       "  deviation: {limit: 2, time_constant: 5}\n"
       "  rate_of_change: {limit: 0.5, over: 20}\n");
-  const monitor::ProcessSettings& process = some.process;
-  CHECK(process.limits.at(AlarmKind::pv_high) == monitor::Limit{8.0, 0.25});
-  CHECK(process.at(AlarmKind::pv_high) == monitor::ProcessRule{true, 3.0, 4.0});
-  CHECK(some.priority[monitor::index_of(AlarmKind::pv_high)] == monitor::Priority::critical);
-  CHECK(process.limits.at(AlarmKind::pv_low_low) == monitor::Limit{1.0, 0.1});  // 1 % of the span
-  CHECK(process.at(AlarmKind::pv_low_low) == monitor::ProcessRule{true, 2.0, 60.0});
-  CHECK(process.limits.at(AlarmKind::deviation) == monitor::Limit{2.0, 0.2});
-  CHECK(process.at(AlarmKind::deviation) == monitor::ProcessRule{true, 60.0, 60.0});
+  const alarm::ProcessSettings& process = some.process;
+  CHECK(process.limits.at(AlarmKind::pv_high) == alarm::Limit{8.0, 0.25});
+  CHECK(process.at(AlarmKind::pv_high) == alarm::ProcessRule{true, 3.0, 4.0});
+  CHECK(some.priority[alarm::index_of(AlarmKind::pv_high)] == alarm::Priority::critical);
+  CHECK(process.limits.at(AlarmKind::pv_low_low) == alarm::Limit{1.0, 0.1});  // 1 % of the span
+  CHECK(process.at(AlarmKind::pv_low_low) == alarm::ProcessRule{true, 2.0, 60.0});
+  CHECK(process.limits.at(AlarmKind::deviation) == alarm::Limit{2.0, 0.2});
+  CHECK(process.at(AlarmKind::deviation) == alarm::ProcessRule{true, 60.0, 60.0});
   CHECK(process.limits.settle_s == 15.0);
   CHECK(process.limits.rate_time_s == 20.0);
   CHECK_FALSE(process.at(AlarmKind::pv_low).fitted);
@@ -58,10 +58,10 @@ TEST_CASE("A loop's file may say other texts of an alarm, the valve's too", "[co
       "alarms:\n  stiction: {priority: medium, action: call the valve shop}\n"
       "  bad_pv: {cause: \"FT-101, DP cell\", time_to_act: 5 min}\n");
   CHECK(alarms.guide(AlarmKind::stiction).action == "call the valve shop");
-  CHECK(alarms.guide(AlarmKind::stiction).cause == monitor::guide_of(AlarmKind::stiction).cause);
+  CHECK(alarms.guide(AlarmKind::stiction).cause == alarm::guide_of(AlarmKind::stiction).cause);
   CHECK(alarms.guide(AlarmKind::bad_pv).cause == "FT-101, DP cell");
   CHECK(alarms.guide(AlarmKind::bad_pv).time_to_act == "5 min");
-  CHECK(alarms.priority[monitor::index_of(AlarmKind::stiction)] == monitor::Priority::medium);
+  CHECK(alarms.priority[alarm::index_of(AlarmKind::stiction)] == alarm::Priority::medium);
 }
 
 TEST_CASE("Limits that can't be are named with what is expected", "[config][alarms]") {

@@ -17,7 +17,7 @@ std::string with_valve(const std::string& effect) {
 }
 std::string said_of(const std::string& effect) { return test::said_of_model(with_valve(effect)); }
 
-plant::EffectSpec read(const std::string& effect) {
+effects::EffectSpec read(const std::string& effect) {
   const auto model = read_model_text("m.yaml", with_valve(effect));
   INFO(to_text(model.diagnostics));
   REQUIRE(model);
@@ -28,7 +28,7 @@ plant::EffectSpec read(const std::string& effect) {
 }  // namespace
 
 TEST_CASE("Effects are read by the catalogue", "[config][effects]") {
-  const plant::EffectSpec stiction = read("{effect: stiction, s: 0.9, j: 0.3, law: karnopp}");
+  const effects::EffectSpec stiction = read("{effect: stiction, s: 0.9, j: 0.3, law: karnopp}");
   CHECK(stiction.name == "stiction");
   CHECK(stiction.parameters == std::map<std::string, double>{{"j", 0.3}, {"s", 0.9}});
   CHECK(stiction.options == std::map<std::string, std::string>{{"law", "karnopp"}});
@@ -37,13 +37,13 @@ TEST_CASE("Effects are read by the catalogue", "[config][effects]") {
 }
 
 TEST_CASE("A valve characteristic has a curve or a table", "[config][effects]") {
-  const plant::EffectSpec named =
+  const effects::EffectSpec named =
       read("{effect: valve_characteristic, curve: {name: equal_percentage, rangeability: 40}}");
   CHECK(named.options.at("curve") == "equal_percentage");
   CHECK(named.parameters.at("rangeability") == 40.0);
   CHECK(read("{effect: valve_characteristic, curve: butterfly}").options.at("curve") ==
         "butterfly");
-  const plant::EffectSpec table =
+  const effects::EffectSpec table =
       read("{effect: valve_characteristic, table: [[0, 0], [5, 2], [10, 10]]}");
   CHECK(table.options.at("curve") == "table");
   CHECK(table.table == std::vector<std::pair<double, double>>{{0, 0}, {5, 2}, {10, 10}});
@@ -75,7 +75,7 @@ TEST_CASE("An effect of the process may need a table, or the process's lag", "[c
     INFO(to_text(model.diagnostics));
     REQUIRE(model);
     REQUIRE(model->scenario.faults.size() == 1);
-    const plant::EffectSpec& effect = model->scenario.faults.front().effect;
+    const effects::EffectSpec& effect = model->scenario.faults.front().effect;
     // What is written is read as the same.
     const auto again = read_model_text("again.yaml", write_model(*model));
     REQUIRE(again);
@@ -129,7 +129,7 @@ TEST_CASE("A fault that has times of its own takes no schedule beside them", "[c
   const plant::ScheduledFault& fault = model->scenario.faults.front();
   CHECK(fault.effect.parameters.at("from") == 20.0);
   CHECK(fault.effect.parameters.at("to") == 60.0);
-  CHECK(fault.schedule == plant::Schedule{});
+  CHECK(fault.schedule == effects::Schedule{});
   CHECK_THAT(test::said_of_model(text(", ramp: 5")), Catch::Contains("unknown key 'ramp'"));
 }
 
@@ -166,13 +166,13 @@ TEST_CASE("Faults come and go on a schedule", "[config][effects]") {
   REQUIRE(model);
   REQUIRE(model->scenario.faults.size() == 1);
   const plant::ScheduledFault& fault = model->scenario.faults.front();
-  CHECK(fault.block == plant::Block::valve);
-  CHECK(fault.schedule == plant::Schedule{.from_s = 120, .to_s = 300, .ramp_s = 60});
+  CHECK(fault.block == effects::Block::valve);
+  CHECK(fault.schedule == effects::Schedule{.from_s = 120, .to_s = 300, .ramp_s = 60});
 
   const auto lag = read_model_text(
       "m.yaml", fault_text("{effect: extra_lag, time_constant: 2, block: transmitter}"));
   REQUIRE(lag);
-  CHECK(lag->scenario.faults.front().block == plant::Block::transmitter);
+  CHECK(lag->scenario.faults.front().block == effects::Block::transmitter);
   CHECK(lag->scenario.faults.front().schedule.always());
 
   CHECK(
@@ -199,9 +199,9 @@ TEST_CASE("Every effect of the catalogue can be read and is described", "[config
   for (const effects::Descriptor& info : effects::effect_catalogue()) {
     for (const effects::Example& example : info.examples) {
       plant::LoopModel model = *base;
-      auto& list = example.block == plant::Block::valve         ? model.valve_effects
-                   : example.block == plant::Block::process     ? model.process_effects
-                   : example.block == plant::Block::transmitter ? model.transmitter_effects
+      auto& list = example.block == effects::Block::valve         ? model.valve_effects
+                   : example.block == effects::Block::process     ? model.process_effects
+                   : example.block == effects::Block::transmitter ? model.transmitter_effects
                                                                 : model.disturbances;
       list = {example.spec};
       const auto read_back = read_model_text("m.yaml", write_model(model));

@@ -27,8 +27,8 @@ double any_value(const effects::ParameterInfo& info) {
   return number(low, high);
 }
 
-plant::EffectSpec any_spec(const effects::Descriptor& info) {
-  plant::EffectSpec spec{.name = info.name};
+effects::EffectSpec any_spec(const effects::Descriptor& info) {
+  effects::EffectSpec spec{.name = info.name};
   for (const effects::OptionInfo& option : info.options) {
     if (coin() || std::string_view(option.name) == "curve")
       spec.options[option.name] = option.values[one_of(option.values.size())];
@@ -62,7 +62,7 @@ plant::EffectSpec any_spec(const effects::Descriptor& info) {
 }
 
 // Some sets of parameters exclude each other: those are no models.
-bool possible(const plant::EffectSpec& spec, plant::Block block, const plant::LoopModel& model) {
+bool possible(const effects::EffectSpec& spec, effects::Block block, const plant::LoopModel& model) {
   try {
     effects::check_effect(spec, block,
                           {.sample_time_s = model.sample_time_s,
@@ -74,13 +74,13 @@ bool possible(const plant::EffectSpec& spec, plant::Block block, const plant::Lo
   }
 }
 
-void put(plant::LoopModel& model, const plant::EffectSpec& spec, plant::Block block) {
+void put(plant::LoopModel& model, const effects::EffectSpec& spec, effects::Block block) {
   switch (block) {
-    case plant::Block::valve: model.valve_effects.push_back(spec); return;
-    case plant::Block::process: model.process_effects.push_back(spec); return;
-    case plant::Block::transmitter: model.transmitter_effects.push_back(spec); return;
-    case plant::Block::controller:
-    case plant::Block::disturbance: model.disturbances.push_back(spec); return;
+    case effects::Block::valve: model.valve_effects.push_back(spec); return;
+    case effects::Block::process: model.process_effects.push_back(spec); return;
+    case effects::Block::transmitter: model.transmitter_effects.push_back(spec); return;
+    case effects::Block::controller:
+    case effects::Block::disturbance: model.disturbances.push_back(spec); return;
   }
 }
 
@@ -94,14 +94,14 @@ TEST_CASE("every effect with any parameters is written so that it reads back equ
     int written = 0;
     for_all(info.name, 60, [&] {
       plant::LoopModel model = *read;
-      const plant::EffectSpec spec = any_spec(info);
-      const plant::Block block = info.blocks[one_of(info.blocks.size())];
+      const effects::EffectSpec spec = any_spec(info);
+      const effects::Block block = info.blocks[one_of(info.blocks.size())];
       if (!possible(spec, block, model)) return;
       ++written;
       if (coin()) {
         put(model, spec, block);
       } else {
-        plant::Schedule schedule;
+        effects::Schedule schedule;
         if (!effects::has_own_times(info)) {
           schedule.from_s = number(-1e5, 1e5);
           if (coin()) schedule.to_s = schedule.from_s + 1.0 + number(0.0, 1e5);

@@ -11,7 +11,7 @@ using namespace loopwarden::config;
 TEST_CASE("A model that is written reads back equal", "[config][model]") {
   const std::string file =
       GENERATE("tests/config/data/model_fast.yaml", "tests/config/data/model_plant1.yaml",
-               "tests/config/data/all_effects.yaml", "config/examples/models/plant1.yaml");
+               "tests/config/data/all_effects.yaml", "examples/models/plant1.yaml");
   const auto model = read_model_file(std::string(LOOPWARDEN_SOURCE_DIR "/") + file);
   REQUIRE(model);
   const std::string text = write_model(*model);

@@ -153,7 +153,7 @@ TEST_CASE("Who leaves the first output to the operator is told what that means",
 }
 
 TEST_CASE("The normal mode is automatic, or is given", "[config][loop]") {
-  using monitor::NormalMode;
+  using alarm::NormalMode;
   CHECK(read(kModbusLoop).alarms.process.normal_mode == NormalMode::automatic);
   CHECK(read(kModbusLoop + "alarms: {}\n").alarms.process.normal_mode == NormalMode::automatic);
   CHECK(read(kModbusLoop + "alarms: {normal_mode: any}\n").alarms.process.normal_mode ==
@@ -323,9 +323,9 @@ TEST_CASE("Planned moves as corrective action need a twin, a read-back and, on h
            "}}\n";
   };
   const std::string bounds = ", max_move: 1.5, max_moves_per_hour: 40";
-  const monitor::CorrectiveSettings read_in =
+  const alarm::CorrectiveSettings read_in =
       read(file(bounds + ", on_order: true")).monitor.corrective;
-  CHECK(read_in.form == monitor::CorrectiveForm::planned_moves);
+  CHECK(read_in.form == alarm::CorrectiveForm::planned_moves);
   CHECK(read_in.on_order);
   CHECK(read_in.max_move == 1.5);
   CHECK(read_in.max_moves_per_hour == 40.0);

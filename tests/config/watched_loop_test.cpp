@@ -208,11 +208,11 @@ TEST_CASE("What is watched on a serial line counts in its time", "[config][watch
 
 TEST_CASE("Any mode is normal of a loop that another controller runs, and its source an alarm",
           "[config][watch][alarms]") {
-  using monitor::NormalMode;
+  using alarm::NormalMode;
   CHECK(read(kModbus).alarms.process.normal_mode == NormalMode::any);
   const std::string own = kModbus + "alarms:\n  source_lost: {off_delay: 5}\n";
   CHECK(read(own).alarms.process.normal_mode == NormalMode::any);
-  CHECK(read(own).alarms.process.at(monitor::AlarmKind::source_lost).off_delay_s == 5.0);
+  CHECK(read(own).alarms.process.at(alarm::AlarmKind::source_lost).off_delay_s == 5.0);
   CHECK_THAT(said_of_loop(own), !Catch::Contains("no such alarm"));
   CHECK(read(own + "  normal_mode: automatic\n").alarms.process.normal_mode ==
         NormalMode::automatic);

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/feed_line.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/feed_line.hpp"
+#include "daemon/protocol/requests.hpp"
 #include "tests/fuzz/require.hpp"
 
 using loopwarden::protocol::FedValue;

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/feed_line.hpp"
+#include "daemon/protocol/feed_line.hpp"
 #include "services/feed/values/foreign_edges.hpp"
 #include "services/feed/values/topics.hpp"
 #include "tests/fuzz/require.hpp"

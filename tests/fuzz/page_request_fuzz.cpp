@@ -15,8 +15,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "net/http/request_head.hpp"
-#include "net/http/response_head.hpp"
+#include "services/net/http/request_head.hpp"
+#include "services/net/http/response_head.hpp"
 #include "tests/services/page/support/api_rig.hpp"
 
 namespace {

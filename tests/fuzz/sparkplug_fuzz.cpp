@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "services/edge/command.hpp"
-#include "fleet/host/ingest.hpp"
-#include "net/sparkplug/host_state.hpp"
-#include "net/sparkplug/payload.hpp"
-#include "net/sparkplug/topic.hpp"
+#include "services/fleet/host/ingest.hpp"
+#include "services/net/sparkplug/host_state.hpp"
+#include "services/net/sparkplug/payload.hpp"
+#include "services/net/sparkplug/topic.hpp"
 #include "tests/fuzz/require.hpp"
 
 namespace {

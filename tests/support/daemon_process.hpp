@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"

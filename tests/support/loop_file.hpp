@@ -8,7 +8,7 @@ namespace loopwarden::tests {
 // A loop on the simulated plant 1, or on another model, that records nothing.
 inline std::string loop_file(const std::string& tag,
                              const std::string& model = LOOPWARDEN_SOURCE_DIR
-                             "/config/examples/models/plant1.yaml",
+                             "/examples/models/plant1.yaml",
                              const std::string& start = "{mode: automatic, set_point: 5}") {
   return "loop: " + tag + R"(
 sample_time: 0.1

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A slow disk under some files of a program that a test starts, by the fault campaign's shim (bench/fault_campaign/shim.c).
+// A slow disk under some files of a program that a test starts, by the fault campaign's shim (tests/system/fault_campaign/shim.c).
 #pragma once
 
 #include <fcntl.h>

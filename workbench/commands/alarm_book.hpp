@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::workbench {
 

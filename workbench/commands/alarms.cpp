@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "config/diagnostic.hpp"
-#include "model/monitor/alarm_kind.hpp"
-#include "model/monitor/box_alarms.hpp"
-#include "protocol/ask.hpp"
+#include "model/alarm/alarm_kind.hpp"
+#include "model/alarm/box_alarms.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/alarm_book.hpp"
 #include "workbench/live/daemon_client.hpp"
@@ -92,8 +92,8 @@ void print_table(const protocol::Alarms& answer, bool all) {
 
 std::vector<std::string> alarm_names() {
   std::vector<std::string> names;
-  for (const monitor::AlarmKind kind : monitor::kAlarmKinds) names.emplace_back(to_text(kind));
-  for (const monitor::BoxAlarm kind : monitor::kBoxAlarms) names.emplace_back(to_text(kind));
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) names.emplace_back(to_text(kind));
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) names.emplace_back(to_text(kind));
   return names;
 }
 
@@ -107,7 +107,7 @@ std::string no_alarm(const std::string& word) {
 
 // Throws DaemonRefused if the daemon has no such loop.
 void check_loop(DaemonClient& daemon, const std::string& loop) {
-  if (loop == monitor::kBox) return;
+  if (loop == alarm::kBox) return;
   loop_index(protocol::ask(daemon, protocol::StatusRequest{}).loops, loop);
 }
 
@@ -226,8 +226,8 @@ void print_explanation(const protocol::Explanation& e) {
 }
 
 bool is_valve_alarm(const std::string& name) {
-  return std::any_of(monitor::kValveAlarms.begin(), monitor::kValveAlarms.end(),
-                     [&](monitor::AlarmKind kind) { return name == to_text(kind); });
+  return std::any_of(alarm::kValveAlarms.begin(), alarm::kValveAlarms.end(),
+                     [&](alarm::AlarmKind kind) { return name == to_text(kind); });
 }
 
 void print_guide(const protocol::Explained& answer) {

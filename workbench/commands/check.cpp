@@ -11,7 +11,7 @@
 #include "config/loop_model_reader.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "config/validation/validation.hpp"
-#include "map/register_map.hpp"
+#include "daemon/registers/register_map.hpp"
 #include "model/control/tuning.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
@@ -74,7 +74,7 @@ Checked check(const std::string& path) {
       std::string text = fmt::format("{} loop{}", c.loops.size(), c.loops.size() == 1 ? "" : "s");
       for (std::size_t i = 0; i < c.loops.size(); ++i) {
         text += "\n  " + loop_text(c.loops[i]);
-        if (i >= register_map::kMostLoops) text += "; no block in the register map";
+        if (i >= registers::kMostLoops) text += "; no block in the register map";
       }
       return text;
     });
@@ -125,7 +125,7 @@ void add_check(Program& program) {
       "check", "validate configuration folders, loop files, models and specialists", run_check);
   command.required("files", o.files, "files or folders");
   command.flag("--json", o.json, "print the diagnostics as JSON");
-  command.footer("Example: loopwarden check /etc/loopwardend config/examples/models/plant1.yaml");
+  command.footer("Example: loopwarden check /etc/loopwardend examples/models/plant1.yaml");
 }
 
 }  // namespace loopwarden::workbench

@@ -188,7 +188,7 @@ void add_classify(Program& program) {
   command.flag("--json", o.json, "print the windows as JSON");
   o.input.add_options(command);
   command.footer(
-      "Example: loopwarden classify run.csv --specialists data/specialists/plant1 --json");
+      "Example: loopwarden classify run.csv --specialists examples/specialists/plant1 --json");
 }
 
 }  // namespace loopwarden::workbench

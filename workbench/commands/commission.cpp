@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden commission: from records of a loop that works to its twin, its specialists, and what they can see.
-#include "model/commission/commission.hpp"
+#include "model/twin/commission.hpp"
 
 #include <fmt/format.h>
 
@@ -16,9 +16,9 @@
 #include "base/text.hpp"
 #include "config/loop_model_writer.hpp"
 #include "config/specialists/specialist_folder.hpp"
-#include "model/commission/changes.hpp"
-#include "model/commission/sight.hpp"
-#include "protocol/ask.hpp"
+#include "model/twin/twin_diff.hpp"
+#include "model/twin/sight.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/records/record_input.hpp"
@@ -54,36 +54,36 @@ struct CommissionOptions {
   bool json = false;
 };
 
-commission::HealthyRecord healthy_record(const std::string& path, const RecordInput& input) {
+twin::HealthyRecord healthy_record(const std::string& path, const RecordInput& input) {
   const record::Record file = input.read(path).record;
   return {.columns = {file.period_s, file.pv, file.sp, file.co, file.stem},
           .automatic = file.automatic};
 }
 
-const char* advice(commission::Outcome outcome) {
+const char* advice(twin::Outcome outcome) {
   switch (outcome) {
-    case commission::Outcome::commissioned: return "";
-    case commission::Outcome::not_enough_movement:
+    case twin::Outcome::commissioned: return "";
+    case twin::Outcome::not_enough_movement:
       return "Nothing was written for the loop; record it again while the set point moves.";
-    case commission::Outcome::not_healthy:
+    case twin::Outcome::not_healthy:
       return "A fault is never learned as normal: repair the valve, then record it again, or raise "
              "--healthy-limit if this is how it has to be.";
-    case commission::Outcome::not_explained:
+    case twin::Outcome::not_explained:
       return "report.html shows what is left; `loopwarden gap` over shorter stretches (--from, "
              "--to) says where it comes from.";
-    case commission::Outcome::not_usable: break;
+    case twin::Outcome::not_usable: break;
   }
   return "Nothing was written for the loop.";
 }
 
-void print_result(const commission::Commissioning& c, const CommissionSight& seen_here,
+void print_result(const twin::Commissioning& c, const CommissionSight& seen_here,
                   const std::string& out, const std::string& assumed) {
-  const std::optional<commission::Sight>& sight = seen_here.specialists;
-  fmt::print("{}: {}\n", commission::to_text(c.outcome), c.why);
+  const std::optional<twin::Sight>& sight = seen_here.specialists;
+  fmt::print("{}: {}\n", twin::to_text(c.outcome), c.why);
   for (const std::string& note : c.notes) fmt::print("  {}\n", note);
   if (!c.stages.empty()) {
     fmt::print("\n{:<36}{:>12}{:>12}\n", "rmse of PV, PV units", "fitted", "held back");
-    for (const commission::Stage& stage : c.stages) {
+    for (const twin::Stage& stage : c.stages) {
       fmt::print("{:<36}{:>12.4g}{:>12.4g}\n", stage.name, stage.rmse, stage.holdout_rmse);
     }
   }
@@ -91,20 +91,20 @@ void print_result(const commission::Commissioning& c, const CommissionSight& see
     fmt::print("{:<36}{:>24.4g}\n", "noise floor", c.gap->floor.rmse());
   }
   if (!seen_here.twin.empty()) fmt::print("\nWhat the twin sees on this loop\n");
-  for (const commission::TwinSeen& seen : seen_here.twin) {
+  for (const twin::TwinSeen& seen : seen_here.twin) {
     fmt::print("  {:<16} {}\n", to_text(seen.change), seen_text(seen));
   }
   if (sight) {
     fmt::print(
         "\nWhat can be seen on this loop, in 95 % of the windows with a move of SP as recorded\n");
-    for (const commission::Seen& seen : sight->seen) {
+    for (const twin::Seen& seen : sight->seen) {
       fmt::print("  {:<16} {}\n", specialist::to_text(seen.condition), seen_text(seen));
     }
     fmt::print("False alarms: {} in {:.0f} simulated healthy hours, at most {:.0f} a year (95 %)\n",
                sight->false_alarms, sight->simulated_years * 8766.0, sight->false_alarms_per_year);
   }
   const fs::path folder = fs::absolute(out).lexically_normal();
-  if (c.outcome == commission::Outcome::commissioned) {
+  if (c.outcome == twin::Outcome::commissioned) {
     if (!sight) fmt::print("\nNo specialists: they know no integrating process.\n");
     fmt::print("\nFor the loop's file:\nmonitor:\n");
     if (sight) fmt::print("  specialists: {}\n", (folder / "specialists").string());
@@ -119,18 +119,18 @@ void print_result(const commission::Commissioning& c, const CommissionSight& see
   fmt::print("{0}/commission.json, {0}/report.html\n", out);
 }
 
-nlohmann::json changes_json(const std::vector<commission::Change>& changes) {
+nlohmann::json changes_json(const std::vector<twin::Change>& changes) {
   nlohmann::json out = nlohmann::json::array();
-  for (const commission::Change& change : changes) {
+  for (const twin::Change& change : changes) {
     out.push_back({{"what", change.what}, {"before", change.before}, {"now", change.now}});
   }
   return out;
 }
 
-void print_changes(const std::vector<commission::Change>& changes) {
+void print_changes(const std::vector<twin::Change>& changes) {
   if (changes.empty()) return;
   fmt::print("{:<40}{:>12}{:>12}{:>10}\n", "Since it was commissioned", "before", "now", "change");
-  for (const commission::Change& change : changes) {
+  for (const twin::Change& change : changes) {
     const std::string percent =
         change.before != 0.0
             ? fmt::format("{:+.1f} %", 100.0 * (change.now - change.before) / change.before)
@@ -215,7 +215,7 @@ std::string why_no_twin_of(const std::optional<protocol::LoopDescription>& loop,
 }
 
 // What the twin's ranges were assumed to be; empty: they are known.
-std::string assumed_text(const commission::Request& request, const plant::LoopModel& twin) {
+std::string assumed_text(const twin::Request& request, const plant::LoopModel& twin) {
   if (request.model || (request.ranges.pv && request.ranges.co)) return {};
   const control::PidSettings& pid = twin.controller.pid;
   return fmt::format(
@@ -227,7 +227,7 @@ std::string assumed_text(const commission::Request& request, const plant::LoopMo
 int run_commission(const CommissionOptions& given) {
   CommissionOptions options = given;
   const auto begin = std::chrono::steady_clock::now();
-  commission::Request request{.records = {},
+  twin::Request request{.records = {},
                               .model = std::nullopt,
                               .healthy_limit_percent = options.healthy_limit_percent,
                               .accept_short = options.accept_short,
@@ -258,14 +258,14 @@ int run_commission(const CommissionOptions& given) {
     const std::string refused = why_no_twin_of(loop, request.records.front().columns.period_s);
     if (!refused.empty()) fmt::print(stderr, "{}\n", refused);
     std::optional<Progress> progress(std::in_place, "twin", 100);
-    const commission::Commissioning made = commission::commission(
+    const twin::Commissioning made = twin::commission(
         request, parallel, [&](double share) { progress->update_share(share); });
     progress.reset();
     CommissionSight sight;
-    if (made.outcome == commission::Outcome::commissioned) {
-      sight.twin = commission::look_by_twin(made.twin, options.seed, parallel);
+    if (made.outcome == twin::Outcome::commissioned) {
+      sight.twin = twin::look_by_twin(made.twin, options.seed, parallel);
     }
-    if (made.outcome == commission::Outcome::commissioned && !made.twin.process.integrating()) {
+    if (made.outcome == twin::Outcome::commissioned && !made.twin.process.integrating()) {
       TrainingJob job;
       job.plant = options.plant;
       job.source = "twin of " + fs::path(options.records.front()).filename().string();
@@ -285,20 +285,20 @@ int run_commission(const CommissionOptions& given) {
                                 });
       progress.emplace("what can be seen", 100);
       sight.specialists =
-          commission::look(made.twin, *trained.folder.team, {.seed = options.seed}, parallel,
+          twin::look(made.twin, *trained.folder.team, {.seed = options.seed}, parallel,
                            [&](double share) { progress->update_share(share); });
       progress.reset();
     }
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (made.outcome == commission::Outcome::commissioned) {
+    if (made.outcome == twin::Outcome::commissioned) {
       files.add(out / "twin.yaml",
                 config::write_model(made.twin, "twin, made by loopwarden commission from " +
                                                    options.records.front() + "\n" + made.why));
     }
-    std::vector<commission::Change> changes;
-    if (before && made.outcome == commission::Outcome::commissioned) {
-      changes = commission::changes(*before, made.twin);
+    std::vector<twin::Change> changes;
+    if (before && made.outcome == twin::Outcome::commissioned) {
+      changes = twin::changes(*before, made.twin);
     }
     nlohmann::json answer = commission_json(made, sight);
     if (before) answer["changes"] = changes_json(changes);
@@ -308,7 +308,7 @@ int run_commission(const CommissionOptions& given) {
     files.commit();
     config::remove_weights(out / "specialists", old_weights);
     if (options.recorder.background()) {
-      fmt::print("{}: {}\n", base::in_words(commission::to_text(made.outcome)), made.why);
+      fmt::print("{}: {}\n", base::in_words(twin::to_text(made.outcome)), made.why);
     } else if (options.json) {
       show_json(answer);
     } else {

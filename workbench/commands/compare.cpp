@@ -9,7 +9,7 @@ void add_compare(Program& program) {
   auto [command, o] =
       program.command("compare", "the valve compensators side by side on a model", run_comparison);
   add_comparison_options(command, o);
-  command.footer("Example: loopwarden compare config/examples/models/plant1.yaml --out compare");
+  command.footer("Example: loopwarden compare examples/models/plant1.yaml --out compare");
 }
 
 }  // namespace loopwarden::workbench

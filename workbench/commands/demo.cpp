@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden demo: walks through what ./demo shows, on a daemon that runs config/examples/demo: the
+// loopwarden demo: walks through what ./demo shows, on a daemon that runs examples/demo: the
 // set point moves, the valve begins to stick, planned moves calm the loop, and a table sums it up.
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -21,7 +21,7 @@
 
 #include "base/child_process.hpp"
 #include "model/analysis/loop_metrics.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
@@ -51,7 +51,7 @@ struct Phase {
   bool until_calm = false;                      // it ends when planned moves act
 };
 
-// The times go with the fault schedule of config/examples/demo/models/plant1-sticking.yaml.
+// The times go with the fault schedule of examples/demo/models/plant1-sticking.yaml.
 std::vector<Phase> phases() {
   return {
       {.name = "",

@@ -147,7 +147,7 @@ void name_pushing(const DiagnoseOptions& options, std::vector<TimedLoop> records
       loop.pushed_by->push_back(tag);
   }
   if (pushed.empty() ||
-      !survey::neighbour_is_cause(loop.verdict.verdict, loop.verdict.cause, main)) {
+      !diagnosis::neighbour_is_cause(loop.verdict.verdict, loop.verdict.cause, main)) {
     return;
   }
   loop.verdict.verdict = diagnosis::DiagnosisVerdict::other_cause;
@@ -231,7 +231,7 @@ void add_diagnose(Program& program) {
   command.flag("--json", o.json, "print the result as JSON");
   o.input.add_options(command);
   command.footer(
-      "Examples: loopwarden diagnose data/routine/r22.csv --json\n"
+      "Examples: loopwarden diagnose examples/routine/r22.csv --json\n"
       "          loopwarden diagnose --loop FIC-205 --last 8h");
 }
 

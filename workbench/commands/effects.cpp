@@ -38,8 +38,8 @@ struct ParameterRow {
 
 std::string blocks_of(const effects::Descriptor& effect) {
   std::string blocks;
-  for (const plant::Block block : effect.blocks) {
-    blocks += fmt::format("{}{}", blocks.empty() ? "" : " or ", plant::to_text(block));
+  for (const effects::Block block : effect.blocks) {
+    blocks += fmt::format("{}{}", blocks.empty() ? "" : " or ", effects::to_text(block));
   }
   return blocks;
 }

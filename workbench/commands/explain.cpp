@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden explain: an alarm's newest minutes against the loop's twin, in the folder of its evidence. The daemon runs
 // it in the background for every alarm of a loop with a twin.
-#include "model/commission/explain.hpp"
+#include "model/twin/explain.hpp"
 
 #include <fmt/format.h>
 
@@ -27,7 +27,7 @@ namespace loopwarden::workbench {
 namespace {
 
 namespace fs = std::filesystem;
-using monitor::AlarmKind;
+using alarm::AlarmKind;
 using nlohmann::json;
 
 struct ExplainOptions {
@@ -52,9 +52,9 @@ Raised read_raised(const fs::path& folder) {
   try {
     const json about = json::parse(stream);
     const auto found =
-        std::find_if(monitor::kValveAlarms.begin(), monitor::kValveAlarms.end(),
-                     [&](AlarmKind kind) { return about.at("alarm") == monitor::to_text(kind); });
-    if (found == monitor::kValveAlarms.end()) throw std::runtime_error("its alarm is not known");
+        std::find_if(alarm::kValveAlarms.begin(), alarm::kValveAlarms.end(),
+                     [&](AlarmKind kind) { return about.at("alarm") == alarm::to_text(kind); });
+    if (found == alarm::kValveAlarms.end()) throw std::runtime_error("its alarm is not known");
     return {*found, about.at("raised_ms").get<std::int64_t>(), about.at("loop").get<std::string>(),
             about.value("control", "elsewhere") == "elsewhere"};
   } catch (const std::exception& e) {
@@ -102,16 +102,16 @@ int run_explain(const ExplainOptions& options) {
     const bool from_alarm = record_file == minutes && at != record.time_s.end();
     const std::size_t alarm =
         from_alarm ? static_cast<std::size_t>(at - record.time_s.begin()) : record.size() - 1;
-    const commission::Explanation explanation = commission::explain(
+    const twin::Explanation explanation = twin::explain(
         {record.period_s, record.pv, record.sp, record.co}, twin, alarm,
-        {.enough_s = commission::kMostSeen_s, .judge_controller = raised.elsewhere},
+        {.enough_s = twin::kMostSeen_s, .judge_controller = raised.elsewhere},
         on_threads(threads(options.jobs)));
-    const std::optional<AlarmKind> name = commission::final_name(explanation, raised.alarm);
+    const std::optional<AlarmKind> name = twin::final_name(explanation, raised.alarm);
     const double first_s = record.time_s.front() - record.time_s[alarm];
     json out = explanation_json(explanation, name.value_or(raised.alarm), first_s, record.period_s);
     out["loop"] = raised.loop;
-    out["alarm"] = monitor::to_text(raised.alarm);
-    out["final_name"] = name ? json(monitor::to_text(*name)) : json();
+    out["alarm"] = alarm::to_text(raised.alarm);
+    out["final_name"] = name ? json(alarm::to_text(*name)) : json();
     out["raised_ms"] = raised.raised_ms;
     out["ended_ms"] = std::chrono::duration_cast<std::chrono::milliseconds>(
                           std::chrono::system_clock::now().time_since_epoch())

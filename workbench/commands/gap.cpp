@@ -119,7 +119,7 @@ std::vector<std::string> words_without() {
   std::vector<std::string> words{"several", "load", "allowances"};
   for (const effects::Descriptor& info : effects::vocabulary()) {
     // Of noise only what belongs to a transmitter is ever named.
-    if (!info.is_noise || info.blocks.front() == plant::Block::transmitter)
+    if (!info.is_noise || info.blocks.front() == effects::Block::transmitter)
       words.emplace_back(info.name);
   }
   return words;
@@ -129,7 +129,7 @@ std::vector<std::string> words_without() {
 bool shows_in_stem(const effects::Descriptor& info) {
   constexpr std::array<std::string_view, 4> kOfReading{"output_bias", "gain_change",
                                                        "extra_dead_time", "learned"};
-  return info.blocks.front() == plant::Block::valve ||
+  return info.blocks.front() == effects::Block::valve ||
          std::find(kOfReading.begin(), kOfReading.end(), info.name) != kOfReading.end();
 }
 

@@ -43,10 +43,10 @@ struct Simulated {
 // The model's loop on this valve, without noise and converter steps, after a step of the set point.
 Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlinearity& valve) {
   model.scenario.faults.clear();
-  std::erase_if(model.valve_effects, [](const plant::EffectSpec& spec) {
+  std::erase_if(model.valve_effects, [](const effects::EffectSpec& spec) {
     return analysis::is_valve_nonlinearity(spec.name);
   });
-  plant::EffectSpec spec{.name = valve.backlash ? "backlash" : "stiction"};
+  effects::EffectSpec spec{.name = valve.backlash ? "backlash" : "stiction"};
   if (valve.backlash) {
     spec.parameters = {{"deadband", valve.s}};
   } else {
@@ -362,7 +362,7 @@ void add_limit_cycle(Program& program) {
   command.option("--out", o.out, "Nyquist picture to write, SVG");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
-      "Example: loopwarden limit-cycle config/examples/models/plant1.yaml --s 1 --j 0.4 --out "
+      "Example: loopwarden limit-cycle examples/models/plant1.yaml --s 1 --j 0.4 --out "
       "nyquist.svg");
 }
 

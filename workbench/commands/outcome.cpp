@@ -15,7 +15,7 @@
 
 #include "base/text.hpp"
 #include "config/diagnostic.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "record/import/importer.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/command_line/progress.hpp"

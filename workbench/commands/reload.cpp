@@ -5,7 +5,7 @@
 #include <chrono>
 #include <thread>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/live/daemon_client.hpp"

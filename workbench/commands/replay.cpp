@@ -13,14 +13,14 @@
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "model/commission/explain.hpp"
+#include "model/twin/explain.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/records/record_input.hpp"
-#include "model/monitor/loop_alarms.hpp"
-#include "model/monitor/loop_incident.hpp"
-#include "model/monitor/loop_monitor.hpp"
-#include "model/monitor/specialist_judge.hpp"
+#include "model/alarm/loop_alarms.hpp"
+#include "model/alarm/loop_incident.hpp"
+#include "model/watch/loop_monitor.hpp"
+#include "model/watch/specialist_judge.hpp"
 #include "workbench/commands/replay_evidence.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
@@ -31,8 +31,8 @@
 namespace loopwarden::workbench {
 namespace {
 
-using monitor::AlarmState;
-using monitor::MonitorStep;
+using alarm::AlarmState;
+using watch::MonitorStep;
 
 constexpr double kSamePeriod = 0.01;  // relative
 
@@ -51,13 +51,13 @@ struct ReplayOptions {
 
 struct TimedTransition {
   double time_s = 0.0;
-  monitor::AlarmTransition transition;
+  alarm::AlarmTransition transition;
   std::optional<nlohmann::json> explanation{};     // where the alarm was raised, with a twin
-  std::optional<monitor::AlarmKind> first_name{};  // where the explanation changed it
+  std::optional<alarm::AlarmKind> first_name{};  // where the explanation changed it
 };
 
 struct ToldIncident {
-  monitor::Incident incident;
+  alarm::Incident incident;
   nlohmann::json explanation = nullptr;  // the newest; null: there is none
 };
 
@@ -71,19 +71,19 @@ struct Replay {
 };
 
 // As in the journal: whether an alarm that is off could have come is no news.
-bool worth_a_line(const monitor::AlarmTransition& t) {
+bool worth_a_line(const alarm::AlarmTransition& t) {
   const auto quiet = [](AlarmState s) {
     return s == AlarmState::normal || s == AlarmState::suppressed;
   };
   return !(quiet(t.from) && quiet(t.to));
 }
 
-monitor::WindowSettings settings_of(const record::Record& record, const ReplayOptions& options,
+watch::WindowSettings settings_of(const record::Record& record, const ReplayOptions& options,
                                     const specialist::Team* team) {
   constexpr double kSample = 0.1;  // s, as the daemon cuts a loop without specialists
   const double sample_s = team != nullptr ? team->facts.period_s : kSample;
   const auto decimation = std::max<long>(1, std::lround(sample_s / record.period_s));
-  monitor::WindowSettings settings{.overlap = options.overlap,
+  watch::WindowSettings settings{.overlap = options.overlap,
                                    .decimation = static_cast<std::size_t>(decimation),
                                    .sample_time_s = record.period_s,
                                    .pv_low = options.pv_range[0],
@@ -108,14 +108,14 @@ class Explainer {
         twin_(twin),
         jobs_(threads(jobs)) {}
 
-  const commission::Explanation& at(std::size_t sample) {
+  const twin::Explanation& at(std::size_t sample) {
     if (!newest_ || sample >= newest_->stretch.end) {
-      newest_ = commission::explain(record_, twin_, sample, {}, on_threads(jobs_));
+      newest_ = twin::explain(record_, twin_, sample, {}, on_threads(jobs_));
     }
     return *newest_;
   }
 
-  nlohmann::json json(const commission::Explanation& e, monitor::AlarmKind alarm) const {
+  nlohmann::json json(const twin::Explanation& e, alarm::AlarmKind alarm) const {
     return explanation_json(e, alarm, first_s_, record_.period_s);
   }
 
@@ -124,7 +124,7 @@ class Explainer {
   double first_s_;
   const plant::LoopModel& twin_;
   unsigned jobs_;
-  std::optional<commission::Explanation> newest_;
+  std::optional<twin::Explanation> newest_;
 };
 
 // The monitor and the alarms over a record. `team` may be null: routine evidence alone; so may `twin`.
@@ -133,9 +133,9 @@ class Replayer {
   Replayer(const record::Record& record, const specialist::Team* team, const plant::LoopModel* twin,
            const ReplayOptions& options)
       : record_(record),
-        judge_(team != nullptr ? std::optional<monitor::SpecialistJudge>(std::in_place, *team)
+        judge_(team != nullptr ? std::optional<watch::SpecialistJudge>(std::in_place, *team)
                                : std::nullopt),
-        loop_(settings_of(record, options, team), monitor::kAlarmRule, judge_ ? &*judge_ : nullptr,
+        loop_(settings_of(record, options, team), alarm::kAlarmRule, judge_ ? &*judge_ : nullptr,
               twin) {
     if (twin != nullptr && options.explain) explainer_.emplace(record, *twin, options.jobs);
   }
@@ -171,28 +171,28 @@ class Replayer {
       case MonitorStep::Kind::judged:
         ++result_.windows;
         stick_seen_ =
-            monitor::shows_stick(step.measures) || (stick_seen_ && incident_.incident().open());
+            alarm::shows_stick(step.measures) || (stick_seen_ && incident_.incident().open());
         keep(k, alarms_.window_judged(now_ms, step.conditions));
         break;
     }
     if (step.routine) {
       ++result_.routine_windows;
-      keep(k, alarms_.judged(now_ms, step.conditions, monitor::AlarmReason::routine));
+      keep(k, alarms_.judged(now_ms, step.conditions, alarm::AlarmReason::routine));
     }
-    if (step.twin) keep(k, alarms_.judged(now_ms, step.conditions, monitor::AlarmReason::twin));
+    if (step.twin) keep(k, alarms_.judged(now_ms, step.conditions, alarm::AlarmReason::twin));
   }
 
   // Nothing changes while no window is judged, so that is when time passes.
   void follow(std::int64_t now_ms) {
-    for (const monitor::IncidentChange& change : incident_.follow(now_ms, alarms_)) {
-      if (change.kind == monitor::IncidentChange::Kind::opened) result_.incidents.emplace_back();
+    for (const alarm::IncidentChange& change : incident_.follow(now_ms, alarms_)) {
+      if (change.kind == alarm::IncidentChange::Kind::opened) result_.incidents.emplace_back();
     }
     if (!result_.incidents.empty()) result_.incidents.back().incident = incident_.incident();
   }
 
-  void explain_incident(std::int64_t now_ms, monitor::AlarmKind alarm,
-                        const commission::Explanation& e, const nlohmann::json& told) {
-    monitor::IncidentExplanation says{.alarm = alarm, .raised_ms = now_ms};
+  void explain_incident(std::int64_t now_ms, alarm::AlarmKind alarm,
+                        const twin::Explanation& e, const nlohmann::json& told) {
+    alarm::IncidentExplanation says{.alarm = alarm, .raised_ms = now_ms};
     if (e.usable()) {
       says.from_ms = std::llround(1000.0 * record_.time_s[e.at]);
       if (!e.result.effects.empty()) {
@@ -208,26 +208,26 @@ class Replayer {
     result_.incidents.back().explanation = told;
   }
 
-  void keep(std::size_t k, const monitor::AlarmTransitions& changed) {
+  void keep(std::size_t k, const alarm::AlarmTransitions& changed) {
     const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record_.time_s[k]));
     follow(now_ms);
     tell(k, now_ms, changed);
     follow(now_ms);
   }
 
-  void tell(std::size_t k, std::int64_t now_ms, const monitor::AlarmTransitions& changed) {
-    for (const monitor::AlarmTransition& t : changed.view()) {
+  void tell(std::size_t k, std::int64_t now_ms, const alarm::AlarmTransitions& changed) {
+    for (const alarm::AlarmTransition& t : changed.view()) {
       if (!worth_a_line(t)) continue;
       TimedTransition line{record_.time_s[k], t};
       if (!explainer_ || t.to != AlarmState::unacknowledged) {
         result_.transitions.push_back(std::move(line));
         continue;
       }
-      const commission::Explanation& e = explainer_->at(k);
-      const std::optional<monitor::AlarmKind> found = commission::final_name(e, t.kind);
+      const twin::Explanation& e = explainer_->at(k);
+      const std::optional<alarm::AlarmKind> found = twin::final_name(e, t.kind);
       const bool named =
-          found && !monitor::refuted(e.result.effects.front().spec.name, stick_seen_);
-      const monitor::AlarmKind name = named ? found.value_or(t.kind) : t.kind;
+          found && !alarm::refuted(e.result.effects.front().spec.name, stick_seen_);
+      const alarm::AlarmKind name = named ? found.value_or(t.kind) : t.kind;
       line.explanation = explainer_->json(e, name);
       explain_incident(now_ms, t.kind, e, *line.explanation);
       if (!named) {
@@ -235,8 +235,8 @@ class Replayer {
         continue;
       }
       // Under its final name only, and only where that alarm was not there already.
-      const double size = commission::size_percent(e);
-      for (const monitor::AlarmTransition& then :
+      const double size = twin::size_percent(e);
+      for (const alarm::AlarmTransition& then :
            alarms_.explained(now_ms, t.kind, name, size).view()) {
         if (then.kind != name || !worth_a_line(then)) continue;
         TimedTransition final_line = line;
@@ -248,10 +248,10 @@ class Replayer {
   }
 
   const record::Record& record_;
-  std::optional<monitor::SpecialistJudge> judge_;
-  monitor::LoopMonitor loop_;
-  monitor::LoopAlarms alarms_{monitor::AlarmSettings{}};
-  monitor::LoopIncident incident_;
+  std::optional<watch::SpecialistJudge> judge_;
+  watch::LoopMonitor loop_;
+  alarm::LoopAlarms alarms_{alarm::AlarmSettings{}};
+  alarm::LoopIncident incident_;
   bool stick_seen_ = false;  // by the read-back, since the incident opened
   std::optional<Explainer> explainer_;
   TwinLog twin_log_;
@@ -271,14 +271,14 @@ void print_json(const Replay& result, const std::string& tag) {
   const bool with_twin = !result.twin.is_null();
   nlohmann::json transitions = nlohmann::json::array();
   for (const TimedTransition& line : result.transitions) {
-    const monitor::AlarmTransition& t = line.transition;
+    const alarm::AlarmTransition& t = line.transition;
     nlohmann::json one = {
         {"time_s", line.time_s},
         {"alarm", to_text(t.kind)},
         {"from", to_text(t.from)},
         {"to", to_text(t.to)},
         {"severity_percent",
-         monitor::has_size(t.kind) ? nlohmann::json(t.severity_percent) : nlohmann::json(nullptr)},
+         alarm::has_size(t.kind) ? nlohmann::json(t.severity_percent) : nlohmann::json(nullptr)},
         {"reason", to_text(t.reason)}};
     if (with_twin) one["explanation"] = line.explanation ? *line.explanation : nlohmann::json();
     if (line.first_name) one["first_name"] = to_text(*line.first_name);
@@ -298,10 +298,10 @@ void print_text(const Replay& result, const std::string& tag) {
                "severity", "by");
   }
   for (const TimedTransition& line : result.transitions) {
-    const monitor::AlarmTransition& t = line.transition;
+    const alarm::AlarmTransition& t = line.transition;
     fmt::print("{:10.1f}  {:<15} {:<24} {:<24} {:>8}  {}\n", line.time_s, to_text(t.kind),
                to_text(t.from), to_text(t.to),
-               monitor::has_size(t.kind) ? fmt::format("{:.1f} %", t.severity_percent) : "-",
+               alarm::has_size(t.kind) ? fmt::format("{:.1f} %", t.severity_percent) : "-",
                to_text(t.reason));
     if (line.first_name) fmt::print("{:12}first named {}\n", "", to_text(*line.first_name));
     if (line.explanation) {
@@ -394,7 +394,7 @@ void add_replay(Program& program) {
   command.footer(
       "A row without pv and co is a missing cycle; one without pv alone is a bad PV.\n"
       "Of evidence: exit code 0 if the verdict is the same, 65 if it is not.\n"
-      "Example: loopwarden replay run.csv --specialists data/specialists/plant1 --json");
+      "Example: loopwarden replay run.csv --specialists examples/specialists/plant1 --json");
 }
 
 }  // namespace loopwarden::workbench

@@ -12,10 +12,10 @@
 #include <string>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "model/monitor/specialist_judge.hpp"
-#include "model/monitor/controller_watch.hpp"
-#include "model/monitor/twin_watch.hpp"
-#include "record/evidence/evidence_file.hpp"
+#include "model/watch/specialist_judge.hpp"
+#include "model/watch/controller_watch.hpp"
+#include "model/watch/twin_watch.hpp"
+#include "config/evidence_file/evidence_file.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/text/json_number.hpp"
@@ -24,9 +24,9 @@ namespace loopwarden::workbench {
 namespace {
 
 using evidence::Evidence;
-using monitor::WindowJudgement;
-using monitor::WindowMeasures;
-using Judgement = monitor::RoutineWatch::Judgement;
+using alarm::WindowJudgement;
+using alarm::WindowMeasures;
+using Judgement = watch::RoutineWatch::Judgement;
 using nlohmann::json;
 
 // Another compiler or machine may round the last digits otherwise; the same one gives the same bits.
@@ -45,13 +45,13 @@ bool same(const WindowJudgement& a, const WindowJudgement& b) {
 }
 
 std::string name_of(const WindowJudgement& j) {
-  return j.result == WindowJudgement::Result::fault ? monitor::to_text(j.fault)
-                                                    : monitor::to_text(j.result);
+  return j.result == WindowJudgement::Result::fault ? alarm::to_text(j.fault)
+                                                    : alarm::to_text(j.result);
 }
 
 // NaN where the verdict has no size.
 double severity_of(const WindowJudgement& j) {
-  const bool known = j.result != WindowJudgement::Result::fault || monitor::has_size(j.fault);
+  const bool known = j.result != WindowJudgement::Result::fault || alarm::has_size(j.fault);
   return known ? j.severity_percent : std::nan("");
 }
 
@@ -68,7 +68,7 @@ class Table {
 
 void print_alarm(const Evidence& e) {
   fmt::print("{} of {}, raised {:%Y-%m-%d %H:%M:%S} UTC by loopwardend {}\n",
-             monitor::to_text(e.alarm), e.loop,
+             alarm::to_text(e.alarm), e.loop,
              fmt::gmtime(static_cast<std::time_t>(e.raised_ms / 1000)), e.version);
 }
 
@@ -83,8 +83,8 @@ void print_text(const Evidence& e, const WindowJudgement& now, const WindowMeasu
   table.row("", "then", "now");
   table.row("verdict on the window", name_of(e.judgement), name_of(now));
   table.row("severity, % of CO span", severity_of(e.judgement), severity_of(now));
-  for (const monitor::AlarmKind kind : monitor::kWindowAlarms) {
-    const std::size_t k = monitor::index_of(kind);
+  for (const alarm::AlarmKind kind : alarm::kWindowAlarms) {
+    const std::size_t k = alarm::index_of(kind);
     table.row(fmt::format("probability of {}", to_text(kind)), e.judgement.probability[k],
               now.probability[k]);
   }
@@ -126,7 +126,7 @@ void print_routine(const Evidence& e, const Judgement& now) {
   fmt::print(
       "\nnats gathered: {:.2f} from windows before (their samples are not kept here), {:+.2f} from "
       "the specialists, {:.2f} with this one; an alarm from {:g} on\n",
-      then.sum_before, then.from_specialists, then.sum, monitor::RoutineWatch::kRaise);
+      then.sum_before, then.from_specialists, then.sum, watch::RoutineWatch::kRaise);
 }
 
 bool same(const Judgement& a, const Judgement& b) {
@@ -163,7 +163,7 @@ int conclude(bool agree, bool as_json) {
 }
 
 int replay_routine(const Evidence& e, bool as_json) {
-  const Judgement now = monitor::judge_routine({.pv = e.pv,
+  const Judgement now = watch::judge_routine({.pv = e.pv,
                                                 .co = e.co,
                                                 .sp = e.sp,
                                                 .sample_time_s = e.sample_time_s,
@@ -179,10 +179,10 @@ int replay_routine(const Evidence& e, bool as_json) {
 // The watch over the same minutes. It began earlier in the daemon: what it holds in the end may differ a little.
 int replay_twin(const Evidence& e, const std::filesystem::path& folder, bool as_json) {
   const plant::LoopModel twin = load_model((folder / "twin.yaml").string());
-  monitor::TwinWatch watch(twin);
+  watch::TwinWatch watch(twin);
   // Of a loop that ran here nobody watched it, and its gains, jacket or compensator may have moved CO.
   const bool controller_watched = std::isfinite(e.by_twin->controller);
-  monitor::ControllerWatch controller(twin);
+  watch::ControllerWatch controller(twin);
   for (std::size_t k = 0; k < e.pv.size(); ++k) {
     watch.add(e.pv[k], e.co[k]);
     controller.add(e.sp[k], e.pv[k], e.co[k]);
@@ -220,9 +220,9 @@ int replay_evidence(const std::filesystem::path& folder, bool as_json) {
   if (evidence.by_twin) return replay_twin(evidence, folder, as_json);
   const auto specialists = usable(config::read_specialists(evidence::specialists_of(folder)));
   if (!specialists.team) return kExitConfiguration;
-  monitor::SpecialistJudge judge(*specialists.team);
+  watch::SpecialistJudge judge(*specialists.team);
   const WindowJudgement now = judge.judge(evidence.window());
-  const WindowMeasures measures = monitor::measure(evidence.window());
+  const WindowMeasures measures = alarm::measure(evidence.window());
   const bool agree = same(evidence.judgement, now);
   as_json ? print_json(evidence, name_of(evidence.judgement), name_of(now), severity_of(now), agree)
           : print_text(evidence, now, measures);

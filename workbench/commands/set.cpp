@@ -11,7 +11,7 @@
 
 #include "base/text.hpp"
 #include "config/diagnostic.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"

@@ -130,7 +130,7 @@ void add_simulate(Program& program) {
   command.flag("--truth", o.truth, "also write true_pv and fault_severity");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
-      "Example: loopwarden simulate config/examples/models/plant1.yaml --out run.csv --seed 7");
+      "Example: loopwarden simulate examples/models/plant1.yaml --out run.csv --seed 7");
 }
 
 }  // namespace loopwarden::workbench

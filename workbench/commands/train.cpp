@@ -192,7 +192,7 @@ void warn_of_effects(const plant::LoopModel& model) {
   if (model.process.second_time_constant_s > 0.0) names += " second_time_constant";
   for (const auto* effects :
        {&model.valve_effects, &model.process_effects, &model.transmitter_effects}) {
-    for (const plant::EffectSpec& effect : *effects) names += " " + effect.name;
+    for (const effects::EffectSpec& effect : *effects) names += " " + effect.name;
   }
   if (!names.empty()) {
     fmt::print(stderr,
@@ -324,7 +324,7 @@ void add_train(Program& program) {
   command.footer(
       "A run that was interrupted or killed goes on when it is started again the same way: what is "
       "in DIR/unfinished\nis not made again, a network that was in training begins anew.\n"
-      "Example: loopwarden train config/examples/models/plant1-believed.yaml --out specialists");
+      "Example: loopwarden train examples/models/plant1-believed.yaml --out specialists");
 }
 
 }  // namespace loopwarden::workbench

@@ -169,7 +169,7 @@ void add_tune(Program& program) {
   command.flag("--pid", o.pid, "PID settings instead of PI, of the rules that have them");
   command.option("--out", o.out, "report with the predicted responses to write, HTML");
   command.flag("--json", o.json, "print the result as JSON");
-  command.footer("Example: loopwarden tune config/examples/models/plant1.yaml --out tuning.html");
+  command.footer("Example: loopwarden tune examples/models/plant1.yaml --out tuning.html");
 }
 
 }  // namespace loopwarden::workbench

@@ -17,13 +17,13 @@ using control::JacketForm;
 constexpr std::array kSetPoints{0.50, 0.52, 0.60, 0.55};  // share of the PV range
 constexpr std::array kSizes{2.0, 5.0, 10.0};              // % of the CO range
 
-plant::EffectSpec effect(const char* name, std::map<std::string, double> parameters) {
+effects::EffectSpec effect(const char* name, std::map<std::string, double> parameters) {
   return {.name = name, .parameters = std::move(parameters)};
 }
 
 double co_span(const plant::LoopModel& model) { return model.controller.pid.output_span(); }
 
-std::vector<std::pair<std::string, std::vector<plant::EffectSpec>>> faults_of(double size) {
+std::vector<std::pair<std::string, std::vector<effects::EffectSpec>>> faults_of(double size) {
   return {{"stiction, J = 0.3 S", {effect("stiction", {{"s", size}, {"j", 0.3 * size}})}},
           {"stiction, J = S", {effect("stiction", {{"s", size}, {"j", size}})}},
           {"backlash", {effect("backlash", {{"deadband", size}})}},
@@ -72,7 +72,7 @@ std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPl
     for (const double noise : {0.0, 0.001 * pv_span}) {
       plant.transmitter.noise = noise;
       const auto add = [&](const std::string& fault, double percent,
-                           std::vector<plant::EffectSpec> effects) {
+                           std::vector<effects::EffectSpec> effects) {
         CompareCase one{fault, percent, variant.name, noise, plant, hold_s};
         one.model.valve_effects = std::move(effects);
         cases.push_back(std::move(one));

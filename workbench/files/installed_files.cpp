@@ -14,8 +14,8 @@ struct Place {
   std::string_view share;
 };
 
-constexpr std::array kPlaces{Place{"data/", "loopwarden/"},
-                             Place{"config/examples/", "doc/loopwarden/examples/"}};
+constexpr std::array kPlaces{Place{"examples/", "loopwarden/"},
+                             Place{"examples/", "doc/loopwarden/examples/"}};
 
 bool is_there(const std::filesystem::path& path) {
   std::error_code ignored;

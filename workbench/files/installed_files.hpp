@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Documents and help name files of the source tree: data/gap-example/record.csv,
-// config/examples/models/plant1.yaml. On a machine that has the package instead they are found where
+// Documents and help name files of the source tree: examples/gap-example/record.csv,
+// examples/models/plant1.yaml. On a machine that has the package instead they are found where
 // it put them.
 #pragma once
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 
 namespace loopwarden::workbench {
 

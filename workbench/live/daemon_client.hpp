@@ -8,8 +8,8 @@
 
 #include "base/exit_code.hpp"
 #include "base/local_socket.hpp"
-#include "protocol/daemon_client.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/daemon_client.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::workbench {
 
@@ -29,7 +29,7 @@ class OrderNotTaken : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The daemon on this box, over one connection: a command ends where the daemon does. protocol/ask.hpp has it with structs.
+// The daemon on this box, over one connection: a command ends where the daemon does. daemon/protocol/ask.hpp has it with structs.
 class DaemonClient final : public protocol::Daemon {
  public:
   static constexpr const char* kDefaultSocket = "/run/loopwardend/control.sock";

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 
 namespace loopwarden::workbench {
 namespace {

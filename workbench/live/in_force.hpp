@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "protocol/daemon_client.hpp"
+#include "daemon/protocol/daemon_client.hpp"
 
 namespace loopwarden::workbench {
 

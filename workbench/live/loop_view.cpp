@@ -13,7 +13,7 @@
 
 #include "base/text.hpp"
 #include "config/diagnostic.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/terminal.hpp"
 

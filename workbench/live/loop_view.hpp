@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/answers.hpp"
-#include "protocol/daemon_client.hpp"
+#include "daemon/protocol/answers.hpp"
+#include "daemon/protocol/daemon_client.hpp"
 
 namespace loopwarden::workbench {
 

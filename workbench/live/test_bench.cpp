@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/live/in_force.hpp"
 #include "workbench/live/terminal.hpp"
 

@@ -10,7 +10,7 @@
 #include <map>
 #include <string_view>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "record/import/time_text.hpp"
 #include "record/segment_export.hpp"
 #include "workbench/command_line/background.hpp"

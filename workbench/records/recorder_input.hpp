@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "model/analysis/identification.hpp"
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 #include "workbench/command_line/command.hpp"
 
 namespace loopwarden::workbench {

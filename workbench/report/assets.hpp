@@ -7,7 +7,7 @@ namespace loopwarden::workbench {
 extern const char* const kPageStyle;        // page.css
 extern const char* const kGapReportStyle;   // gap_report.css
 extern const char* const kGapReportScript;  // gap_report.js
-extern const char* const kUplotStyle;       // third_party/uplot
+extern const char* const kUplotStyle;       // services/page/third_party/uplot
 extern const char* const kUplotScript;
 
 }  // namespace loopwarden::workbench

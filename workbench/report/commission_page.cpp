@@ -25,9 +25,9 @@ std::vector<double> thinned(const std::vector<double>& values, std::size_t every
   return out;
 }
 
-std::string stages_table(const commission::Commissioning& made) {
+std::string stages_table(const twin::Commissioning& made) {
   std::string rows;
-  for (const commission::Stage& stage : made.stages) {
+  for (const twin::Stage& stage : made.stages) {
     rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n", escaped(stage.name),
                         plain_number(stage.rmse), plain_number(stage.holdout_rmse));
   }
@@ -36,14 +36,14 @@ std::string stages_table(const commission::Commissioning& made) {
          rows + "</tbody></table>\n";
 }
 
-std::string pictures(const commission::Commissioning& made, const gap::Record& record) {
+std::string pictures(const twin::Commissioning& made, const gap::Record& record) {
   const std::size_t every = std::max<std::size_t>(1, record.size() / kDrawnSamples);
   const std::vector<double> time =
       time_axis((record.size() + every - 1) / every, record.period_s * static_cast<double>(every));
   const std::vector<double> measured = thinned(record.pv, every);
   std::string text;
   for (std::size_t i = 0; i < made.stages.size(); ++i) {
-    const commission::Stage& stage = made.stages[i];
+    const twin::Stage& stage = made.stages[i];
     if (stage.pv.size() != record.size()) continue;
     Chart chart{
         .title = fmt::format("{}: {} PV units", stage.name, plain_number(stage.holdout_rmse)),
@@ -61,7 +61,7 @@ std::string pictures(const commission::Commissioning& made, const gap::Record& r
   return text;
 }
 
-std::string effects_list(const commission::Commissioning& made) {
+std::string effects_list(const twin::Commissioning& made) {
   if (made.effects.empty()) return "";
   std::string text = "<h2>What the model lacked, in the order in which it was found</h2>\n<ul>\n";
   for (const gap::FoundEffect& effect : made.effects) {
@@ -78,26 +78,26 @@ std::string effects_list(const commission::Commissioning& made) {
 
 }  // namespace
 
-std::string commission_page(const commission::Commissioning& made, const CommissionSight& seen_here,
+std::string commission_page(const twin::Commissioning& made, const CommissionSight& seen_here,
                             const gap::Record& record, double seconds) {
   std::string body =
-      fmt::format("<p><b>{}</b>: {}</p>\n", base::in_words(commission::to_text(made.outcome)),
+      fmt::format("<p><b>{}</b>: {}</p>\n", base::in_words(twin::to_text(made.outcome)),
                   escaped(made.why));
   for (const std::string& note : made.notes) body += fmt::format("<p>{}</p>\n", escaped(note));
   if (!seen_here.twin.empty()) {
     body += "<h2>What the twin sees on this loop</h2>\n<table><tbody>";
-    for (const commission::TwinSeen& seen : seen_here.twin) {
+    for (const twin::TwinSeen& seen : seen_here.twin) {
       body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", to_text(seen.change),
                           escaped(seen_text(seen)));
     }
     body += "</tbody></table>\n";
   }
-  if (const std::optional<commission::Sight>& sight = seen_here.specialists) {
+  if (const std::optional<twin::Sight>& sight = seen_here.specialists) {
     body +=
         "<h2>What can be seen on this loop</h2>\n<p>Found in 95 % of the simulated windows that "
         "hold a "
         "set-point move of this loop's size, with its noise and load.</p>\n<table><tbody>";
-    for (const commission::Seen& seen : sight->seen) {
+    for (const twin::Seen& seen : sight->seen) {
       body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", specialist::to_text(seen.condition),
                           escaped(seen_text(seen)));
     }

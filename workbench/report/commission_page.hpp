@@ -3,13 +3,13 @@
 
 #include <string>
 
-#include "model/commission/commission.hpp"
+#include "model/twin/commission.hpp"
 #include "workbench/text/commission_json.hpp"
 
 namespace loopwarden::workbench {
 
 // A self-contained page: measured PV against the model after each step, and what can be seen on the loop.
-std::string commission_page(const commission::Commissioning& made, const CommissionSight& sight,
+std::string commission_page(const twin::Commissioning& made, const CommissionSight& sight,
                             const gap::Record& record, double seconds);
 
 }  // namespace loopwarden::workbench

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "model/diagnosis/scales.hpp"
-#include "model/plant/backlash.hpp"
+#include "model/effects/backlash/backlash.hpp"
 #include "model/numeric/statistics.hpp"
 #include "workbench/report/chart.hpp"
 
@@ -27,7 +27,7 @@ constexpr std::array kLags{0.0, 0.025, 0.05, 0.1, 0.2, 0.4};  // of the movement
 }  // namespace
 
 ValveView valve_view(std::span<const double> pv, std::span<const double> co, double band) {
-  plant::Backlash play(band);
+  effects::Backlash play(band);
   play.reset(co.front());
   std::vector<double> valve(co.size());
   std::transform(co.begin(), co.end(), valve.begin(), [&](double u) { return play.step(u); });

@@ -17,7 +17,7 @@ namespace loopwarden::workbench {
 namespace {
 
 using Column = std::vector<double>;
-using plant::Block;
+using effects::Block;
 
 constexpr double kDuration = 400.0;  // s
 constexpr double kTimeWidth = 476.0;
@@ -29,8 +29,8 @@ struct LoopRun {
 
 LoopRun run_loop(const plant::LoopModel& model) {
   plant::SimulatedLoop loop(model);
-  plant::EffectChain valve;
-  for (const plant::EffectSpec& spec : model.valve_effects) {
+  effects::EffectChain valve;
+  for (const effects::EffectSpec& spec : model.valve_effects) {
     valve.add(effects::make_effect(spec, {.sample_time_s = model.sample_time_s,
                                           .output_low = model.controller.pid.output_low,
                                           .output_high = model.controller.pid.output_high}));

@@ -100,7 +100,7 @@ ParameterWords describe(const std::string& effect, const std::string& parameter)
   return {};
 }
 
-std::string short_spec(const plant::EffectSpec& spec) {
+std::string short_spec(const effects::EffectSpec& spec) {
   std::string text;
   const auto add = [&](const std::string& item) { text += (text.empty() ? "" : ", ") + item; };
   for (const auto& [name, value] : spec.options) {
@@ -264,7 +264,7 @@ class Page {
     for (const gap::FoundEffect& effect : result_.effects) {
       const effects::Descriptor* info = effects::find_effect(effect.spec.name);
       add("<div class=\"effect\"><h3>{}</h3><p class=\"note\">{}{}, {} sure</p>",
-          words(effect.spec.name), plant::to_text(effect.block),
+          words(effect.spec.name), effects::to_text(effect.block),
           info == nullptr ? std::string() : fmt::format("; {}", escaped(info->meaning)),
           sureness(effect.confidence));
       if (const std::string size = short_spec(effect.spec); !size.empty()) {
@@ -287,7 +287,7 @@ class Page {
 
   // Rows by block are told apart by the block itself.
   static std::string place_of(const gap::Located& row) {
-    std::string block = plant::to_text(row.block);
+    std::string block = effects::to_text(row.block);
     if (row.what.empty() || row.what == block) return block;
     if (row.by != gap::LocatedBy::block) return escaped(row.what);
     return fmt::format("{} <span class=\"note\">{}</span>", block, escaped(row.what));
@@ -389,7 +389,7 @@ class Page {
     for (const gap::TriedCandidate* c : rows) {
       add("<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"b\">{}</td>"
           "<td class=\"n\">{}</td><td>{}</td></tr>",
-          c->chosen ? "<b>" + words(c->name) + "</b>" : words(c->name), plant::to_text(c->block),
+          c->chosen ? "<b>" + words(c->name) + "</b>" : words(c->name), effects::to_text(c->block),
           short_spec(c->spec), plain_number(c->rmse),
           bar(most > 0.0 ? c->score / most : 0.0, c->chosen ? "v" : "w"),
           std::isfinite(c->score) ? fmt::format("{:.0f}", c->score) : "-",

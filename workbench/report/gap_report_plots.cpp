@@ -460,10 +460,10 @@ class Plots {
 
 bool has_controller_gap(const gap::Result& result) {
   for (const gap::FoundEffect& effect : result.effects) {
-    if (effect.block == plant::Block::controller) return true;
+    if (effect.block == effects::Block::controller) return true;
   }
   for (const gap::Located& located : result.located) {
-    if (located.by == gap::LocatedBy::block && located.block == plant::Block::controller &&
+    if (located.by == gap::LocatedBy::block && located.block == effects::Block::controller &&
         located.share_of_gap >= kControllerShare) {
       return true;
     }

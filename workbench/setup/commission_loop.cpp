@@ -9,7 +9,7 @@
 
 #include "base/digest/digest.hpp"
 #include "base/exit_code.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/live/in_force.hpp"
 #include "workbench/live/test_bench.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/digest/digest.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/live/in_force.hpp"
 #include "workbench/live/terminal.hpp"
 

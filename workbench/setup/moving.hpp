@@ -6,7 +6,7 @@
 #include <chrono>
 #include <string>
 
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/test_bench.hpp"
 #include "workbench/setup/setup.hpp"

@@ -13,7 +13,7 @@
 #include <thread>
 #include <utility>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/setup/moving.hpp"
 
 namespace loopwarden::workbench::setup {

@@ -11,8 +11,8 @@
 
 #include "config/config_reader.hpp"
 #include "config/loop_config.hpp"
-#include "protocol/probe.hpp"
-#include "protocol/setups.hpp"
+#include "daemon/protocol/probe.hpp"
+#include "daemon/protocol/setups.hpp"
 #include "workbench/setup/dialogue.hpp"
 
 namespace loopwarden::workbench::setup {

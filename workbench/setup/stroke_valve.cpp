@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/setup/moving.hpp"
 
 namespace loopwarden::workbench::setup {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "workbench/setup/moving.hpp"
 #include "workbench/setup/questions.hpp"
 #include "workbench/setup/silence.hpp"

@@ -8,7 +8,7 @@
 #include <array>
 
 #include "model/diagnosis/decision.hpp"
-#include "model/survey/group.hpp"
+#include "model/diagnosis/group.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/survey/neighbours.hpp"
 #include "workbench/text/csv_text.hpp"
@@ -118,7 +118,7 @@ json join_survey(std::vector<json> loops, json failed, const std::vector<FitterA
             [](const json& a, const json& b) { return a.at("tag") < b.at("tag"); });
   name_neighbours(loops, threads(0));
   tell_outcomes(loops, outcomes);
-  std::vector<survey::Swinging> swinging;
+  std::vector<diagnosis::Swinging> swinging;
   for (std::size_t k = 0; k < loops.size(); ++k) {
     const json& loop = loops[k];
     if (!loop.at("oscillating").get<bool>() || !(number(loop, "period_s") > 0.0)) continue;
@@ -133,7 +133,7 @@ json join_survey(std::vector<json> loops, json failed, const std::vector<FitterA
     loop["group"] = nullptr;
     loop["likely_source"] = nullptr;
   }
-  for (const survey::Group& group : survey::find_groups(swinging)) {
+  for (const diagnosis::Group& group : diagnosis::find_groups(swinging)) {
     json members = json::array();
     const std::string& source = loops[group.loops.front()].at("tag").get_ref<const std::string&>();
     for (const std::size_t k : group.loops) {

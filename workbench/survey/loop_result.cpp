@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "model/numeric/statistics.hpp"
-#include "model/survey/nonlinearity.hpp"
-#include "model/survey/window.hpp"
+#include "model/diagnosis/nonlinearity.hpp"
+#include "model/diagnosis/survey_window.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/survey/judged_windows.hpp"
 #include "workbench/survey/neighbours.hpp"
@@ -23,7 +23,7 @@ namespace loopwarden::workbench {
 namespace {
 
 using nlohmann::json;
-using survey::WindowFindings;
+using diagnosis::WindowFindings;
 
 // A window that the user asked for, with what the stretches in it say together.
 struct SurveyWindow {
@@ -184,7 +184,7 @@ Stretch stretches_in(std::span<const Stretch> stretches, Stretch cut) {
 
 WindowFindings findings_of(const record::Record& r, Stretch cut,
                            const std::vector<double>& co_range) {
-  return survey::judge_window({.pv = part_of(true, r.pv, cut),
+  return diagnosis::judge_window({.pv = part_of(true, r.pv, cut),
                                .co = part_of(true, r.co, cut),
                                .sp = part_of(r.has_sp, r.sp, cut),
                                .automatic = part_of(r.has_mode, r.automatic, cut),
@@ -227,7 +227,7 @@ std::vector<SurveyWindow> judged_windows(const record::Record& record,
     const diagnosis::Prepared& prepared = like.prepared;
     window.regularity = prepared.pv_oscillation.regularity;
     if (like.oscillating && !prepared.pv.empty()) {
-      window.nonlinearity = survey::nonlinearity(prepared.pv, prepared.period, w + 1);
+      window.nonlinearity = diagnosis::nonlinearity(prepared.pv, prepared.period, w + 1);
     }
     windows.push_back(std::move(window));
   }
@@ -252,7 +252,7 @@ std::optional<double> since(const DiagnosedLoop& loop) {
   if (loop.verdict.verdict != diagnosis::DiagnosisVerdict::other_cause) return std::nullopt;
   std::vector<diagnosis::Cause> causes;
   for (const DiagnosedWindow& w : loop.windows) causes.push_back(w.diagnosis.cause);
-  const auto first = survey::cause_since(causes, loop.verdict.cause);
+  const auto first = diagnosis::cause_since(causes, loop.verdict.cause);
   return first ? std::optional(loop.windows[*first].from_s) : std::nullopt;
 }
 

@@ -80,7 +80,7 @@ std::vector<Together> together(std::span<const TimedLoop> all) {
   return out;
 }
 
-survey::LoopMoves moves_within(const TimedLoop& loop, const Together& frame) {
+diagnosis::LoopMoves moves_within(const TimedLoop& loop, const Together& frame) {
   const auto placed = [&](const std::vector<float>& x) {
     std::vector<double> out(frame.samples, kMissing);
     const std::int64_t at = place_of(loop) - frame.from;
@@ -91,27 +91,27 @@ survey::LoopMoves moves_within(const TimedLoop& loop, const Together& frame) {
     }
     return out;
   };
-  return survey::moves_of(placed(loop.pv), placed(loop.co));
+  return diagnosis::moves_of(placed(loop.pv), placed(loop.co));
 }
 
 // The moves of a loop are taken out anew for each pair, so that a large plant needs no memory for all of them.
 void compare(std::span<const TimedLoop> all, const Together& frame, unsigned threads,
              std::vector<Neighbours>& found) {
-  std::vector<survey::NeighbourLoop> looked_at(frame.loops.size());
+  std::vector<diagnosis::NeighbourLoop> looked_at(frame.loops.size());
   base::parallel_for(looked_at.size(), threads, [&](std::size_t k) {
     const TimedLoop& loop = all[frame.loops[k]];
-    looked_at[k] = {survey::summed_moves(moves_within(loop, frame)), loop.period_s};
+    looked_at[k] = {diagnosis::summed_moves(moves_within(loop, frame)), loop.period_s};
   });
   const auto pairs =
-      survey::pairs_to_look_at(looked_at, std::clamp(looked_at.size(), kLeastPairs, kMostPairs));
-  std::vector<std::array<std::optional<survey::Push>, 2>> pushes(pairs.size());
+      diagnosis::pairs_to_look_at(looked_at, std::clamp(looked_at.size(), kLeastPairs, kMostPairs));
+  std::vector<std::array<std::optional<diagnosis::Push>, 2>> pushes(pairs.size());
   base::parallel_for(pairs.size(), threads, [&](std::size_t k) {
     const TimedLoop& a = all[frame.loops[pairs[k].first]];
     const TimedLoop& b = all[frame.loops[pairs[k].second]];
-    const survey::LoopMoves of_a = moves_within(a, frame);
-    const survey::LoopMoves of_b = moves_within(b, frame);
-    pushes[k] = {survey::push(of_a, a.valve_effect, of_b),
-                 survey::push(of_b, b.valve_effect, of_a)};
+    const diagnosis::LoopMoves of_a = moves_within(a, frame);
+    const diagnosis::LoopMoves of_b = moves_within(b, frame);
+    pushes[k] = {diagnosis::push(of_a, a.valve_effect, of_b),
+                 diagnosis::push(of_b, b.valve_effect, of_a)};
   });
   for (const std::size_t k : frame.loops) found[k].compared = true;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -179,7 +179,7 @@ bool is_cause(const json& loop, bool main) {
   const auto cause = loop.at("cause") == "disturbance" ? Cause::disturbance
                      : loop.at("cause") == "tuning"    ? Cause::tuning
                                                        : Cause::none;
-  return survey::neighbour_is_cause(verdict, cause, main);
+  return diagnosis::neighbour_is_cause(verdict, cause, main);
 }
 
 }  // namespace

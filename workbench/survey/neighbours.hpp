@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which loops of one time base push which (model/survey/neighbour.hpp). One time base: one period, and a clock in both
+// Which loops of one time base push which (model/diagnosis/neighbour.hpp). One time base: one period, and a clock in both
 // exports, or in neither but one first and last time.
 #pragma once
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "model/survey/neighbour.hpp"
+#include "model/diagnosis/neighbour.hpp"
 #include "record/import/constant_period.hpp"
 
 namespace loopwarden::workbench {
@@ -31,7 +31,7 @@ TimedLoop timed_loop(const record::Record& record, const record::ImportNotes& no
 
 struct PushedBy {
   std::size_t source = 0;
-  survey::Push push;
+  diagnosis::Push push;
 };
 struct Neighbours {
   bool compared = false;            // with at least one other loop

@@ -18,7 +18,7 @@
 #include "base/text.hpp"
 #include "config/diagnostic.hpp"
 #include "model/numeric/statistics.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 #include "record/import/number_text.hpp"
 #include "record/import/time_text.hpp"
 #include "workbench/files/command_error.hpp"

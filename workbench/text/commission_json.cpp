@@ -14,14 +14,14 @@ using nlohmann::json;
 
 namespace {
 
-bool is_share(commission::TwinSees change) {
-  return change == commission::TwinSees::gain || change == commission::TwinSees::controller;
+bool is_share(twin::TwinSees change) {
+  return change == twin::TwinSees::gain || change == twin::TwinSees::controller;
 }
 
 }  // namespace
 
-json commission_json(const commission::Commissioning& made, const CommissionSight& all) {
-  const commission::Sight* sight = all.specialists ? &*all.specialists : nullptr;
+json commission_json(const twin::Commissioning& made, const CommissionSight& all) {
+  const twin::Sight* sight = all.specialists ? &*all.specialists : nullptr;
   json effects = json::array();
   json gap = nullptr;
   if (made.gap) {
@@ -30,7 +30,7 @@ json commission_json(const commission::Commissioning& made, const CommissionSigh
     gap = whole.at("gap");
     gap["closed"] = finite_or_null(made.closed);
     gap["steps"] = json::array();
-    for (const commission::Stage& stage : made.stages) {
+    for (const twin::Stage& stage : made.stages) {
       gap["steps"].push_back({{"added", stage.name},
                               {"rmse", finite_or_null(stage.rmse)},
                               {"holdout_rmse", finite_or_null(stage.holdout_rmse)}});
@@ -38,7 +38,7 @@ json commission_json(const commission::Commissioning& made, const CommissionSigh
   }
   json detectable = nullptr;
   if (sight != nullptr || !all.twin.empty()) detectable = json::object();
-  for (const commission::TwinSeen& seen : all.twin) {
+  for (const twin::TwinSeen& seen : all.twin) {
     const bool share = is_share(seen.change);
     detectable[to_text(seen.change)] = {
         {share ? "percent" : "seconds",
@@ -46,14 +46,14 @@ json commission_json(const commission::Commissioning& made, const CommissionSigh
         {"hours_to_alarm", seen.to_alarm_s ? json(*seen.to_alarm_s / 3600.0) : json()}};
   }
   if (sight != nullptr) {
-    for (const commission::Seen& seen : sight->seen) {
+    for (const twin::Seen& seen : sight->seen) {
       detectable[specialist::to_text(seen.condition)] = {
           {"percent_of_span", seen.percent_of_span ? json(*seen.percent_of_span) : json()},
           {"hours_to_alarm", seen.hours_to_alarm ? json(*seen.hours_to_alarm) : json()}};
     }
   }
-  const bool good = made.outcome == commission::Outcome::commissioned;
-  return {{"verdict", commission::to_text(made.outcome)},
+  const bool good = made.outcome == twin::Outcome::commissioned;
+  return {{"verdict", twin::to_text(made.outcome)},
           {"why", made.why},
           {"twin", good ? json("twin.yaml") : json()},
           {"specialists", sight != nullptr ? json("specialists") : json()},
@@ -67,7 +67,7 @@ json commission_json(const commission::Commissioning& made, const CommissionSigh
           {"notes", made.notes}};
 }
 
-std::string seen_text(const commission::Seen& seen) {
+std::string seen_text(const twin::Seen& seen) {
   if (!seen.percent_of_span) {
     return fmt::format(
         "can't be relied on: at best {:.0f} % of the windows show it; more and larger "
@@ -80,7 +80,7 @@ std::string seen_text(const commission::Seen& seen) {
                          : std::string("no alarm within two hours"));
 }
 
-std::string seen_text(const commission::TwinSeen& seen) {
+std::string seen_text(const twin::TwinSeen& seen) {
   if (!seen.size) return "can't be relied on: larger moves of SP would help";
   return is_share(seen.change) ? fmt::format("from {:.0f} % on, alarm after {:.0f} min",
                                              100.0 * *seen.size, *seen.to_alarm_s / 60.0)

@@ -6,24 +6,24 @@
 #include <string>
 #include <vector>
 
-#include "model/commission/commission.hpp"
-#include "model/commission/sight.hpp"
-#include "model/commission/twin_sight.hpp"
+#include "model/twin/commission.hpp"
+#include "model/twin/sight.hpp"
+#include "model/twin/twin_sight.hpp"
 
 namespace loopwarden::workbench {
 
 // What can be seen on the loop, where it was commissioned.
 struct CommissionSight {
-  std::optional<commission::Sight> specialists{};
-  std::vector<commission::TwinSeen> twin{};
+  std::optional<twin::Sight> specialists{};
+  std::vector<twin::TwinSeen> twin{};
 };
 
 // commission.json.
-nlohmann::json commission_json(const commission::Commissioning& made, const CommissionSight& sight);
+nlohmann::json commission_json(const twin::Commissioning& made, const CommissionSight& sight);
 
 // "from 1.5 % of span on, alarm after 12 min".
-std::string seen_text(const commission::Seen& seen);
+std::string seen_text(const twin::Seen& seen);
 // "from 1.2 s on, alarm after 4 min".
-std::string seen_text(const commission::TwinSeen& seen);
+std::string seen_text(const twin::TwinSeen& seen);
 
 }  // namespace loopwarden::workbench

@@ -3,7 +3,7 @@
 
 #include "workbench/text/explanation_json.hpp"
 
-#include "model/commission/commission.hpp"
+#include "model/twin/commission.hpp"
 #include "model/effects/catalogue.hpp"
 #include "workbench/text/gap_json.hpp"
 #include "workbench/text/json_number.hpp"
@@ -12,7 +12,7 @@ namespace loopwarden::workbench {
 
 using nlohmann::json;
 
-json explanation_json(const commission::Explanation& e, monitor::AlarmKind alarm, double first_s,
+json explanation_json(const twin::Explanation& e, alarm::AlarmKind alarm, double first_s,
                       double period_s) {
   const auto time_s = [&](std::size_t k) { return first_s + period_s * static_cast<double>(k); };
   const bool known = e.from.end > 0;
@@ -32,12 +32,12 @@ json explanation_json(const commission::Explanation& e, monitor::AlarmKind alarm
   out["verdict"] = whole.at("verdict");
   out["effects"] = whole.at("effects");
   out["gap_closed"] = finite_or_null(e.closed);
-  out["agrees"] = commission::agrees(e, alarm);
+  out["agrees"] = twin::agrees(e, alarm);
   out["sentence"] = e.result.sentence;
   return out;
 }
 
-json first_effect_json(const commission::Explanation& e) {
+json first_effect_json(const twin::Explanation& e) {
   if (!e.usable() || e.result.effects.empty()) return nullptr;
   const gap::FoundEffect& effect = e.result.effects.front();
   const control::PidSettings& pid = e.result.model.controller.pid;
@@ -45,18 +45,18 @@ json first_effect_json(const commission::Explanation& e) {
   const effects::Descriptor* info = effects::find_word(effect.spec.name);
   // The size with each parameter at one end of its interval.
   const auto at_end = [&](std::size_t end) {
-    plant::EffectSpec spec = effect.spec;
+    effects::EffectSpec spec = effect.spec;
     for (const auto& [name, interval] : effect.interval) {
       if (const auto found = spec.parameters.find(name); found != spec.parameters.end()) {
         found->second = interval[end];
       }
     }
-    return commission::size_percent(spec, span);
+    return twin::size_percent(spec, span);
   };
   return {{"name", effect.spec.name},
           {"number", info != nullptr ? info->number : 0},
-          {"block", plant::to_text(effect.block)},
-          {"size_percent", finite_or_null(commission::size_percent(effect.spec, span))},
+          {"block", effects::to_text(effect.block)},
+          {"size_percent", finite_or_null(twin::size_percent(effect.spec, span))},
           {"low_percent", finite_or_null(at_end(0))},
           {"high_percent", finite_or_null(at_end(1))},
           {"confidence", effect.confidence},

@@ -20,7 +20,7 @@ json numbers(const std::map<std::string, double>& values) {
 }
 
 // As in a model file: numbers, the choices beside them, and a characteristic as one key `curve`.
-json parameters_of(const plant::EffectSpec& spec) {
+json parameters_of(const effects::EffectSpec& spec) {
   json result = numbers(spec.parameters);
   for (const auto& [name, value] : spec.options) result[name] = value;
   const auto form = spec.options.find("form");
@@ -51,7 +51,7 @@ json of(const gap::FoundEffect& effect) {
     interval[name] = json::array({finite_or_null(bounds[0]), finite_or_null(bounds[1])});
   }
   return {{"name", effect.spec.name},
-          {"block", plant::to_text(effect.block)},
+          {"block", effects::to_text(effect.block)},
           {"parameters", parameters_of(effect.spec)},
           {"confidence", finite_or_null(effect.confidence)},
           {"lead_nats", finite_or_null(effect.lead_nats)},
@@ -100,7 +100,7 @@ json of(const gap::Remainder& remainder) {
 
 json of(const gap::Located& located) {
   return {{"by", gap::to_text(located.by)},
-          {"block", plant::to_text(located.block)},
+          {"block", effects::to_text(located.block)},
           {"what", located.what},
           {"from_s", finite_or_null(located.from_s)},
           {"to_s", finite_or_null(located.to_s)},
@@ -109,7 +109,7 @@ json of(const gap::Located& located) {
 
 json of(const gap::TriedCandidate& candidate) {
   return {{"name", candidate.name},
-          {"block", plant::to_text(candidate.block)},
+          {"block", effects::to_text(candidate.block)},
           {"parameters", parameters_of(candidate.spec)},
           {"rmse", finite_or_null(candidate.rmse)},
           {"score", finite_or_null(candidate.score)},

@@ -11,21 +11,21 @@ namespace loopwarden::workbench {
 
 using nlohmann::json;
 
-json incident_json(const monitor::Incident& incident, const std::string& tag) {
+json incident_json(const alarm::Incident& incident, const std::string& tag) {
   const auto seconds = [](std::int64_t ms) { return static_cast<double>(ms) / 1000.0; };
   json alarms = json::array();
-  for (const monitor::AlarmKind kind : monitor::kValveAlarms) {
-    if (incident.has(kind)) alarms.push_back(monitor::to_text(kind));
+  for (const alarm::AlarmKind kind : alarm::kValveAlarms) {
+    if (incident.has(kind)) alarms.push_back(alarm::to_text(kind));
   }
   json renamed = json::array();
-  for (const monitor::Incident::Renamed& one : incident.renamed) {
+  for (const alarm::Incident::Renamed& one : incident.renamed) {
     renamed.push_back({{"time_s", seconds(one.at_ms)}, {"from", one.from}, {"to", one.to}});
   }
   return {{"id", fmt::format("{}-{:.1f}", tag, seconds(incident.opened_ms))},
           {"from_s", seconds(incident.from_ms)},
           {"raised_s", seconds(incident.opened_ms)},
           {"name", incident.name},
-          {"cause", incident.cause ? plant::to_text(*incident.cause) : "unknown"},
+          {"cause", incident.cause ? effects::to_text(*incident.cause) : "unknown"},
           {"confidence", finite_or_null(incident.confidence)},
           {"alarms", std::move(alarms)},
           {"explanation", nullptr},

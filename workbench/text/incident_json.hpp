@@ -4,13 +4,13 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "model/monitor/loop_incident.hpp"
+#include "model/alarm/loop_incident.hpp"
 
 namespace loopwarden::workbench {
 
 // An incident of a record, whose times count as the record's: id, from_s, raised_s, name, cause, confidence, alarms,
 // renamed, cleared_s.
-nlohmann::json incident_json(const monitor::Incident& incident, const std::string& tag);
+nlohmann::json incident_json(const alarm::Incident& incident, const std::string& tag);
 // The same in a line.
 std::string incident_text(const nlohmann::json& incident);
 

@@ -7,12 +7,11 @@
 
 namespace loopwarden::workbench {
 
-namespace map = register_map;
 using hal::modbus::ByteOrder;
 using hal::modbus::RegisterType;
-using map::Area;
-using map::Register;
-using map::Table;
+using registers::Area;
+using registers::Register;
+using registers::Table;
 
 const char* type_text(const Register& reg) {
   if (is_bit(reg)) return "bit";
@@ -53,13 +52,13 @@ int read_function(Table table) noexcept {
 
 void for_each(const MapOptions& options, const VisitRegister& visit) {
   for (const Table table : kTableOrder) {
-    for (const Register& reg : map::registers()) {
-      if (reg.table == table && reg.area == Area::box) visit(reg, "", map::address(reg, 0));
+    for (const Register& reg : registers::registers()) {
+      if (reg.table == table && reg.area == Area::box) visit(reg, "", registers::address(reg, 0));
     }
     for (std::size_t loop = 0; loop < options.loops.size(); ++loop) {
-      for (const Register& reg : map::registers()) {
+      for (const Register& reg : registers::registers()) {
         if (reg.table == table && reg.area != Area::box) {
-          visit(reg, options.loops[loop], map::address(reg, loop));
+          visit(reg, options.loops[loop], registers::address(reg, loop));
         }
       }
     }
@@ -73,10 +72,10 @@ std::string field_name(const Register& reg, const std::string& tag) {
 }
 
 std::string name_in_owner(const Register& reg) {
-  if (map::writable(reg)) return std::string("set/") + reg.name;
+  if (registers::writable(reg)) return std::string("set/") + reg.name;
   const bool again =
-      std::any_of(map::registers().begin(), map::registers().end(), [&](const Register& other) {
-        return other.area == Area::loop && !map::writable(other) &&
+      std::any_of(registers::registers().begin(), registers::registers().end(), [&](const Register& other) {
+        return other.area == Area::loop && !registers::writable(other) &&
                std::string_view(other.name) == reg.name;
       });
   return (again && reg.area == Area::third ? "third/" : "") + std::string(reg.name);

@@ -12,10 +12,9 @@
 namespace loopwarden::workbench {
 namespace {
 
-namespace map = register_map;
-using map::Area;
-using map::Register;
-using map::Table;
+using registers::Area;
+using registers::Register;
+using registers::Table;
 using nlohmann::json;
 
 constexpr const char* kFlowTab = "lw-tab";
@@ -44,9 +43,9 @@ const char* flow_data_type(Table table) {
 
 void add_loop_blocks(std::vector<RegisterBlock>& blocks, const std::string& tag, std::size_t loop) {
   for (const Table table : kTableOrder) {
-    const map::Layout l = map::layout(table);
+    const registers::Layout l = registers::layout(table);
     const bool newest = table == Table::input_register;
-    const std::string name = tag + " " + map::to_text(table) + "s";
+    const std::string name = tag + " " + registers::to_text(table) + "s";
     blocks.push_back(
         {name, table, l.first_loop + loop * l.loop_stride, l.loop_stride, newest ? 1 : 5});
     if (l.condition_stride > 0) {
@@ -54,7 +53,7 @@ void add_loop_blocks(std::vector<RegisterBlock>& blocks, const std::string& tag,
                         l.condition_stride, 5});
     }
     if (l.third_stride > 0) {
-      blocks.push_back({tag + " third block, " + map::to_text(table) + "s", table,
+      blocks.push_back({tag + " third block, " + registers::to_text(table) + "s", table,
                         l.first_third + loop * l.third_stride, l.third_stride, 5});
     }
   }
@@ -63,8 +62,8 @@ void add_loop_blocks(std::vector<RegisterBlock>& blocks, const std::string& tag,
 std::vector<RegisterBlock> blocks_of(const MapOptions& options) {
   std::vector<RegisterBlock> blocks;
   for (const Table table : kTableOrder) {
-    blocks.push_back({std::string("box ") + map::to_text(table) + "s", table, 0,
-                      map::layout(table).box_size, 5});
+    blocks.push_back({std::string("box ") + registers::to_text(table) + "s", table, 0,
+                      registers::layout(table).box_size, 5});
   }
   for (std::size_t loop = 0; loop < options.loops.size(); ++loop)
     add_loop_blocks(blocks, options.loops[loop], loop);
@@ -124,8 +123,8 @@ std::string decode_code(const MapOptions& options) {
 std::string write_code(const MapOptions& options) {
   json writable = json::object();
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    if (!map::writable(reg)) return;
-    const int function = is_bit(reg) ? 5 : map::width(reg) == 2 ? 16 : 6;
+    if (!registers::writable(reg)) return;
+    const int function = is_bit(reg) ? 5 : registers::width(reg) == 2 ? 16 : 6;
     writable[owner_of(tag) + "/" + reg.name] = {function, address, type_text(reg), reg.scale};
   });
   return filled(kNodeRedWrite, {{"ORDER", quoted(order_text(options.word_order))},

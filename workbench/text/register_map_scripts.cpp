@@ -10,11 +10,10 @@
 namespace loopwarden::workbench {
 namespace {
 
-namespace map = register_map;
 using hal::modbus::ByteOrder;
 using hal::modbus::RegisterType;
-using map::Register;
-using map::Table;
+using registers::Register;
+using registers::Table;
 
 // mbpoll's -t.
 std::string mbpoll_type(const Register& reg) {
@@ -39,9 +38,9 @@ std::string map_mbpoll(const MapOptions& options) {
                         order_text(options.word_order));
   }
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    const bool wide = map::width(reg) == 2;
+    const bool wide = registers::width(reg) == 2;
     if (wide && !known) return;
-    text += fmt::format("read_one '{}:{}' {} {:g} -t {} -r {}{}\n", map::to_text(reg.table),
+    text += fmt::format("read_one '{}:{}' {} {:g} -t {} -r {}{}\n", registers::to_text(reg.table),
                         shell_quotable(field_name(reg, tag)), type_text(reg), reg.scale,
                         mbpoll_type(reg), address, wide ? big : "");
   });
@@ -51,8 +50,8 @@ std::string map_mbpoll(const MapOptions& options) {
 std::string map_javascript(const MapOptions& options) {
   std::string registers = "[\n";
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    registers += fmt::format("  [{}, {}, {}, {}, {}, {}],\n", quoted(map::to_text(reg.table)),
-                             address, map::width(reg), quoted(type_text(reg)), reg.scale,
+    registers += fmt::format("  [{}, {}, {}, {}, {}, {}],\n", quoted(registers::to_text(reg.table)),
+                             address, registers::width(reg), quoted(type_text(reg)), reg.scale,
                              quoted(field_name(reg, tag)));
   });
   return filled(kReadJavaScript, {{"HOST", quoted(options.host)},

@@ -12,11 +12,10 @@
 namespace loopwarden::workbench {
 namespace {
 
-namespace map = register_map;
 using hal::modbus::ByteOrder;
 using hal::modbus::RegisterType;
-using map::Register;
-using map::Table;
+using registers::Register;
+using registers::Table;
 
 const char* telegraf_register(Table table) {
   switch (table) {
@@ -71,7 +70,7 @@ std::string map_telegraf(const MapOptions& options) {
     if (std::find(owners.begin(), owners.end(), owner) == owners.end()) owners.push_back(owner);
     const std::string scale =
         reg.scale == 1.0 ? "" : fmt::format(R"(, scale = {}, output = "FLOAT64")", reg.scale);
-    fields[{owner, map::width(reg) == 2}] +=
+    fields[{owner, registers::width(reg) == 2}] +=
         fmt::format("      {{ register = {}, address = {}, name = {}{}{} }},\n",
                     quoted(telegraf_register(reg.table)), address, quoted(telegraf_field(reg)),
                     telegraf_type(reg), scale);

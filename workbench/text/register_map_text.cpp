@@ -9,19 +9,18 @@
 #include <string>
 #include <vector>
 
-#include "map/register_map.hpp"
+#include "daemon/registers/register_map.hpp"
 #include "workbench/text/register_map_fields.hpp"
 #include "workbench/text/snippets.hpp"
 
 namespace loopwarden::workbench {
 namespace {
 
-namespace map = register_map;
 using hal::modbus::ByteOrder;
 using hal::modbus::RegisterType;
-using map::Area;
-using map::Register;
-using map::Table;
+using registers::Area;
+using registers::Register;
+using registers::Table;
 
 // What PLC people call it: 1-based, with the table in front.
 std::uint32_t plc_number(Table table, std::uint32_t address) {
@@ -40,7 +39,7 @@ std::string scale_text(const Register& reg) {
 
 void table_rows(std::string& text, Table table, Area area) {
   text += "\n| offset | name | type | scale | unit | meaning |\n|---|---|---|---|---|---|\n";
-  for (const Register& reg : map::registers()) {
+  for (const Register& reg : registers::registers()) {
     if (reg.table != table || reg.area != area) continue;
     text += fmt::format("| {} | `{}` | {} | {} | {} | {} |\n", reg.offset, reg.name, type_text(reg),
                         scale_text(reg), reg.unit, reg.meaning);
@@ -50,7 +49,7 @@ void table_rows(std::string& text, Table table, Area area) {
 void reserved_rows(std::string& text, Table table) {
   text +=
       "\nKept for what comes, and 0 until then:\n\n| offset | addresses | what |\n|---|---|---|\n";
-  for (const map::Reserved& place : map::reserved()) {
+  for (const registers::Reserved& place : registers::reserved()) {
     if (place.table != table) continue;
     text += fmt::format("| {} | {} | {} |\n", place.offset, place.words, place.meaning);
   }
@@ -61,33 +60,33 @@ void reserved_rows(std::string& text, Table table) {
 std::string map_markdown() {
   std::string text =
       filled(kMapIntroduction,
-             {{"VERSION", fmt::format("{}.{}", map::kVersion >> 8, map::kVersion & 0xFF)}});
+             {{"VERSION", fmt::format("{}.{}", registers::kVersion >> 8, registers::kVersion & 0xFF)}});
   for (const Table table : kTableOrder) {
-    const map::Layout l = map::layout(table);
+    const registers::Layout l = registers::layout(table);
     text +=
-        fmt::format("| {}s | 0 | {} + {} k |\n", map::to_text(table), l.first_loop, l.loop_stride);
+        fmt::format("| {}s | 0 | {} + {} k |\n", registers::to_text(table), l.first_loop, l.loop_stride);
     if (l.condition_stride > 0) {
-      text += fmt::format("| {}s, second block | | {} + {} k |\n", map::to_text(table),
+      text += fmt::format("| {}s, second block | | {} + {} k |\n", registers::to_text(table),
                           l.first_condition, l.condition_stride);
     }
     if (l.third_stride > 0) {
-      text += fmt::format("| {}s, third block | | {} + {} k |\n", map::to_text(table),
+      text += fmt::format("| {}s, third block | | {} + {} k |\n", registers::to_text(table),
                           l.first_third, l.third_stride);
     }
   }
   for (const Table table : kTableOrder) {
-    std::string name = map::to_text(table);
+    std::string name = registers::to_text(table);
     name[0] = static_cast<char>(name[0] - 'a' + 'A');
     text += fmt::format("\n## {}s of the box\n", name);
     table_rows(text, table, Area::box);
     text += fmt::format("\n## {}s of a loop\n", name);
     table_rows(text, table, Area::loop);
-    if (map::layout(table).condition_stride > 0) {
+    if (registers::layout(table).condition_stride > 0) {
       text += fmt::format("\n## {}s of a loop, second block: condition indices\n", name);
       text += kMapConditions;
       table_rows(text, table, Area::condition);
     }
-    if (map::layout(table).third_stride > 0) {
+    if (registers::layout(table).third_stride > 0) {
       text += fmt::format("\n## {}s of a loop, third block\n", name);
       if (table == Table::holding_register) text += kMapThirdRegisters;
       table_rows(text, table, Area::third);
@@ -101,9 +100,9 @@ std::string map_csv(const MapOptions& options) {
   std::string text = "table,address,plc,loop,name,type,words,scale,unit,access,meaning\n";
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
     text +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{},\"{}\"\n", map::to_text(reg.table), address,
-                    plc_number(reg.table, address), tag, reg.name, type_text(reg), map::width(reg),
-                    reg.scale, reg.unit, map::writable(reg) ? "rw" : "r", reg.meaning);
+        fmt::format("{},{},{},{},{},{},{},{},{},{},\"{}\"\n", registers::to_text(reg.table), address,
+                    plc_number(reg.table, address), tag, reg.name, type_text(reg), registers::width(reg),
+                    reg.scale, reg.unit, registers::writable(reg) ? "rw" : "r", reg.meaning);
   });
   return text;
 }
@@ -115,8 +114,8 @@ std::string map_pymodbus(const MapOptions& options) {
       options.word_order == ByteOrder::cdab || options.word_order == ByteOrder::dcba;
   std::string registers;
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    registers += fmt::format("    ({}, {}, {}, {}, {}, {}),\n", quoted(map::to_text(reg.table)),
-                             address, map::width(reg), quoted(type_text(reg)), reg.scale,
+    registers += fmt::format("    ({}, {}, {}, {}, {}, {}),\n", quoted(registers::to_text(reg.table)),
+                             address, registers::width(reg), quoted(type_text(reg)), reg.scale,
                              quoted(field_name(reg, tag)));
   });
   return filled(kReadPython, {{"HOST", quoted(options.host)},
@@ -131,7 +130,7 @@ std::string map_pymodbus(const MapOptions& options) {
 nlohmann::json map_json(const MapOptions& options) {
   nlohmann::json registers = nlohmann::json::array();
   for_each(options, [&](const Register& reg, const std::string& tag, unsigned address) {
-    registers.push_back({{"table", map::to_text(reg.table)},
+    registers.push_back({{"table", registers::to_text(reg.table)},
                          {"address", address},
                          {"loop", tag},
                          {"name", reg.name},

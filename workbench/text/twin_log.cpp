@@ -7,11 +7,11 @@
 
 namespace loopwarden::workbench {
 
-void TwinLog::add(const monitor::LoopMonitor& loop, double time_s) {
+void TwinLog::add(const watch::LoopMonitor& loop, double time_s) {
   ++cycles_;
-  const monitor::TwinRemarks remarks = loop.remarks().value();
-  if (remarks.judging == monitor::Judging::here) ++judged_;
-  const std::optional<monitor::LoadOutside>& load = remarks.load;
+  const watch::TwinRemarks remarks = loop.remarks().value();
+  if (remarks.judging == watch::Judging::here) ++judged_;
+  const std::optional<watch::LoadOutside>& load = remarks.load;
   if (load && !outside_) loads_.push_back({time_s, time_s, load->size});
   outside_ = load.has_value();
   if (!load) return;
@@ -19,17 +19,17 @@ void TwinLog::add(const monitor::LoopMonitor& loop, double time_s) {
   if (std::abs(load->size) > std::abs(loads_.back().size)) loads_.back().size = load->size;
 }
 
-nlohmann::json TwinLog::json(const monitor::LoopMonitor& loop) const {
+nlohmann::json TwinLog::json(const watch::LoopMonitor& loop) const {
   nlohmann::json loads = nlohmann::json::array();
   for (const Load& load : loads_) {
     loads.push_back({{"from_s", load.from_s}, {"to_s", load.to_s}, {"size", load.size}});
   }
   nlohmann::json untested = nlohmann::json::object();
-  for (std::size_t i = 0; i < monitor::kTwinChanges; ++i) {
-    const auto change = static_cast<monitor::TwinChange>(i);
-    untested[monitor::to_text(change)] = loop.twin()->untested_s(change);
+  for (std::size_t i = 0; i < watch::kTwinChanges; ++i) {
+    const auto change = static_cast<watch::TwinChange>(i);
+    untested[watch::to_text(change)] = loop.twin()->untested_s(change);
   }
-  const monitor::ControllerWatch& controller = *loop.controller();
+  const watch::ControllerWatch& controller = *loop.controller();
   if (controller.watched()) untested["controller"] = controller.untested_s();
   return {{"judged_share",
            cycles_ > 0 ? static_cast<double>(judged_) / static_cast<double>(cycles_) : 0.0},

@@ -5,16 +5,16 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "model/monitor/loop_monitor.hpp"
+#include "model/watch/loop_monitor.hpp"
 
 namespace loopwarden::workbench {
 
 class TwinLog {
  public:
   // After each cycle of a loop with a twin.
-  void add(const monitor::LoopMonitor& loop, double time_s);
+  void add(const watch::LoopMonitor& loop, double time_s);
   // {"judged_share", "controller_not_watched": null or why, "load_outside": [{from_s, to_s, size}], "untested_s": {change: s}}
-  nlohmann::json json(const monitor::LoopMonitor& loop) const;
+  nlohmann::json json(const watch::LoopMonitor& loop) const;
 
  private:
   struct Load {

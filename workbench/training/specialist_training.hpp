@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
-#include "model/training/growing.hpp"
-#include "model/training/team_training.hpp"
+#include "model/specialist/train/growing.hpp"
+#include "model/specialist/train/team_training.hpp"
 
 namespace loopwarden::workbench {
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "model/training/growing.hpp"
-#include "model/training/team_training.hpp"
+#include "model/specialist/train/growing.hpp"
+#include "model/specialist/train/team_training.hpp"
 
 namespace loopwarden::workbench {
 

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "net/sparkplug/payload.hpp"
-#include "net/sparkplug/topic.hpp"
+#include "services/net/sparkplug/payload.hpp"
+#include "services/net/sparkplug/topic.hpp"
 
 namespace loopwarden::feed {
 

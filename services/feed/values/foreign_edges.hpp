@@ -25,11 +25,11 @@
 #include <utility>
 #include <vector>
 
-#include "net/sparkplug/edge_tracker.hpp"
-#include "net/sparkplug/payload.hpp"
-#include "net/sparkplug/rebirth_policy.hpp"
-#include "net/sparkplug/topic.hpp"
-#include "protocol/feed_line.hpp"
+#include "services/net/sparkplug/edge_tracker.hpp"
+#include "services/net/sparkplug/payload.hpp"
+#include "services/net/sparkplug/rebirth_policy.hpp"
+#include "services/net/sparkplug/topic.hpp"
+#include "daemon/protocol/feed_line.hpp"
 
 namespace loopwarden::feed {
 

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "protocol/feed_line.hpp"
+#include "daemon/protocol/feed_line.hpp"
 
 namespace loopwarden::feed {
 

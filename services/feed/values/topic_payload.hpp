@@ -16,7 +16,7 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/feed_line.hpp"
+#include "daemon/protocol/feed_line.hpp"
 #include "services/feed/values/quality_code.hpp"
 
 namespace loopwarden::feed {

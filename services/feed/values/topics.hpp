@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/feed_line.hpp"
+#include "daemon/protocol/feed_line.hpp"
 #include "services/feed/values/topic_payload.hpp"
 
 namespace loopwarden::feed {

@@ -13,7 +13,7 @@
 #include "services/notify/app/channel_worker.hpp"
 #include "services/notify/config/notify_config.hpp"
 #include "services/notify/store/outbox.hpp"
-#include "services/notify/watch/watcher.hpp"
+#include "services/notify/subscription/watcher.hpp"
 
 namespace loopwarden::notify {
 

@@ -12,7 +12,7 @@
 #include "config/map_reader.hpp"
 #include "config/source_file.hpp"
 #include "config/yaml_document.hpp"
-#include "model/monitor/box_alarms.hpp"
+#include "model/alarm/box_alarms.hpp"
 #include "services/notify/config/channel_reader.hpp"
 #include "services/notify/config/route_reader.hpp"
 #include "services/notify/rules/routing.hpp"
@@ -107,7 +107,7 @@ bool is_for_logs_alone(const Route& route, const std::vector<ChannelRule>& chann
 // The box's alarms are no loop's, and easily forgotten.
 void report_box_alarms(MapReader& in, const RuleSettings& rules) {
   std::vector<std::string> by_all, by_none;
-  for (const monitor::BoxAlarm kind : monitor::kBoxAlarms) {
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
     const BoxWay way = box_way(rules.routes, to_text(kind));
     if (way == BoxWay::all) by_all.emplace_back(to_text(kind));
     if (way == BoxWay::none) by_none.emplace_back(to_text(kind));

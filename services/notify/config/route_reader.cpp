@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 
-#include "model/monitor/alarm_kind.hpp"
-#include "model/monitor/box_alarms.hpp"
+#include "model/alarm/alarm_kind.hpp"
+#include "model/alarm/box_alarms.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -24,8 +24,8 @@ const std::vector<std::string> kDays{"mon", "tue", "wed", "thu", "fri", "sat", "
 
 std::vector<std::string> alarm_names() {
   std::vector<std::string> names{kDaemonAlarm};
-  for (const monitor::AlarmKind kind : monitor::kAlarmKinds) names.emplace_back(to_text(kind));
-  for (const monitor::BoxAlarm kind : monitor::kBoxAlarms) names.emplace_back(to_text(kind));
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) names.emplace_back(to_text(kind));
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) names.emplace_back(to_text(kind));
   return names;
 }
 

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "base/clock.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "record/record_csv.hpp"
 #include "services/notify/text/event_text.hpp"
 #include "services/notify/text/one_line.hpp"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/errand/disk_errand.hpp"
-#include "protocol/answers.hpp"
-#include "protocol/daemon_client.hpp"
+#include "daemon/protocol/answers.hpp"
+#include "daemon/protocol/daemon_client.hpp"
 #include "services/notify/picture/trend_picture.hpp"
 #include "services/notify/rules/message.hpp"
 

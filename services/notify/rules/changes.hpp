@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // From what an alarm was to what it is: which of it is to be told. The states are those of the daemon
-// (model/monitor/alarm.hpp), read once a second: what came and went in between is seen by the number of times that the
+// (model/alarm/alarm.hpp), read once a second: what came and went in between is seen by the number of times that the
 // alarm was raised.
 #pragma once
 

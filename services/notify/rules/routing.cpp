@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "model/monitor/box_alarms.hpp"
+#include "model/alarm/box_alarms.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -35,7 +35,7 @@ bool has_loop(const Route& route, const std::string& loop) {
 bool concerns(const std::vector<Route>& routes, const Route& route, const Event& event) {
   if (!has_alarm(route, event.alarm)) return false;
   if (event.loop.empty() || has_loop(route, event.loop)) return true;
-  return event.loop == monitor::kBox && box_way(routes, event.alarm) != BoxWay::own;
+  return event.loop == alarm::kBox && box_way(routes, event.alarm) != BoxWay::own;
 }
 
 // How often the step has fallen due by then.
@@ -52,7 +52,7 @@ BoxWay box_way(const std::vector<Route>& routes, const std::string& alarm) {
   BoxWay way = BoxWay::none;
   for (const Route& route : routes) {
     if (!tells(route, Change::came) || !has_alarm(route, alarm)) continue;
-    const bool own = has_loop(route, monitor::kBox);
+    const bool own = has_loop(route, alarm::kBox);
     if (own && !route.logs_only) return BoxWay::own;
     if (!own && !route.logs_only) way = BoxWay::all;
     if (way == BoxWay::none) way = BoxWay::logs;

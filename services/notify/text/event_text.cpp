@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "base/text.hpp"
-#include "model/monitor/alarm_guide.hpp"
-#include "model/monitor/alarm_kind.hpp"
-#include "model/monitor/box_alarms.hpp"
+#include "model/alarm/alarm_guide.hpp"
+#include "model/alarm/alarm_kind.hpp"
+#include "model/alarm/box_alarms.hpp"
 
 namespace loopwarden::notify {
 namespace {
@@ -99,22 +99,22 @@ std::string counted(const Message& message) {
 template <class Kinds>
 auto named(const Kinds& kinds, const std::string& alarm) {
   const auto found = std::find_if(kinds.begin(), kinds.end(),
-                                  [&](auto one) { return alarm == monitor::to_text(one); });
+                                  [&](auto one) { return alarm == alarm::to_text(one); });
   return found == kinds.end() ? std::nullopt : std::optional(*found);
 }
 
 struct Usual {
-  monitor::AlarmGuide guide;
-  monitor::Priority priority;
+  alarm::AlarmGuide guide;
+  alarm::Priority priority;
 };
 
 // Of an alarm of a loop or of the box; nothing: it is none that is known here.
 std::optional<Usual> usual_of(const std::string& alarm) {
-  if (const auto kind = named(monitor::kAlarmKinds, alarm)) {
-    return Usual{monitor::guide_of(*kind), monitor::usual_priority(*kind)};
+  if (const auto kind = named(alarm::kAlarmKinds, alarm)) {
+    return Usual{alarm::guide_of(*kind), alarm::usual_priority(*kind)};
   }
-  if (const auto kind = named(monitor::kBoxAlarms, alarm)) {
-    return Usual{monitor::guide_of(*kind), monitor::usual_priority(*kind)};
+  if (const auto kind = named(alarm::kBoxAlarms, alarm)) {
+    return Usual{alarm::guide_of(*kind), alarm::usual_priority(*kind)};
   }
   return std::nullopt;
 }
@@ -123,7 +123,7 @@ std::optional<Usual> usual_of(const std::string& alarm) {
 std::string details(const Event& event, const Sender& sender) {
   const std::optional<Usual> usual = usual_of(event.alarm);
   if (!usual) return "";
-  const monitor::AlarmGuide& guide = usual->guide;
+  const alarm::AlarmGuide& guide = usual->guide;
   std::string text = fmt::format("\n{} {}\n", event.loop, alarm_words(event.alarm));
   const auto line = [&](const char* what, const std::string& value) {
     if (!value.empty()) text += fmt::format("  {:<12} {}\n", what, value);
@@ -296,7 +296,7 @@ int priority_of(const Event& event) {
   if (event.change != Change::came) return kNotice;
   const std::optional<Usual> usual = usual_of(event.alarm);
   const std::string priority =
-      !event.priority.empty() || !usual ? event.priority : monitor::to_text(usual->priority);
+      !event.priority.empty() || !usual ? event.priority : alarm::to_text(usual->priority);
   const bool now = event.alarm == kDaemonAlarm || priority == "high" || priority == "critical";
   return now ? kError : kWarning;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An OPC UA value as feed.sock takes it (protocol/feed_line.hpp).
+// An OPC UA value as feed.sock takes it (daemon/protocol/feed_line.hpp).
 import { DataType } from "node-opcua-client";
 
 const WIDE = new Set([DataType.Int64, DataType.UInt64]);

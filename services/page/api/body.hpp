@@ -10,7 +10,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "net/http/message.hpp"
+#include "services/net/http/message.hpp"
 
 namespace loopwarden::page::api {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plant of boxes, out of the host's database.
-#include "fleet/queries/fleet.hpp"
+#include "services/page/fleet_queries/fleet.hpp"
 
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"

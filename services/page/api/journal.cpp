@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/statvfs.h>
 
-#include "protocol/ask.hpp"
-#include "protocol/setups.hpp"
+#include "daemon/protocol/ask.hpp"
+#include "daemon/protocol/setups.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/gate.hpp"
 #include "services/page/api/handlers.hpp"

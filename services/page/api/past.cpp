@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "base/clock.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "services/page/api/tags.hpp"

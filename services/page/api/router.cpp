@@ -13,7 +13,7 @@
 
 #include "services/page/api/gate.hpp"
 #include "services/page/api/handlers.hpp"
-#include "net/http/response_head.hpp"
+#include "services/net/http/response_head.hpp"
 #include "record/record_csv.hpp"
 
 namespace loopwarden::page::api {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "services/page/api/context.hpp"
-#include "net/http/message.hpp"
+#include "services/net/http/message.hpp"
 
 namespace loopwarden::page::api {
 

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "services/page/api/context.hpp"
-#include "services/page/box/box_state.hpp"
+#include "services/page/boxes/box_state.hpp"
 
 namespace loopwarden::page::api {
 

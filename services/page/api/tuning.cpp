@@ -9,7 +9,7 @@
 
 #include "base/clock.hpp"
 #include "config/loop_model_reader.hpp"
-#include "protocol/ask.hpp"
+#include "daemon/protocol/ask.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "services/page/api/tags.hpp"

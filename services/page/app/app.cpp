@@ -19,9 +19,9 @@
 #include "base/exit_code.hpp"
 #include "base/text.hpp"
 #include "services/page/api/router.hpp"
-#include "fleet/queries/fleet_database.hpp"
-#include "net/http/server.hpp"
-#include "net/http/tls.hpp"
+#include "services/page/fleet_queries/fleet_database.hpp"
+#include "services/net/http/server.hpp"
+#include "services/net/http/tls.hpp"
 #include "services/page/site/assets.hpp"
 
 namespace loopwarden::page {

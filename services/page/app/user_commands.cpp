@@ -14,7 +14,7 @@
 
 #include "config/diagnostic.hpp"
 #include "base/exit_code.hpp"
-#include "net/http/tls.hpp"
+#include "services/net/http/tls.hpp"
 #include "services/page/app/ask_unseen.hpp"
 #include "services/page/settings/page_settings.hpp"
 #include "services/page/users/page_account.hpp"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 #include "services/page/history/block.hpp"
 
 namespace loopwarden::page::history {

@@ -11,7 +11,7 @@
 
 #include "config/diagnostic.hpp"
 #include "config/key_reference.hpp"
-#include "fleet/database/database_settings.hpp"
+#include "services/database/database_settings.hpp"
 #include "services/page/settings/ldap_settings.hpp"
 
 namespace loopwarden::page {

@@ -33,7 +33,7 @@ plant::LoopModel model_of(plant::LoopModel twin, const LoopFacts& loop) {
   model.transmitter.low = loop.pv_range[0];
   model.transmitter.high = loop.pv_range[1];
   std::erase_if(model.transmitter_effects,
-                [](const plant::EffectSpec& effect) { return effect.name == "output_bias"; });
+                [](const effects::EffectSpec& effect) { return effect.name == "output_bias"; });
   model.process.level.reset();
   return model;
 }

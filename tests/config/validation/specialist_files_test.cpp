@@ -83,7 +83,7 @@ TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[dae
   config::LoopFile calmed = loop_with(file);
   CHECK(said_of(calmed).empty());
   calmed.config.monitor.corrective = {.enabled = true,
-                                      .form = monitor::CorrectiveForm::planned_moves};
+                                      .form = alarm::CorrectiveForm::planned_moves};
   CHECK(said_of(calmed).find("integrating process") != std::string::npos);
   CHECK(said_of(loop_with("/nowhere/twin.yaml")).find("no twin") != std::string::npos);
 }

@@ -19,8 +19,7 @@ namespace loopwarden::daemon::evidence_flow_test {
 namespace {
 
 namespace fs = std::filesystem;
-namespace model = loopwarden::monitor;
-using model::AlarmKind;
+using alarm::AlarmKind;
 
 constexpr std::int64_t kRaised_ms = 1'800'000'000'000;
 
@@ -56,20 +55,20 @@ J
   }
   void run(int cycles) {
     for (int i = 0; i < cycles; ++i) {
-      model::Cycle cycle;
+      watch::Cycle cycle;
       cycle.period_index = next++;
       cycle.automatic = cycle.pv_good = true;
       history->add(cycle);
     }
   }
   void judge(bool gap) {
-    model::AlarmConditions conditions{};
-    conditions[model::index_of(AlarmKind::model_gap)].on = gap;
+    alarm::AlarmConditions conditions{};
+    conditions[alarm::index_of(AlarmKind::model_gap)].on = gap;
     board.twin_judged(0, conditions);
   }
   void raise(EvidenceFlow& flow) {
     judge(true);
-    flow.keep(0, AlarmKind::model_gap, monitor, {}, model::AlarmReason::twin);
+    flow.keep(0, AlarmKind::model_gap, monitor, {}, alarm::AlarmReason::twin);
   }
   fs::path runs_file() const { return folder / "runs"; }
   long runs() const {
@@ -97,12 +96,12 @@ J
   std::uint64_t next = 1;
   std::vector<LoopRuntime> loops{1};
   plant::LoopModel twin;
-  std::optional<monitor::History> history{std::in_place, 3300.0, 1.0};
-  model::LoopMonitor monitor{{.sample_time_s = 1.0}, {}, nullptr, &twin};
+  std::optional<supervision::History> history{std::in_place, 3300.0, 1.0};
+  watch::LoopMonitor monitor{{.sample_time_s = 1.0}, {}, nullptr, &twin};
   config::DaemonConfig config;
   config::Specialists specialists;
   journal::Journal journal{{.folder = folder / "journal"}};
-  monitor::WatchBoard board{{{"FIC-101", 1.0}}, {}, journal, [this] { return now_ms; }};
+  supervision::WatchBoard board{{{"FIC-101", 1.0}}, {}, journal, [this] { return now_ms; }};
 };
 
 }  // namespace
@@ -138,7 +137,7 @@ TEST_CASE("an incident is not explained again in the next one", "[explain]") {
   bench.raise(flow);
   REQUIRE(Bench::wait([&] { return bench.board.watch(0).explanation != nullptr; }));
   bench.judge(false);
-  bench.now_ms += model::kJoin_ms + model::kQuiet_ms;
+  bench.now_ms += alarm::kJoin_ms + alarm::kQuiet_ms;
   bench.board.pass_time();
   REQUIRE_FALSE(bench.board.watch(0).incident.incident().open());
   bench.judge(true);

@@ -46,7 +46,7 @@ struct Bench {
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.cycle = std::make_unique<rt::ControlCycle>(
         0, kPeriod, settings, rt::StartSettings{control::Mode::manual, 5.0, {}},
-        rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
+        rt::ValvePositionSource::none, effects::EffectChain{}, *io, *loop.channels, events);
     loop.io = std::move(io);
     loops.push_back(std::move(loop));
     journal.open();

@@ -52,7 +52,7 @@ struct Console {
     io->set_pv(50.0);
     cycle = std::make_unique<rt::ControlCycle>(
         0, tests::kPeriod, settings, rt::StartSettings{control::Mode::automatic, 50.0, start},
-        rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
+        rt::ValvePositionSource::none, effects::EffectChain{}, *io, *loop.channels, events);
     loop.io = std::move(io);
     loops.push_back(std::move(loop));
     historian.start();
@@ -117,8 +117,8 @@ struct Console {
   EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
   std::int64_t now_ms = 1'800'000'000'000;
   reports::ReportDesk reports = tests::desk_in(folder.path(), [this] { return now_ms; });
-  monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
-  daemon::box::BoxBoard box_alarms{{}, journal, [this] { return now_ms; }};
+  supervision::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
+  daemon::host::BoxBoard box_alarms{{}, journal, [this] { return now_ms; }};
   base::SpscRing<rt::Event> events{64};
   std::unique_ptr<rt::ControlCycle> cycle;
   std::uint64_t cycles_run = 0;
@@ -126,8 +126,8 @@ struct Console {
   std::unique_ptr<StatusServer> readers;
 };
 
-inline loopwarden::monitor::AlarmConditions stiction_on() {
-  loopwarden::monitor::AlarmConditions conditions{};
+inline alarm::AlarmConditions stiction_on() {
+  alarm::AlarmConditions conditions{};
   conditions[0] = {true, 6.5};
   return conditions;
 }

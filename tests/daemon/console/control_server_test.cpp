@@ -68,9 +68,9 @@ TEST_CASE("the status has the condition indices, null where one is not known") {
   const json unknown = condition();
   CHECK(unknown.size() == 5);
   for (const auto& [name, value] : unknown.items()) CHECK(value.is_null());
-  bench.board.set_progress(0, loopwarden::monitor::ModeTimes(0.1),
+  bench.board.set_progress(0, watch::ModeTimes(0.1),
                            {.control_performance = 91.0, .valve = 40.5, .environment = 100.0},
-                           loopwarden::monitor::WindowState::valid);
+                           alarm::WindowState::valid);
   CHECK(condition() == json{{"control_performance", 91.0},
                             {"valve", 40.5},
                             {"actuator", nullptr},
@@ -84,10 +84,10 @@ TEST_CASE("a stick that no window measured is null in the status, and a measured
     return bench.ask(R"({"request": "status"})").at("loops")[0].at("monitor").at("stick_percent");
   };
   CHECK(stick().is_null());
-  loopwarden::monitor::WindowMeasures measures;
+  alarm::WindowMeasures measures;
   measures.stick_percent = 4.5;
-  measures.stick_source = loopwarden::monitor::StickSource::read_back;
-  bench.board.window_not_fit(0, measures, loopwarden::monitor::WindowState::no_judge);
+  measures.stick_source = alarm::StickSource::read_back;
+  bench.board.window_not_fit(0, measures, alarm::WindowState::no_judge);
   CHECK(stick() == 4.5);
 }
 
@@ -433,7 +433,7 @@ TEST_CASE("what corrective action offers is begun at the stiction alarm, and now
          "until July"}}.dump());
   };
   CHECK(calm("stiction").value("error", "").find("offers nothing") != std::string::npos);
-  bench.board.corrective_state(0, loopwarden::monitor::CorrectiveState::offered);
+  bench.board.corrective_state(0, alarm::CorrectiveState::offered);
   CHECK(calm("backlash").at("ok") == false);
   CHECK_FALSE(bench.board.take_order(0));
   CHECK(calm("stiction").at("ok") == true);
@@ -505,9 +505,9 @@ TEST_CASE("how the alarms are meant is told of all loops or of one") {
 }
 
 TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled as others") {
-  using loopwarden::monitor::BoxAlarm;
+  using alarm::BoxAlarm;
   Bench bench;
-  daemon::box::BoxReport full;
+  daemon::host::BoxReport full;
   full.found[index_of(BoxAlarm::disk_full)] = true;
   full.why[index_of(BoxAlarm::disk_full)] = "99 MB are left";
   bench.box_alarms.look(full, 0);
@@ -533,13 +533,13 @@ TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled
 }
 
 TEST_CASE("an alarm of the box is acknowledged with all, counts as a change, and may be stale") {
-  using loopwarden::monitor::BoxAlarm;
+  using alarm::BoxAlarm;
   Bench bench;
   const auto changes = [&] {
     return bench.ask(R"({"request": "registers"})").at("alarm_changes").get<int>();
   };
   const int before = changes();
-  daemon::box::BoxReport full;
+  daemon::host::BoxReport full;
   full.found[index_of(BoxAlarm::disk_full)] = true;
   bench.box_alarms.look(full, 0);
   CHECK(changes() == before + 1);
@@ -561,10 +561,10 @@ TEST_CASE("an alarm of the box is acknowledged with all, counts as a change, and
 
 TEST_CASE(
     "what an alarm of the box does under its shelf is remembered; its orders are as a loop's") {
-  using loopwarden::monitor::AlarmAction;
-  using loopwarden::monitor::BoxAlarm;
+  using alarm::AlarmAction;
+  using alarm::BoxAlarm;
   Bench bench;
-  daemon::box::BoxReport full;
+  daemon::host::BoxReport full;
   auto& found = full.found[index_of(BoxAlarm::disk_full)];
   const auto shelve = [&](std::int64_t ms) {
     return bench.box_alarms.act({BoxAlarm::disk_full, AlarmAction::shelve, ms, "me", {}});
@@ -586,15 +586,15 @@ TEST_CASE(
   daemon::journal::Journal again({.folder = bench.folder.path()});
   const auto states = again.open();
   CHECK(states.memories.at({"box", "disk_full"}).raised ==
-        loopwarden::monitor::AlarmState::unacknowledged);
+        alarm::AlarmState::unacknowledged);
 }
 
 TEST_CASE(
     "a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
   Bench bench;
   bench.board.process_changed(
-      0, std::vector<daemon::monitor::ProcessNews>{
-             {{loopwarden::monitor::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
+      0, std::vector<daemon::supervision::ProcessNews>{
+             {{alarm::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const json told = bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "bad_pv"})");
   CHECK(told.at("alarm").at("state") == "unacknowledged");
   CHECK_THAT(told.at("cause").get<std::string>(), Catch::Contains("PV can't be used"));
@@ -604,8 +604,8 @@ TEST_CASE(
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "bad_pv", "action": "acknowledge"})");
   CHECK(done.at("alarm").at("state") == "acknowledged");
   bench.board.process_changed(0,
-                              std::vector<daemon::monitor::ProcessNews>{
-                                  {{loopwarden::monitor::AlarmKind::bad_pv, false}, "PV is good"}});
+                              std::vector<daemon::supervision::ProcessNews>{
+                                  {{alarm::AlarmKind::bad_pv, false}, "PV is good"}});
   const std::vector<json> lines = bench.lines(4);
   CHECK(lines[0].at("to") == "unacknowledged");
   CHECK(lines[0].at("reason") == "PV is bad: link lost");

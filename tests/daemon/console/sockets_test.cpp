@@ -433,9 +433,9 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
                                                   .requested_mode = 1,
                                                   .age_ms = 12.5F});
   bench.board.window_judged(0, {}, {}, stiction_on());
-  bench.board.set_progress(0, loopwarden::monitor::ModeTimes(0.1),
+  bench.board.set_progress(0, watch::ModeTimes(0.1),
                            {.control_performance = 91.0, .valve = 40.5},
-                           loopwarden::monitor::WindowState::valid);
+                           alarm::WindowState::valid);
   record::RecordRow row;
   REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
   all = bench.ask_status(R"({"request": "overview"})");
@@ -460,7 +460,7 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
 
 TEST_CASE("of two alarms that wait the overview names the one of higher priority",
           "[console][overview]") {
-  using loopwarden::monitor::AlarmKind;
+  using alarm::AlarmKind;
   Bench bench;
   const auto shown = [&] {
     const json all = bench.ask_status(R"({"request": "overview"})");
@@ -468,21 +468,21 @@ TEST_CASE("of two alarms that wait the overview names the one of higher priority
   };
   bench.board.window_judged(0, {}, {}, stiction_on());
   bench.board.process_changed(
-      0, std::vector<daemon::monitor::ProcessNews>{{{AlarmKind::not_normal_mode, true}, ""}});
+      0, std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::not_normal_mode, true}, ""}});
   CHECK(shown() == std::pair(json(9), json(2)));
   // Which follows from a lost output.
   bench.board.process_changed(
-      0, std::vector<daemon::monitor::ProcessNews>{{{AlarmKind::output_lost, true}, ""}});
+      0, std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::output_lost, true}, ""}});
   CHECK(shown() == std::pair(json(7), json(2)));
   bench.board.act(
-      0, {AlarmKind::output_lost, loopwarden::monitor::AlarmAction::acknowledge, 0, "me", {}});
+      0, {AlarmKind::output_lost, alarm::AlarmAction::acknowledge, 0, "me", {}});
   CHECK(shown() == std::pair(json(0), json(1)));
 }
 
 TEST_CASE(
     "whoever reads the registers is told that an alarm changed, though the map has none of it",
     "[console][registers]") {
-  using loopwarden::monitor::AlarmKind;
+  using alarm::AlarmKind;
   Bench bench;
   const auto changes = [&] {
     return bench.ask_status(R"({"request": "registers", "values_only": true})")
@@ -491,29 +491,29 @@ TEST_CASE(
   };
   const int before = changes();
   CHECK(changes() == before);
-  bench.board.process_changed(0, std::vector<daemon::monitor::ProcessNews>{
+  bench.board.process_changed(0, std::vector<daemon::supervision::ProcessNews>{
                                      {{AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const int came = changes();
   CHECK(came > before);
   bench.board.act(0,
-                  {AlarmKind::bad_pv, loopwarden::monitor::AlarmAction::acknowledge, 0, "me", {}});
+                  {AlarmKind::bad_pv, alarm::AlarmAction::acknowledge, 0, "me", {}});
   CHECK(changes() > came);
 }
 
 TEST_CASE("the newest windows, with what each specialist makes of them", "[console][windows]") {
   Bench bench;
-  loopwarden::monitor::WindowJudgement judgement;
-  judgement.result = loopwarden::monitor::WindowJudgement::Result::fault;
-  judgement.fault = loopwarden::monitor::AlarmKind::stiction;
+  alarm::WindowJudgement judgement;
+  judgement.result = alarm::WindowJudgement::Result::fault;
+  judgement.fault = alarm::AlarmKind::stiction;
   judgement.probability = {0.75, 0.125, 0.0, 0.0, 0.0, 0.0};
   judgement.severity_percent = 6.25;
   judgement.errors = {4.0, 0.5, 1.0, 2.0, 3.0, 5.0};
   bench.board.window_judged(0, {}, judgement, {});
   bench.now_ms += 48'000;
-  bench.board.window_not_fit(0, {}, loopwarden::monitor::WindowState::saturated);
+  bench.board.window_not_fit(0, {}, alarm::WindowState::saturated);
   bench.board.window_not_fit(
-      0, {}, loopwarden::monitor::WindowState::not_enough_movement,
-      {.result = loopwarden::monitor::WindowJudgement::Result::not_enough_movement});
+      0, {}, alarm::WindowState::not_enough_movement,
+      {.result = alarm::WindowJudgement::Result::not_enough_movement});
   const auto windows = [&] {
     return bench.ask_status(R"({"request": "windows", "loop": "FIC-101"})").at("windows");
   };
@@ -555,7 +555,7 @@ TEST_CASE("every field of the register map by name, as a master reads it", "[con
   REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
   const json all = bench.ask_status(R"({"request": "registers"})");
   const json& names = all.at("names");
-  CHECK(names.size() == register_map::registers().size());
+  CHECK(names.size() == registers::registers().size());
   REQUIRE(all.at("loops").size() == 1);
   CHECK(all.at("loops")[0].at("tag") == "FIC-101");
   const auto value = [&](const std::string& area, const std::string& table,

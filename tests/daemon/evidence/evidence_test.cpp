@@ -26,14 +26,14 @@ using evidence::EvidenceError;
 using evidence::read_evidence;
 using evidence::specialists_of;
 using evidence::write_evidence;
-using loopwarden::monitor::AlarmKind;
+using alarm::AlarmKind;
 
 Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
   Evidence e;
   e.loop = "FIC-101";
   e.alarm = AlarmKind::backlash;
   e.raised_ms = raised_ms;
-  for (std::size_t k = 0; k < loopwarden::monitor::kWindowSamples; ++k) {
+  for (std::size_t k = 0; k < alarm::kWindowSamples; ++k) {
     const double x = 0.1 * static_cast<double>(k);
     e.sp.push_back(5.0 + x / 3.0);
     e.pv.push_back(std::sin(x));
@@ -46,9 +46,9 @@ Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
   e.co_low = 4.0;
   e.co_high = 20.0;
   e.measures.oscillation_index = 1.0 / 3.0;
-  e.measures.stick_source = loopwarden::monitor::StickSource::ellipse;
+  e.measures.stick_source = alarm::StickSource::ellipse;
   e.measures.bridged_cycles = 3;
-  e.judgement.result = loopwarden::monitor::WindowJudgement::Result::fault;
+  e.judgement.result = alarm::WindowJudgement::Result::fault;
   e.judgement.fault = AlarmKind::backlash;
   e.judgement.severity_percent = 1e-300;
   e.judgement.probability = {0.1, 0.7, 0.05, 1.0 / 7.0, 0.0};
@@ -64,12 +64,12 @@ Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
 Evidence routine_example() {
   Evidence e = example();
   for (std::vector<double>* column : {&e.sp, &e.pv, &e.co, &e.stem}) {
-    column->resize(loopwarden::monitor::RoutineWatch::kSamples);
+    column->resize(watch::RoutineWatch::kSamples);
     for (double& v : *column) v = static_cast<double>(static_cast<float>(v));
   }
   e.stem.assign(e.pv.size(), std::nan(""));
   e.sample_time_s = 4.0;
-  e.routine = loopwarden::monitor::RoutineWatch::Judgement{
+  e.routine = watch::RoutineWatch::Judgement{
       .window_s = 3000.0,
       .verdict = diagnosis::DiagnosisVerdict::valve_effect,
       .grade = diagnosis::Grade::seen,

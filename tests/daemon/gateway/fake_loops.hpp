@@ -17,7 +17,7 @@ namespace loopwarden::tests {
 class FakeLoops final : public daemon::gateway::LoopsView {
  public:
   explicit FakeLoops(std::size_t loops) {
-    const daemon::monitor::LoopWatch watch({}, 0.1);
+    const daemon::supervision::LoopWatch watch({}, 0.1);
     for (std::size_t i = 0; i < loops; ++i) {
       names_.push_back("FIC-10" + std::to_string(i));
       daemon::gateway::LoopReading reading(watch);
@@ -65,11 +65,11 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   }
   bool collect_answers() override { return false; }
   void close_orders() override {}
-  std::uint64_t act(std::size_t loop, const daemon::monitor::AlarmOrder& order) override {
+  std::uint64_t act(std::size_t loop, const daemon::supervision::AlarmOrder& order) override {
     actions.emplace_back(loop, order);
     return posted();
   }
-  std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
+  std::uint64_t acknowledge_all(std::span<const alarm::AlarmKind> kinds,
                                 const std::string& peer) override {
     acknowledged_by.push_back(peer);
     acknowledged_kinds.assign(kinds.begin(), kinds.end());
@@ -95,9 +95,9 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   std::set<std::size_t> commissioned;
   std::size_t reads = 0;
   std::vector<std::pair<std::size_t, daemon::rt::Order>> orders;
-  std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;
+  std::vector<std::pair<std::size_t, daemon::supervision::AlarmOrder>> actions;
   std::vector<std::string> acknowledged_by;
-  std::vector<loopwarden::monitor::AlarmKind> acknowledged_kinds;  // that the last of them meant
+  std::vector<alarm::AlarmKind> acknowledged_kinds;  // that the last of them meant
   std::vector<std::pair<std::size_t, bool>> vetoes;
   std::vector<std::size_t> begun;
   std::uint64_t newest_ticket = 0;

@@ -8,17 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "map/register_map.hpp"
+#include "daemon/registers/register_map.hpp"
 #include "tests/daemon/gateway/fake_loops.hpp"
 
 namespace loopwarden::daemon::gateway::map_bank_test {
 namespace {
 
-namespace map = register_map;
 using hal::modbus::ByteOrder;
-using map::Table;
+using registers::Table;
 using Words = std::vector<std::uint16_t>;
-using model_kind = loopwarden::monitor::AlarmKind;
+using model_kind = alarm::AlarmKind;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 const Peer kMaster{"10.0.0.7:1000", true};
@@ -28,10 +27,10 @@ struct Bench {
       : plant(loops), server{.word_order = order}, bank(plant, server) {}
 
   std::uint32_t address(Table table, const std::string& name, std::size_t loop,
-                        map::Area area = map::Area::loop) const {
-    for (const map::Register& reg : map::registers()) {
+                        registers::Area area = registers::Area::loop) const {
+    for (const registers::Register& reg : registers::registers()) {
       if (reg.table == table && reg.area == area && name == reg.name) {
-        return map::address(reg, loop);
+        return registers::address(reg, loop);
       }
     }
     FAIL("no register " << name);
@@ -47,7 +46,7 @@ struct Bench {
     return read(table, address(table, name, loop), 1)[0];
   }
   std::uint16_t box_word(const std::string& name, Table table = Table::input_register) {
-    return read(table, address(table, name, 0, map::Area::box), 1)[0];
+    return read(table, address(table, name, 0, registers::Area::box), 1)[0];
   }
   float number(const std::string& name, std::size_t loop = 0, Table table = Table::input_register) {
     const Words w = read(table, address(table, name, loop), 2);
@@ -103,7 +102,7 @@ TEST_CASE("the box's block", "[gateway][map]") {
   bench.plant.box_reading.real_time_rights = false;
   bench.server.writes_enabled = true;
   bench.server.master_lost = true;
-  loopwarden::monitor::AlarmConditions on{};
+  alarm::AlarmConditions on{};
   on[0] = {true, 5.0};
   bench.plant.readings[1].watch.alarms.window_judged(0, on);
   CHECK(bench.box_word("status_bits") == 127);
@@ -155,7 +154,7 @@ TEST_CASE("each bit of a loop says one thing, and each count of the box stands i
   CHECK(bench.box_word("journal_lost") == 3);
   CHECK(bench.box_word("window_backlog") == 4);
   const std::uint32_t dropped =
-      bench.address(Table::input_register, "monitor_dropped", 0, map::Area::box);
+      bench.address(Table::input_register, "monitor_dropped", 0, registers::Area::box);
   CHECK(bench.read(Table::input_register, dropped, 2) == Words{0, 5});
   CHECK(bench.box_word("status_bits") == 1);
   box.journal_trouble = true;
@@ -180,8 +179,8 @@ TEST_CASE("what is not there is never sent as a number that is none", "[gateway]
   CHECK(bench.word("pv_bad", 0, Table::discrete_input) == 1);
   row.sp = std::numeric_limits<double>::infinity();
   row.co = 1e300;
-  for (const map::Register& reg : map::registers()) {
-    if (reg.type != hal::modbus::RegisterType::f32 || reg.area != map::Area::loop) continue;
+  for (const registers::Register& reg : registers::registers()) {
+    if (reg.type != hal::modbus::RegisterType::f32 || reg.area != registers::Area::loop) continue;
     INFO(reg.name);
     CHECK(std::isfinite(bench.number(reg.name, 0, reg.table)));
   }
@@ -208,7 +207,7 @@ TEST_CASE("condition indices have a block of their own, and a mark where one is 
 
 TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   Bench bench;
-  loopwarden::monitor::AlarmConditions on{};
+  alarm::AlarmConditions on{};
   on[1] = {true, 6.25};
   auto& alarms = bench.plant.readings[0].watch.alarms;
   alarms.window_judged(0, on);
@@ -223,7 +222,7 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   alarms.window_judged(0, on);
   CHECK(bench.word("alarm_unknown") == 1);
   CHECK(bench.word("severity_unknown") == 0);
-  alarms.act(model_kind::backlash, loopwarden::monitor::AlarmAction::shelve,
+  alarms.act(model_kind::backlash, alarm::AlarmAction::shelve,
              bench.plant.box().utc_ms, bench.plant.box_reading.utc_ms + 90'000);
   CHECK(bench.word("alarm_backlash") == 6);
   CHECK(bench.word("shelve_backlash", 0, Table::holding_register) == 2);  // 1.5 min, rounded up
@@ -533,8 +532,8 @@ TEST_CASE(
 TEST_CASE("the newest explanation of a loop's alarm can be read", "[gateway][map]") {
   Bench bench;
   Explanation e;
-  e.alarm = loopwarden::monitor::AlarmKind::stiction;
-  e.final_name = loopwarden::monitor::AlarmKind::backlash;
+  e.alarm = alarm::AlarmKind::stiction;
+  e.final_name = alarm::AlarmKind::backlash;
   e.effect_number = 3;
   e.agrees = true;
   e.size_percent = 6.5;
@@ -613,7 +612,7 @@ TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
 TEST_CASE("the veto of a corrective action is a coil that keeps what was written",
           "[gateway][map]") {
   Bench bench;
-  bench.plant.readings[1].watch.corrective = loopwarden::monitor::CorrectiveState::helping;
+  bench.plant.readings[1].watch.corrective = alarm::CorrectiveState::helping;
   CHECK(bench.read(Table::input_register, 64 + 64 + 62, 1) == Words{3});
   using Vetoes = std::vector<std::pair<std::size_t, bool>>;
   const auto veto = [&](std::uint16_t value) {
@@ -630,7 +629,7 @@ TEST_CASE("the veto of a corrective action is a coil that keeps what was written
   CHECK(bench.plant.vetoes == Vetoes{{1, true}, {1, false}});
   CHECK(bench.plant.actions.empty());
   CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{0});
-  bench.plant.readings[1].watch.veto = loopwarden::monitor::Veto::back;
+  bench.plant.readings[1].watch.veto = alarm::Veto::back;
   CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{1});
 }
 
@@ -641,7 +640,7 @@ TEST_CASE("what corrective action offers is begun by a register, and what it gai
     return bench.bank.write(Table::holding_register, 32768 + 32 + 9, Words{value}, kMaster);
   };
   using Begun = std::vector<std::size_t>;
-  using loopwarden::monitor::CorrectiveState;
+  using alarm::CorrectiveState;
   auto& corrective = bench.plant.readings[1].watch.corrective;
   CHECK(calm(0) == Exception::none);
   CHECK(calm(1) == Exception::none);  // nothing is offered
@@ -675,7 +674,7 @@ TEST_CASE("what corrective action offers is begun by a register, and what it gai
 }
 
 TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
-  using Action = loopwarden::monitor::AlarmAction;
+  using Action = alarm::AlarmAction;
   Bench bench;
   const auto coil = [&](const char* name, std::uint16_t value) {
     CHECK(bench.write(name, {value}, 1, Table::coil) == Exception::none);
@@ -708,7 +707,7 @@ TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
 
 TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests at 0 never",
           "[gateway][map]") {
-  using Action = loopwarden::monitor::AlarmAction;
+  using Action = alarm::AlarmAction;
   Bench bench;
   const auto actions = [&] { return bench.plant.actions.size(); };
   const auto shelve = [&](std::uint16_t minutes, const Peer& peer = kMaster) {
@@ -781,13 +780,13 @@ TEST_CASE("a request that does several things waits for the last of them", "[gat
 
 TEST_CASE("process alarms are bits of the third block, acknowledged and unshelved together",
           "[gateway][map]") {
-  using loopwarden::monitor::AlarmAction;
+  using alarm::AlarmAction;
   Bench bench(2);
   auto& alarms = bench.plant.readings[1].watch.alarms;
   alarms.fit(model_kind::pv_high);
   const auto masks = [&] { return bench.read(Table::holding_register, 0x8000 + 32 + 28, 4); };
   CHECK(masks() == Words{0, 0, 0, 0});
-  using Changes = std::vector<loopwarden::monitor::ProcessChange>;
+  using Changes = std::vector<alarm::ProcessChange>;
   alarms.process_changed(1, Changes{{model_kind::output_lost, true}});
   alarms.process_changed(2,
                          Changes{{model_kind::not_normal_mode, true}, {model_kind::pv_high, true}});
@@ -815,8 +814,8 @@ TEST_CASE("process alarms are bits of the third block, acknowledged and unshelve
         Exception::illegal_address);
 
   CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
-  CHECK(bench.plant.acknowledged_kinds == std::vector(loopwarden::monitor::kAlarmKinds.begin(),
-                                                      loopwarden::monitor::kAlarmKinds.end()));
+  CHECK(bench.plant.acknowledged_kinds == std::vector(alarm::kAlarmKinds.begin(),
+                                                      alarm::kAlarmKinds.end()));
 }
 
 TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway][map]") {
@@ -830,12 +829,12 @@ TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway
 TEST_CASE("of a watched loop nothing can be written, alarms neither", "[map][watch]") {
   Bench bench(3);
   bench.plant.watched = {1};
-  for (const map::Register& reg : map::registers()) {
-    if (!map::writable(reg) || reg.area == map::Area::box) continue;
+  for (const registers::Register& reg : registers::registers()) {
+    if (!registers::writable(reg) || reg.area == registers::Area::box) continue;
     INFO(reg.name);
-    const Words words(map::width(reg), 0);
+    const Words words(registers::width(reg), 0);
     const auto write = [&](std::size_t loop) {
-      return bench.bank.write(reg.table, static_cast<std::uint16_t>(map::address(reg, loop)), words,
+      return bench.bank.write(reg.table, static_cast<std::uint16_t>(registers::address(reg, loop)), words,
                               kMaster);
     };
     CHECK(write(1) == Exception::illegal_address);
@@ -850,11 +849,11 @@ TEST_CASE("of a loop that is being commissioned manual alone can be written, and
           "[map]") {
   Bench bench(3);
   bench.plant.commissioned = {1};
-  for (const map::Register& reg : map::registers()) {
-    if (!map::writable(reg) || reg.area == map::Area::box) continue;
+  for (const registers::Register& reg : registers::registers()) {
+    if (!registers::writable(reg) || reg.area == registers::Area::box) continue;
     INFO(reg.name);
-    const Words words(map::width(reg), reg.field == map::Field::wanted_mode ? 1 : 0);
-    CHECK(bench.bank.write(reg.table, static_cast<std::uint16_t>(map::address(reg, 1)), words,
+    const Words words(registers::width(reg), reg.field == registers::Field::wanted_mode ? 1 : 0);
+    CHECK(bench.bank.write(reg.table, static_cast<std::uint16_t>(registers::address(reg, 1)), words,
                            kMaster) == Exception::illegal_address);
   }
   CHECK(bench.plant.orders.empty());
@@ -887,11 +886,11 @@ TEST_CASE("watched loops that come or go leave the registers of those controlled
   const auto registers_of_two = [](std::size_t loops) {
     Bench bench(loops);
     std::vector<Words> all;
-    for (const map::Register& reg : map::registers()) {
-      if (reg.area == map::Area::box) continue;
+    for (const registers::Register& reg : registers::registers()) {
+      if (reg.area == registers::Area::box) continue;
       for (const std::size_t loop : {0U, 1U}) {
-        all.push_back(bench.read(reg.table, map::address(reg, loop), map::width(reg)));
-        all.push_back({static_cast<std::uint16_t>(map::address(reg, loop))});
+        all.push_back(bench.read(reg.table, registers::address(reg, loop), registers::width(reg)));
+        all.push_back({static_cast<std::uint16_t>(registers::address(reg, loop))});
       }
     }
     return all;
@@ -904,8 +903,8 @@ TEST_CASE("watched loops that come or go leave the registers of those controlled
 
 TEST_CASE("from loop 896 on there is no block, and the count says so", "[map][watch]") {
   Bench bench(900);
-  CHECK(bench.box_word("loop_count") == map::kMostLoops);
-  CHECK(map::kMostLoops == 895);
+  CHECK(bench.box_word("loop_count") == registers::kMostLoops);
+  CHECK(registers::kMostLoops == 895);
   Words words(1);
   const auto read = [&](std::size_t loop) {
     return bench.bank.read(Table::holding_register, static_cast<std::uint16_t>(32768 + 32 * loop),

@@ -9,7 +9,7 @@
 namespace loopwarden::daemon::gateway::modbus_answer_test {
 namespace {
 
-using register_map::Table;
+using registers::Table;
 using Bytes = std::vector<std::uint8_t>;
 
 // 100 addresses in each table; a read gives the address itself, for bits its lowest bit.

@@ -18,8 +18,8 @@
 namespace loopwarden::daemon::journal::journal_test {
 namespace {
 
-using loopwarden::monitor::AlarmMemory;
-using loopwarden::monitor::AlarmState;
+using alarm::AlarmMemory;
+using alarm::AlarmState;
 using Kind = JournalEntry::Kind;
 
 constexpr std::chrono::milliseconds kPatience{20'000};
@@ -47,7 +47,7 @@ JournalEntry transition(const std::string& loop, AlarmState to, std::uint32_t ti
   entry.loop = loop;
   entry.alarm = "stiction";
   entry.from = "normal";
-  entry.to = loopwarden::monitor::to_text(to);
+  entry.to = alarm::to_text(to);
   entry.severity_percent = 6.25;
   entry.memory = remembered(to, times);
   return entry;

@@ -31,7 +31,7 @@ struct Bench {
     loop.cycle = std::make_unique<rt::ControlCycle>(
         0, kPeriod, plain_settings(),
         rt::StartSettings{Mode::automatic, 50.0, control::OutputAction::go_to(40.0)},
-        rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
+        rt::ValvePositionSource::none, effects::EffectChain{}, *io, *loop.channels, events);
     loop.io = std::move(io);
     loops.push_back(std::move(loop));
     keeper.emplace(loops, file, LastOrders{});

@@ -19,7 +19,7 @@
 #include <string>
 #include <thread>
 
-#include "daemon/box/box_looker.hpp"
+#include "daemon/host/box_looker.hpp"
 #include "daemon/console/control_server.hpp"
 #include "base/errand/disk_errand.hpp"
 #include "daemon/app/log_queue.hpp"
@@ -109,14 +109,14 @@ struct Bench {
       {},
       [](const evidence::Evidence&, const std::filesystem::path&, const std::string&) {}};
   reports::ReportDesk reports = tests::desk_in(folder.path(), base::utc_ms);
-  monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
-  daemon::box::BoxBoard box_alarms{{}, journal, [] { return std::int64_t{1}; }};
+  supervision::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
+  daemon::host::BoxBoard box_alarms{{}, journal, [] { return std::int64_t{1}; }};
   std::unique_ptr<ControlServer> server;
   std::uint64_t next = 1;
 };
 
-loopwarden::monitor::AlarmConditions stiction_on() {
-  loopwarden::monitor::AlarmConditions conditions{};
+alarm::AlarmConditions stiction_on() {
+  alarm::AlarmConditions conditions{};
   conditions[0] = {true, 6.5};
   return conditions;
 }
@@ -335,15 +335,15 @@ TEST_CASE(
 
 TEST_CASE("while the box's look at the disk hangs its other alarms come, and one of the disk",
           "[disk][box]") {
-  using loopwarden::monitor::BoxAlarm;
+  using alarm::BoxAlarm;
   Bench bench;
   std::promise<void> answers;
   std::atomic<double> wait_s{0.0};
   std::atomic<std::uint64_t> dropped{0};
-  box::BoxLooker looker({.disk =
+  host::BoxLooker looker({.disk =
                              [until = answers.get_future().share()] {
                                until.wait();
-                               return box::DiskLook{.room_bytes = 1'000'000'000};
+                               return host::DiskLook{.room_bytes = 1'000'000'000};
                              },
                          .status =
                              [&] {

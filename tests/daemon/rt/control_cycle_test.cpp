@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "model/plant/backlash.hpp"
+#include "model/effects/backlash/backlash.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 
 namespace loopwarden::tests::control_cycle_test {
@@ -923,8 +923,8 @@ TEST_CASE("the jacket can go by a model of the valve") {
   auto settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::paper;
   const bool with_play = GENERATE(true, false);
-  plant::EffectChain valve;
-  if (with_play) valve.add(plant::Effect(plant::Backlash(4.0)));
+  effects::EffectChain valve;
+  if (with_play) valve.add(effects::Effect(effects::Backlash(4.0)));
   Loop loop(settings,
             {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::go_to(40.0)},
             daemon::rt::ValvePositionSource::model, valve);

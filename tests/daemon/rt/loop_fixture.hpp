@@ -40,7 +40,7 @@ class Loop {
                                                    .set_point = 50.0,
                                                    .output = control::OutputAction::go_to(40.0)},
                 daemon::rt::ValvePositionSource source = daemon::rt::ValvePositionSource::none,
-                plant::EffectChain valve_model = {})
+                effects::EffectChain valve_model = {})
       : channels({.records = 1024, .watched = 1024}),
         cycle(0, kPeriod, settings, start, source, std::move(valve_model), io, channels, events) {
     io.set_pv(50.0);

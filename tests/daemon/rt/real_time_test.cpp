@@ -32,8 +32,8 @@ namespace {
 using control::CompensatorKind;
 using control::JacketForm;
 
-plant::EffectSpec spec(const char* name, std::map<std::string, double> parameters) {
-  plant::EffectSpec s;
+effects::EffectSpec spec(const char* name, std::map<std::string, double> parameters) {
+  effects::EffectSpec s;
   s.name = name;
   s.parameters = std::move(parameters);
   return s;

@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "model/analysis/describing_function.hpp"
-#include "model/plant/backlash.hpp"
+#include "model/effects/backlash/backlash.hpp"
 #include "model/plant/simulated_loop.hpp"
-#include "model/plant/stiction_choudhury.hpp"
+#include "model/effects/stiction/stiction_choudhury.hpp"
 
 namespace limit_cycle_test {
 
@@ -34,7 +34,7 @@ TEST_CASE("describing functions are those of the simulated valves", "[analysis][
     CAPTURE(ratio);
     constexpr double kDeadband = 0.8;
     const double amplitude = ratio * kDeadband;
-    plant::Backlash play(kDeadband);
+    effects::Backlash play(kDeadband);
     const auto backlash =
         measured_describing_function([&](double u) { return play.step(u); }, amplitude);
     const auto expected = backlash_describing_function(kDeadband, amplitude);
@@ -42,7 +42,7 @@ TEST_CASE("describing functions are those of the simulated valves", "[analysis][
     CHECK(backlash.imag() == Approx(expected.imag()).margin(2e-3));
     for (const double share : {0.0, 0.3, 1.0}) {
       CAPTURE(share);
-      plant::StictionChoudhury sticky({kDeadband, share * kDeadband});
+      effects::StictionChoudhury sticky({kDeadband, share * kDeadband});
       sticky.reset(-10.0);  // it comes moving: from rest a small sine would not free it
       const auto measured =
           measured_describing_function([&](double u) { return sticky.step(u); }, amplitude);

@@ -9,7 +9,7 @@
 #include "model/analysis/identification.hpp"
 #include "model/numeric/random.hpp"
 #include "model/plant/process.hpp"
-#include "model/plant/stiction_choudhury.hpp"
+#include "model/effects/stiction/stiction_choudhury.hpp"
 
 namespace sticking_cycle_test {
 
@@ -24,7 +24,7 @@ constexpr plant::ProcessParameters kProcess{
 constexpr double kSetPoint = 60.0;
 
 struct Loop {
-  plant::StictionParameters valve{};
+  effects::StictionParameters valve{};
   double kp = 0.5;
   double ki = 0.2;
   double load = 0.0;    // PV units, amplitude of a sine of 60 s
@@ -39,7 +39,7 @@ struct Run {
 Run run_of(const Loop& loop, std::uint64_t seed, std::size_t samples = 3000) {
   Run r;
   numeric::Random random(seed);
-  plant::StictionChoudhury valve(loop.valve);
+  effects::StictionChoudhury valve(loop.valve);
   plant::Process process(kProcess, kPeriod);
   const double rest = kSetPoint / kProcess.gain;
   process.reset(valve.reset(rest));

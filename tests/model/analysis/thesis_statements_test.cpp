@@ -13,7 +13,7 @@ using namespace loopwarden;
 
 namespace {
 
-plant::LoopModel plant1(std::vector<plant::EffectSpec> effects) {
+plant::LoopModel plant1(std::vector<effects::EffectSpec> effects) {
   plant::LoopModel m;
   m.controller.pid.gains = {.kp = 0.3494, .ki = 0.0400074};
   m.controller.pid.output_high = 10.0;
@@ -26,7 +26,7 @@ plant::LoopModel plant1(std::vector<plant::EffectSpec> effects) {
   return m;
 }
 
-plant::EffectSpec effect(const char* name, std::map<std::string, double> parameters) {
+effects::EffectSpec effect(const char* name, std::map<std::string, double> parameters) {
   return {.name = name, .parameters = std::move(parameters)};
 }
 
@@ -96,7 +96,7 @@ TEST_CASE("hysteresis and low air delay PV, and too little air keeps it from SP"
 
 TEST_CASE("hysteresis gives a smaller step on the way back, and a saturating valve the thesis's",
           "[thesis]") {
-  const auto steps = [](std::vector<plant::EffectSpec> valve) {
+  const auto steps = [](std::vector<effects::EffectSpec> valve) {
     valve.insert(valve.begin(), effect("hysteresis", {{"offset", 0.7}}));
     plant::Plant p(plant1(std::move(valve)), 1);
     p.reset(1.0);
@@ -111,7 +111,7 @@ TEST_CASE("hysteresis gives a smaller step on the way back, and a saturating val
   const auto [up, down] = steps({});
   CHECK(up == Approx(2.0 * 1.2264));
   CHECK(down == Approx(1.3 * 1.2264));
-  plant::EffectSpec table = effect("valve_characteristic", {});
+  effects::EffectSpec table = effect("valve_characteristic", {});
   table.options = {{"curve", "table"}};
   table.table = {
       {0.0, 0.0}, {2.0, 1.6}, {2.7, 1.6 + 0.55 / 1.2264}, {4.0, 1.6 + 0.85 / 1.2264}, {10.0, 10.0}};

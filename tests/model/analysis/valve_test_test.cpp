@@ -8,10 +8,10 @@
 
 #include "model/analysis/condition_index.hpp"
 #include "model/analysis/relay_test.hpp"
-#include "model/plant/backlash.hpp"
-#include "model/plant/low_air_supply.hpp"
+#include "model/effects/backlash/backlash.hpp"
+#include "model/effects/low_air_supply/low_air_supply.hpp"
 #include "model/plant/plant.hpp"
-#include "model/plant/stiction_choudhury.hpp"
+#include "model/effects/stiction/stiction_choudhury.hpp"
 
 namespace valve_test_test {
 
@@ -43,7 +43,7 @@ TEST_CASE(
     "with less air the signature of a valve is wider, if it moves faster than the air lets it",
     "[analysis][valve-test]") {
   const auto scan = [](ValveTest test, double rate) {
-    plant::LowAirSupply air({.rate = rate}, kSettings.sample_time_s);
+    effects::LowAirSupply air({.rate = rate}, kSettings.sample_time_s);
     air.reset(5.0);
     return run(test, [&](double u) { return air.step(u); });
   };
@@ -59,7 +59,7 @@ TEST_CASE(
 
 TEST_CASE("valve tests measure what a valve was given", "[analysis][valve-test]") {
   const auto ideal = [](double u) { return u; };
-  plant::Backlash play(0.15);
+  effects::Backlash play(0.15);
   play.reset(5.0);
   const auto backlash = [&](double u) { return play.step(u); };
   CHECK(run(ValveTest::static_scan, ideal).at("dead_band_percent") == Approx(0.0).margin(1e-9));
@@ -72,7 +72,7 @@ TEST_CASE("valve tests measure what a valve was given", "[analysis][valve-test]"
   const ValveFigures study = run(ValveTest::step_study, backlash);
   CHECK(study.at("resolution_percent") == Approx(0.1));
   CHECK(study.at("dead_band_percent") == Approx(2.0));
-  plant::StictionChoudhury sticky({0.3, 0.15});
+  effects::StictionChoudhury sticky({0.3, 0.15});
   sticky.reset(5.0);
   const ValveFigures stuck = run(ValveTest::step_study, [&](double u) { return sticky.step(u); });
   CHECK(stuck.at("resolution_percent") == Approx(2.0));  // j is 1.5 %

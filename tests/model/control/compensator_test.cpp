@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "model/control/loop_controller.hpp"
-#include "model/plant/backlash.hpp"
-#include "model/plant/hysteresis_offset.hpp"
-#include "model/plant/hysteresis_width.hpp"
+#include "model/effects/backlash/backlash.hpp"
+#include "model/effects/hysteresis/hysteresis_offset.hpp"
+#include "model/effects/hysteresis/hysteresis_width.hpp"
 #include "model/plant/simulated_loop.hpp"
 
 namespace compensator_test {
@@ -152,15 +152,15 @@ TEST_CASE("through its compensator a faulty valve gives what the law asked for",
     return error;
   };
   const CompensatorSettings width{.kind = CompensatorKind::hysteresis, .width = 0.8, .knee = 0.0};
-  CHECK(worst(width, plant::HysteresisWidth(0.8, 0.0)) < 1e-6);
-  CHECK(worst({}, plant::HysteresisWidth(0.8, 0.0)) > 0.3);
+  CHECK(worst(width, effects::HysteresisWidth(0.8, 0.0)) < 1e-6);
+  CHECK(worst({}, effects::HysteresisWidth(0.8, 0.0)) > 0.3);
   CHECK(worst({.kind = CompensatorKind::hysteresis, .width = 0.8, .knee = -1.0},
-              plant::HysteresisWidth(0.8, -1.0)) < 1e-6);
-  CHECK(worst({.kind = CompensatorKind::hysteresis, .offset = 0.7}, plant::HysteresisOffset(0.7)) <
+              effects::HysteresisWidth(0.8, -1.0)) < 1e-6);
+  CHECK(worst({.kind = CompensatorKind::hysteresis, .offset = 0.7}, effects::HysteresisOffset(0.7)) <
         1e-6);
-  CHECK(worst({}, plant::HysteresisOffset(0.7)) == Approx(0.7));
+  CHECK(worst({}, effects::HysteresisOffset(0.7)) == Approx(0.7));
   // Backlash: the stem stays half a gap behind, always on the same side of the law.
-  CHECK(worst({.kind = CompensatorKind::backlash, .gap = 0.6}, plant::Backlash(0.6)) ==
+  CHECK(worst({.kind = CompensatorKind::backlash, .gap = 0.6}, effects::Backlash(0.6)) ==
         Approx(0.3).margin(1e-3));
 }
 

@@ -8,9 +8,9 @@
 
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/numeric/statistics.hpp"
-#include "model/plant/backlash.hpp"
-#include "model/plant/stiction_choudhury.hpp"
-#include "model/plant/stiction_karnopp.hpp"
+#include "model/effects/backlash/backlash.hpp"
+#include "model/effects/stiction/stiction_choudhury.hpp"
+#include "model/effects/stiction/stiction_karnopp.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 
 namespace loopwarden::tests::diagnosis_test {
@@ -27,7 +27,7 @@ Diagnosis diagnosed(const SmallLoop::Run& run, double sample_time_s = 0.5) {
 }
 
 TEST_CASE("a sticking valve is named, with its band, whatever the units") {
-  plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
+  effects::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
   valve.reset(50.0);
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0};
   SmallLoop::Run run = loop.run(
@@ -45,7 +45,7 @@ TEST_CASE("a sticking valve is named, with its band, whatever the units") {
 }
 
 TEST_CASE("a controller that acts the other way round changes nothing") {
-  plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
   SmallLoop::Run run = SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
       1200, [&](double u) { return valve.step(u); }, wandering_load(1.3));
@@ -79,7 +79,7 @@ TEST_CASE("steps of the set point do not hide what the valve does between them")
 }
 
 TEST_CASE("how CO turns in all windows of a loop decides in a window that turns otherwise") {
-  plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
+  effects::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
   valve.reset(50.0);
   const Diagnosis sticky = diagnosed(SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
       1200, [&](double u) { return valve.step(u); }, kSteadyLoad));
@@ -152,7 +152,7 @@ TEST_CASE("too little to judge is said, not guessed") {
 }
 
 TEST_CASE("the same record gives the same answer") {
-  plant::Backlash valve(3.0);
+  effects::Backlash valve(3.0);
   valve.reset(50.0);
   const SmallLoop::Run run = SmallLoop{}.run(
       500, [&](double u) { return valve.step(u); }, kSteadyLoad);
@@ -161,7 +161,7 @@ TEST_CASE("the same record gives the same answer") {
 }
 
 TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one is found") {
-  plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   for (const bool sticky : {false, true}) {
     // Set points by an operator, and PV that follows within a second.
     numeric::Random random(3);

@@ -6,8 +6,8 @@
 
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/phase.hpp"
-#include "model/plant/backlash.hpp"
-#include "model/plant/stiction_choudhury.hpp"
+#include "model/effects/backlash/backlash.hpp"
+#include "model/effects/stiction/stiction_choudhury.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 
 namespace loopwarden::tests::indicators_test {
@@ -47,7 +47,7 @@ TEST_CASE("phase: a square wave behind a triangle is odd, PV in step with CO is 
 
 TEST_CASE("play: PV behind a play is explained by it, PV behind none is not") {
   const Series co = triangles();
-  plant::Backlash play(1.0);
+  effects::Backlash play(1.0);
   play.reset(0.0);
   Series behind;
   for (const double u : co) behind.push_back(play.step(u));
@@ -70,7 +70,7 @@ TEST_CASE("play: a short lag of transmitter and process is no band") {
 TEST_CASE(
     "Hammerstein: a slipping valve foretells PV better in a closed loop, an ideal one does not") {
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
-  plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
@@ -98,7 +98,7 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves not
 
 TEST_CASE("Hammerstein: one step does not drown the sticking of the rest") {
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
-  plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
   // The load steps by more than a band.
   const SmallLoop::Run stepped = loop.run(
@@ -114,7 +114,7 @@ TEST_CASE("Hammerstein: a valve that reverses less than twice is no evidence") {
   numeric::Random random(8);
   Series co;
   Series pv;
-  plant::Backlash play(8.0);
+  effects::Backlash play(8.0);
   play.reset(0.0);
   for (int k = 0; k < 800; ++k) {
     co.push_back(k < 400 ? 0.05 * k : 20.0 - 0.02 * (k - 400));
@@ -126,7 +126,7 @@ TEST_CASE("Hammerstein: a valve that reverses less than twice is no evidence") {
 
 TEST_CASE("Hammerstein: a gain that would run away under this controller does not count") {
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
-  plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });

@@ -76,7 +76,7 @@ TEST_CASE("the corners of every search are effects that can be stepped", "[effec
           values.push_back(c.search[j].value(place));
         }
         const std::vector<double> solved(2, 0.7);
-        const plant::EffectSpec spec = c.effect(values, solved);
+        const effects::EffectSpec spec = c.effect(values, solved);
         CAPTURE(c.name, corner, context.period_s);
         CHECK(spec.name == c.name);
         CHECK_NOTHROW(check_effect(spec, c.block, effect_context(context)));
@@ -114,7 +114,7 @@ TEST_CASE("a sine's amplitude and phase follow from what was solved", "[effects]
   for (const Candidate& c : candidates({})) {
     if (c.name != std::string("oscillating_disturbance")) continue;
     const std::vector<double> period{12.0};
-    const plant::EffectSpec spec = c.effect(period, std::vector<double>{3.0, 4.0});
+    const effects::EffectSpec spec = c.effect(period, std::vector<double>{3.0, 4.0});
     CHECK(spec.parameters.at("amplitude") == Approx(5.0));
     CHECK(spec.parameters.at("phase") == Approx(std::atan2(4.0, 3.0)));
     CHECK(spec.parameters.at("period") == 12.0);

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "model/monitor/alarm_kind.hpp"
-#include "model/plant/stiction_choudhury.hpp"
-#include "model/plant/stiction_he.hpp"
-#include "model/plant/stiction_inertial.hpp"
-#include "model/plant/stiction_karnopp.hpp"
+#include "model/alarm/alarm_kind.hpp"
+#include "model/effects/stiction/stiction_choudhury.hpp"
+#include "model/effects/stiction/stiction_he.hpp"
+#include "model/effects/stiction/stiction_inertial.hpp"
+#include "model/effects/stiction/stiction_karnopp.hpp"
 
 namespace catalogue_test {
 
@@ -150,13 +150,13 @@ TEST_CASE("every word has a guide, and an example that can be simulated", "[effe
 
 TEST_CASE("an effect explains the alarm of its own name and those of its kind",
           "[effects][catalogue]") {
-  using loopwarden::monitor::kValveAlarms;
+  using alarm::kValveAlarms;
   for (const Descriptor& info : vocabulary()) {
     CAPTURE(info.name);
     CHECK(agrees(info, "model_gap"));
     for (const std::string_view alarm : info.alarms) {
       CHECK(std::any_of(kValveAlarms.begin(), kValveAlarms.end(), [&](const auto kind) {
-        return alarm == loopwarden::monitor::to_text(kind);
+        return alarm == alarm::to_text(kind);
       }));
     }
     // Valve alarms are for valve effects, and each of these explains one.
@@ -164,7 +164,7 @@ TEST_CASE("an effect explains the alarm of its own name and those of its kind",
     CHECK(info.alarms.empty() == (info.blocks.front() != Block::valve || info.is_learned));
   }
   for (const auto kind : kValveAlarms) {
-    const Descriptor* own = find_word(loopwarden::monitor::to_text(kind));
+    const Descriptor* own = find_word(alarm::to_text(kind));
     if (own != nullptr) CHECK(agrees(*own, own->name));
   }
   CHECK(agrees(*find_effect("cam_obstruction"), "stiction"));
@@ -181,7 +181,7 @@ TEST_CASE("every effect can be made in every block it may stand in, and stepped"
     CAPTURE(info.name);
     const EffectSpec spec = mid_range(info);
     for (const Block block : info.blocks) REQUIRE_NOTHROW(check_effect(spec, block, kContext));
-    plant::EffectChain chain;
+    effects::EffectChain chain;
     chain.add(make_effect(spec, kContext));
     REQUIRE(std::isfinite(chain.reset(5.0, 0.0)));
     for (int k = 0; k < 500; ++k) {
@@ -195,7 +195,7 @@ TEST_CASE("every effect is absent at severity 0", "[effects][catalogue]") {
     CAPTURE(info.name);
     EffectSpec spec = mid_range(info);
     if (spec.name == "valve_characteristic") spec.options["curve"] = "butterfly";
-    plant::EffectChain chain;
+    effects::EffectChain chain;
     // Scheduled to come after the end: at severity 0 all the time.
     chain.add(make_effect(spec, kContext), {.from_s = 1e6});
     REQUIRE(chain.reset(5.0, 0.0) == Approx(5.0));
@@ -214,7 +214,7 @@ TEST_CASE("every effect does something at severity 1", "[effects][catalogue]") {
     EffectSpec spec = mid_range(info);
     if (spec.name == "valve_characteristic") spec.options["curve"] = "butterfly";
     if (spec.name == "gain_change") spec.parameters["factor"] = 1.5;
-    plant::EffectChain chain;
+    effects::EffectChain chain;
     chain.add(make_effect(spec, context));
     chain.reset(5.0, 0.0);
     double farthest = 0.0;
@@ -363,7 +363,7 @@ TEST_CASE("options choose the variant", "[effects][catalogue]") {
     return make_effect(spec, kContext);
   };
   // The same steps as the law itself.
-  const auto steps_as = [](plant::Effect effect, auto law) {
+  const auto steps_as = [](effects::Effect effect, auto law) {
     bool same = effect.reset(5.0) == law.reset(5.0);
     for (int k = 0; k < 300; ++k) {
       const double u = 5.0 + 4.0 * std::sin(0.05 * k);
@@ -371,16 +371,16 @@ TEST_CASE("options choose the variant", "[effects][catalogue]") {
     }
     return same;
   };
-  const plant::StictionParameters p{1.0, 0.3};
+  const effects::StictionParameters p{1.0, 0.3};
   const EffectSpec spec = stiction(1.0, 0.3);
-  CHECK(steps_as(make_effect(spec, kContext), plant::StictionChoudhury(p)));
-  CHECK(steps_as(made(spec, "law", "he"), plant::StictionHe(p)));
-  CHECK(steps_as(made(spec, "law", "karnopp"), plant::StictionKarnopp(p, 0.1)));
-  CHECK(steps_as(made(spec, "law", "inertial"), plant::StictionInertial(p, {}, 0.1)));
-  CHECK_FALSE(steps_as(made(spec, "law", "he"), plant::StictionChoudhury(p)));
+  CHECK(steps_as(make_effect(spec, kContext), effects::StictionChoudhury(p)));
+  CHECK(steps_as(made(spec, "law", "he"), effects::StictionHe(p)));
+  CHECK(steps_as(made(spec, "law", "karnopp"), effects::StictionKarnopp(p, 0.1)));
+  CHECK(steps_as(made(spec, "law", "inertial"), effects::StictionInertial(p, {}, 0.1)));
+  CHECK_FALSE(steps_as(made(spec, "law", "he"), effects::StictionChoudhury(p)));
 
   const EffectSpec air{.name = "low_air_supply", .parameters = {{"rate", 1.0}}};
-  plant::Effect spring = made(air, "filling", "one_sided");
+  effects::Effect spring = made(air, "filling", "one_sided");
   spring.reset(9.0);
   CHECK(spring.step(2.0, 0.0) == Approx(2.0));
 

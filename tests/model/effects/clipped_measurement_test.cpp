@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/clipped_measurement.hpp"
+#include "model/effects/clipped_measurement/clipped_measurement.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -13,13 +13,13 @@ using namespace loopwarden;
 
 TEST_CASE("no reading is beyond the ends, and severity fades them in",
           "[effects][clipped_measurement]") {
-  plant::ClippedMeasurement both(2.0, 5.0);
+  effects::ClippedMeasurement both(2.0, 5.0);
   CHECK(both.reset(1.0) == 2.0);
   CHECK(both.step(4.5) == 4.5);
   CHECK(both.step(7.0) == 5.0);
   // The very end, however far beyond it the process is.
-  CHECK(plant::ClippedMeasurement(0.0, 5.2).step(14.68) == 5.2);
-  CHECK(plant::ClippedMeasurement(2.1, 5.2).step(-0.95) == 2.1);
+  CHECK(effects::ClippedMeasurement(0.0, 5.2).step(14.68) == 5.2);
+  CHECK(effects::ClippedMeasurement(2.1, 5.2).step(-0.95) == 2.1);
   both.set_severity(0.5);
   CHECK(both.step(7.0) == Approx(6.0));
 }
@@ -27,7 +27,7 @@ TEST_CASE("no reading is beyond the ends, and severity fades them in",
 TEST_CASE("one end is enough, none is refused, and they must not cross",
           "[effects][clipped_measurement]") {
   const auto complaint = [](std::map<std::string, double> parameters) {
-    effects::check_effect({"clipped_measurement", std::move(parameters)}, plant::Block::transmitter,
+    effects::check_effect({"clipped_measurement", std::move(parameters)}, effects::Block::transmitter,
                           {});
   };
   CHECK_NOTHROW(complaint({{"low", 2.0}}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/creep.hpp"
+#include "model/effects/creep/creep.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -11,7 +11,7 @@ namespace creep_test {
 using namespace loopwarden;
 
 TEST_CASE("all of a move but the amount comes at once, the rest late", "[effects][creep]") {
-  plant::Creep valve(0.5, 10.0, 0.1);
+  effects::Creep valve(0.5, 10.0, 0.1);
   valve.reset(3.0);
   CHECK(valve.step(5.0) == Approx(4.5));
   CHECK(valve.limited());
@@ -34,7 +34,7 @@ TEST_CASE("creep is found with amount and time, and is no lag", "[effects][creep
       test::named_among({"creep", "extra_lag", "backlash", "gain_change"}, truth);
   CHECK(named.first == "creep");
   CHECK(named.lead_nats > 6.0);
-  for (const plant::EffectSpec& spec : named.corrected.valve_effects) {
+  for (const effects::EffectSpec& spec : named.corrected.valve_effects) {
     if (spec.name != "creep") continue;
     CHECK(spec.parameters.at("amount") == Approx(0.4).epsilon(0.15));
     CHECK(spec.parameters.at("time_constant") == Approx(9.0).epsilon(0.2));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/deadband_drive.hpp"
+#include "model/effects/deadband_drive/deadband_drive.hpp"
 
 #include <catch2/catch.hpp>
 #include <limits>
@@ -12,7 +12,7 @@ using namespace loopwarden;
 
 TEST_CASE("a drive rests within its band, then goes all the way at its rate",
           "[effects][deadband_drive]") {
-  plant::DeadbandDrive drive(1.0, 4.5, 0.5);
+  effects::DeadbandDrive drive(1.0, 4.5, 0.5);
   CHECK(drive.reset(50.0) == 50.0);
   CHECK(drive.step(51.0) == 50.0);
   CHECK_FALSE(drive.moves());
@@ -34,7 +34,7 @@ TEST_CASE("a drive is found with band and rate, and its parts stand beside it",
       {"deadband_drive", "low_air_supply", "stiction", "backlash", "gain_change"}, truth);
   CHECK(named.first == "deadband_drive");
   CHECK(named.lead_nats > 6.0);
-  for (const plant::EffectSpec& spec : named.corrected.valve_effects) {
+  for (const effects::EffectSpec& spec : named.corrected.valve_effects) {
     if (spec.name != "deadband_drive") continue;
     CHECK(spec.parameters.at("band") == Approx(0.5).epsilon(0.1));
     CHECK(spec.parameters.at("rate") == Approx(0.35).epsilon(0.1));

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/flow_dependent_dead_time.hpp"
+#include "model/effects/flow_dependent_dead_time/flow_dependent_dead_time.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
 
-#include "model/plant/extra_dead_time.hpp"
+#include "model/effects/extra_dead_time/extra_dead_time.hpp"
 #include "tests/model/effects/search_support.hpp"
 
 namespace flow_dependent_dead_time_test {
@@ -14,7 +14,7 @@ namespace flow_dependent_dead_time_test {
 using namespace loopwarden;
 
 // Samples from a small step at `flow` until half of it has come out.
-double late_by(plant::FlowDependentDeadTime& pipe, double flow) {
+double late_by(effects::FlowDependentDeadTime& pipe, double flow) {
   pipe.reset(flow);
   for (int k = 1; k < 5000; ++k) {
     if (pipe.step(1.0001 * flow) > 1.00005 * flow) return k - 1;
@@ -25,7 +25,7 @@ double late_by(plant::FlowDependentDeadTime& pipe, double flow) {
 TEST_CASE("at rest the dead time goes as the flow to the minus exponent",
           "[effects][flow_dependent_dead_time]") {
   for (const double exponent : {0.5, 1.0, 2.0}) {
-    plant::FlowDependentDeadTime pipe(2.0, exponent, 4.0, 0.01);
+    effects::FlowDependentDeadTime pipe(2.0, exponent, 4.0, 0.01);
     CHECK(late_by(pipe, 4.0) == Approx(200.0).margin(1.5));
     CHECK(late_by(pipe, 8.0) == Approx(200.0 * std::pow(0.5, exponent)).margin(1.5));
     CHECK(late_by(pipe, 2.0) == Approx(200.0 * std::pow(2.0, exponent)).margin(1.5));
@@ -33,7 +33,7 @@ TEST_CASE("at rest the dead time goes as the flow to the minus exponent",
 }
 
 TEST_CASE("what leaves the pipe went in one volume before", "[effects][flow_dependent_dead_time]") {
-  plant::FlowDependentDeadTime pipe(1.5, 1.0, 5.0, 0.01);
+  effects::FlowDependentDeadTime pipe(1.5, 1.0, 5.0, 0.01);
   std::vector<double> flow{5.0};
   pipe.reset(5.0);
   for (int k = 1; k < 3000; ++k) {
@@ -49,10 +49,10 @@ TEST_CASE("what leaves the pipe went in one volume before", "[effects][flow_depe
 
 TEST_CASE("without an exponent it is a dead time, and severity takes the exponent away",
           "[effects][flow_dependent_dead_time]") {
-  plant::FlowDependentDeadTime none(0.77, 0.0, 5.0, 0.1);
-  plant::FlowDependentDeadTime faded(0.77, 1.0, 5.0, 0.1);
+  effects::FlowDependentDeadTime none(0.77, 0.0, 5.0, 0.1);
+  effects::FlowDependentDeadTime faded(0.77, 1.0, 5.0, 0.1);
   faded.set_severity(0.0);
-  plant::ExtraDeadTime plain(0.77, 0.1);
+  effects::ExtraDeadTime plain(0.77, 0.1);
   none.reset(3.0);
   faded.reset(3.0);
   plain.reset(3.0);
@@ -65,7 +65,7 @@ TEST_CASE("without an exponent it is a dead time, and severity takes the exponen
 }
 
 TEST_CASE("no flow ends the growth at ten times", "[effects][flow_dependent_dead_time]") {
-  plant::FlowDependentDeadTime pipe(1.0, 1.0, 5.0, 0.1);
+  effects::FlowDependentDeadTime pipe(1.0, 1.0, 5.0, 0.1);
   pipe.reset(5.0);
   for (int k = 0; k < 300; ++k) pipe.step(0.0);
   int late = 0;
@@ -81,7 +81,7 @@ TEST_CASE("it stands in the place of the process's dead time",
   with.process_effects = {{"flow_dependent_dead_time", {{"exponent", 0.0}}}};
   plant::LoopModel scheduled = model;
   scheduled.scenario.faults = {
-      {{"flow_dependent_dead_time", {{"exponent", 0.0}}}, plant::Block::process, {.from_s = 5.0}}};
+      {{"flow_dependent_dead_time", {{"exponent", 0.0}}}, effects::Block::process, {.from_s = 5.0}}};
   plant::Plant plain(model, 1);
   plant::Plant same(with, 1);
   plant::Plant later(scheduled, 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/held_measurement.hpp"
+#include "model/effects/held_measurement/held_measurement.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -11,7 +11,7 @@ namespace held_measurement_test {
 using namespace loopwarden;
 
 TEST_CASE("the value is that of the last multiple of the interval", "[effects][held_measurement]") {
-  plant::HeldMeasurement held(0.7);
+  effects::HeldMeasurement held(0.7);
   held.reset(0.0);
   for (int k = 1; k < 2000; ++k) {
     const double t = 0.1 * k;
@@ -22,7 +22,7 @@ TEST_CASE("the value is that of the last multiple of the interval", "[effects][h
 }
 
 TEST_CASE("renewals may begin later than the record", "[effects][held_measurement]") {
-  plant::HeldMeasurement held(0.7, 0.3);
+  effects::HeldMeasurement held(0.7, 0.3);
   held.reset(5.0);
   CHECK(held.step(1.0, 0.2) == 5.0);
   CHECK(held.step(2.0, 0.3) == 2.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/intermittent_stiction.hpp"
+#include "model/effects/intermittent_stiction/intermittent_stiction.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -13,8 +13,8 @@ using namespace loopwarden;
 
 TEST_CASE("the stem is free outside its stretch and sticks as ever inside",
           "[effects][intermittent_stiction]") {
-  plant::IntermittentStiction valve({1.2, 0.4}, 10.0, 20.0);
-  plant::StictionChoudhury always({1.2, 0.4});
+  effects::IntermittentStiction valve({1.2, 0.4}, 10.0, 20.0);
+  effects::StictionChoudhury always({1.2, 0.4});
   valve.reset(5.0);
   double stood = 0.0;  // samples of the stretch in which CO moved and the stem did not
   double last_x = 5.0;
@@ -39,7 +39,7 @@ TEST_CASE("a stretch needs an end behind its beginning, and j at most s",
   const auto valve = [](double j, double from, double to) {
     effects::check_effect(
         {"intermittent_stiction", {{"s", 1.0}, {"j", j}, {"from", from}, {"to", to}}},
-        plant::Block::valve, {});
+        effects::Block::valve, {});
   };
   CHECK_NOTHROW(valve(1.0, 5.0, 6.0));
   CHECK_THROWS_WITH(valve(0.5, 6.0, 5.0), "to must be after from = 6 s (got 5)");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/inverse_response.hpp"
+#include "model/effects/inverse_response/inverse_response.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -60,7 +60,7 @@ TEST_CASE("with a lag it is two lags that work against each other", "[effects][i
 
 TEST_CASE("a loop at rest knows nothing of the zero, and severity scales it",
           "[effects][inverse_response]") {
-  plant::InverseResponse zero(2.0, 0.0, 0.1);
+  effects::InverseResponse zero(2.0, 0.0, 0.1);
   CHECK(zero.reset(5.0) == 5.0);
   CHECK(zero.step(5.0) == 5.0);
   CHECK(zero.step(5.5) == Approx(5.5 - 20.0 * 0.5));

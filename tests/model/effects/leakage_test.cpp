@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/leakage.hpp"
+#include "model/effects/leakage/leakage.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -41,7 +41,7 @@ Named named_in(const plant::LoopModel& truth) {
 }  // namespace
 
 TEST_CASE("a shut valve passes the leak, an open one what it passed before", "[effects][leakage]") {
-  plant::Leakage leak(0.5, 4.0, 20.0);
+  effects::Leakage leak(0.5, 4.0, 20.0);
   CHECK(leak.step(4.0) == Approx(4.5));
   CHECK(leak.step(20.0) == Approx(20.0));
   // Two orifices in parallel: the seat's own, and the plug's over what the seat leaves of the capacity.
@@ -68,9 +68,9 @@ TEST_CASE("the stem does not know of the leak", "[effects][leakage]") {
 
 TEST_CASE("a leak of more than the whole flow is refused", "[effects][leakage]") {
   const effects::EffectContext context{.output_low = 4.0, .output_high = 20.0};
-  CHECK_NOTHROW(effects::check_effect({"leakage", {{"flow", 16.0}}}, plant::Block::valve, context));
+  CHECK_NOTHROW(effects::check_effect({"leakage", {{"flow", 16.0}}}, effects::Block::valve, context));
   CHECK_THROWS_WITH(
-      effects::check_effect({"leakage", {{"flow", 16.1}}}, plant::Block::valve, context),
+      effects::check_effect({"leakage", {{"flow", 16.1}}}, effects::Block::valve, context),
       "flow must be at most the output's span, 16 CO units (got 16.1)");
 }
 

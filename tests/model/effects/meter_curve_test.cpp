@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/meter_curve.hpp"
+#include "model/effects/meter_curve/meter_curve.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace meter_curve_test {
 
 using namespace loopwarden;
-using plant::MeterCurve;
+using effects::MeterCurve;
 
 TEST_CASE("root and square between the ends of the range, by their share",
           "[effects][meter_curve]") {
@@ -39,7 +39,7 @@ TEST_CASE("a table goes on with its end slopes and does not mind a share",
   CHECK(table.step(13.0) == Approx(12.0));
   effects::EffectSpec spec{.name = "meter_curve", .options = {{"curve", "table"}}};
   spec.table = {{0.0, 1.0}, {4.0, 0.5}};
-  CHECK_THROWS_WITH(effects::check_effect(spec, plant::Block::transmitter, {}),
+  CHECK_THROWS_WITH(effects::check_effect(spec, effects::Block::transmitter, {}),
                     Catch::Contains("must rise in both columns"));
 }
 
@@ -52,7 +52,7 @@ TEST_CASE("a forgotten root is found with its share, and is no characteristic of
   CHECK(named.first == "meter_curve");
   CHECK(named.lead_nats > 20.0);
   REQUIRE(named.corrected.transmitter_effects.size() == 1);
-  const plant::EffectSpec& spec = named.corrected.transmitter_effects[0];
+  const effects::EffectSpec& spec = named.corrected.transmitter_effects[0];
   CHECK(spec.options.at("curve") == "square");
   CHECK(spec.parameters.at("share") == Approx(0.6).epsilon(0.1));
 }

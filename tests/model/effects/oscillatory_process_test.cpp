@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/oscillatory_process.hpp"
+#include "model/effects/oscillatory_process/oscillatory_process.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -37,12 +37,12 @@ TEST_CASE("nothing of the lag is left: a step rings as second order does",
 }
 
 TEST_CASE("without a process the lag must be stated", "[effects][oscillatory_process]") {
-  plant::EffectSpec spec{"oscillatory_process", {{"damping", 0.3}, {"natural_frequency", 0.8}}};
-  CHECK_THROWS_WITH(effects::check_effect(spec, plant::Block::process, {}),
+  effects::EffectSpec spec{"oscillatory_process", {{"damping", 0.3}, {"natural_frequency", 0.8}}};
+  CHECK_THROWS_WITH(effects::check_effect(spec, effects::Block::process, {}),
                     "time_constant of the lag in whose place it stands is missing");
   effects::complete(spec, {.time_constant_s = 4.0});
   CHECK(spec.parameters.at("time_constant") == 4.0);
-  CHECK_NOTHROW(effects::check_effect(spec, plant::Block::process, {}));
+  CHECK_NOTHROW(effects::check_effect(spec, effects::Block::process, {}));
   effects::complete(spec, {.time_constant_s = 9.0});
   CHECK(spec.parameters.at("time_constant") == 4.0);  // what is given stays
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/plugging.hpp"
+#include "model/effects/plugging/plugging.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -12,7 +12,7 @@ using namespace loopwarden;
 
 TEST_CASE("a step comes through a lag that has grown since the start", "[effects][plugging]") {
   for (const double at_s : {10.0, 100.0}) {
-    plant::Plugging line(0.05, 0.01);
+    effects::Plugging line(0.05, 0.01);
     line.reset(2.0);
     CHECK(line.step(2.0, at_s) == 2.0);
     const double lag_s = 0.05 * at_s;
@@ -21,7 +21,7 @@ TEST_CASE("a step comes through a lag that has grown since the start", "[effects
     for (int k = 1; k <= 10; ++k) y = line.step(3.0, at_s);
     CHECK(y == Approx(3.0 - std::exp(-0.1 / lag_s)));
   }
-  plant::Plugging line(0.05, 0.1);
+  effects::Plugging line(0.05, 0.1);
   line.reset(2.0);
   CHECK(line.step(3.0, 0.0) == 3.0);  // the line is free at first
   line.set_severity(0.0);

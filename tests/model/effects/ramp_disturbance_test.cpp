@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/ramp_disturbance.hpp"
+#include "model/effects/ramp_disturbance/ramp_disturbance.hpp"
 
 #include <catch2/catch.hpp>
 #include <vector>
@@ -19,7 +19,7 @@ const std::vector<std::string> kNames{"ramp_disturbance", "step_disturbance", "d
 
 TEST_CASE("nothing before it, its part on the way, all of it from its end on",
           "[effects][ramp_disturbance]") {
-  plant::RampDisturbance ramp(-0.8, 100.0, 140.0);
+  effects::RampDisturbance ramp(-0.8, 100.0, 140.0);
   CHECK(ramp.reset(5.0) == 5.0);
   CHECK(ramp.step(5.0, 99.9) == 5.0);
   CHECK(ramp.step(5.0, 110.0) == Approx(4.8));
@@ -33,7 +33,7 @@ TEST_CASE("nothing before it, its part on the way, all of it from its end on",
 TEST_CASE("a ramp that ends before it begins is refused", "[effects][ramp_disturbance]") {
   const auto ramp = [](double from, double to) {
     effects::check_effect({"ramp_disturbance", {{"size", 1.0}, {"from", from}, {"to", to}}},
-                          plant::Block::disturbance, {});
+                          effects::Block::disturbance, {});
   };
   CHECK_NOTHROW(ramp(-5.0, 20.0));
   CHECK_THROWS_WITH(ramp(20.0, 20.0), "to must be after from = 20 s (got 20)");

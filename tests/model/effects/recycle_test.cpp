@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/recycle.hpp"
+#include "model/effects/recycle/recycle.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -12,7 +12,7 @@ using namespace loopwarden;
 
 TEST_CASE("a step goes in stairs, each a share of the one before, to the whole",
           "[effects][recycle]") {
-  plant::Recycle way(0.4, 2.0, 0.0, 0.1);
+  effects::Recycle way(0.4, 2.0, 0.0, 0.1);
   way.reset(1.0);
   CHECK(way.step(1.0) == Approx(1.0));
   double x = 0.0;
@@ -31,7 +31,7 @@ TEST_CASE("a step goes in stairs, each a share of the one before, to the whole",
 }
 
 TEST_CASE("what comes back is late by the lag too", "[effects][recycle]") {
-  plant::Recycle way(0.5, 1.0, 3.0, 0.1);
+  effects::Recycle way(0.5, 1.0, 3.0, 0.1);
   way.reset(0.0);
   double x = 0.0;
   for (int k = 0; k < 10; ++k) x = way.step(1.0);
@@ -54,7 +54,7 @@ TEST_CASE("a recycle is found with share and delay, and is no lag", "[effects][r
   CHECK(named.first == "recycle");
   CHECK(named.lead_nats > 20.0);
   REQUIRE(named.corrected.process_effects.size() == 1);
-  const plant::EffectSpec& spec = named.corrected.process_effects[0];
+  const effects::EffectSpec& spec = named.corrected.process_effects[0];
   CHECK(spec.parameters.at("share") == Approx(0.35).epsilon(0.1));
   CHECK(spec.parameters.at("delay") == Approx(18.0).epsilon(0.05));
 }

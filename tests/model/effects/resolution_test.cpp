@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/resolution.hpp"
+#include "model/effects/resolution/resolution.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -13,7 +13,7 @@ using namespace loopwarden;
 
 TEST_CASE("the stem rests at whole steps from the lower end, never more than half a step off",
           "[effects][resolution]") {
-  plant::Resolution valve(0.8, 4.0);
+  effects::Resolution valve(0.8, 4.0);
   std::set<long> places;
   for (int i = 0; i <= 1600; ++i) {
     const double u = 4.0 + 0.01 * i;
@@ -29,9 +29,9 @@ TEST_CASE("the stem rests at whole steps from the lower end, never more than hal
 }
 
 TEST_CASE("a step of nothing is no step, and severity scales it", "[effects][resolution]") {
-  plant::Resolution fine(0.0, 0.0);
+  effects::Resolution fine(0.0, 0.0);
   CHECK(fine.step(3.217) == 3.217);
-  plant::Resolution valve(1.0, 0.0);
+  effects::Resolution valve(1.0, 0.0);
   valve.set_severity(0.5);
   CHECK(valve.step(3.3) == Approx(3.5));
   valve.set_severity(0.0);
@@ -47,7 +47,7 @@ TEST_CASE("a coarse valve is found in its step, no stiction in its place",
   CHECK(named.first == "resolution");
   CHECK(named.lead_nats > 6.0);
   bool found = false;
-  for (const plant::EffectSpec& spec : named.corrected.valve_effects) {
+  for (const effects::EffectSpec& spec : named.corrected.valve_effects) {
     if (spec.name != "resolution") continue;
     found = true;
     CHECK(spec.parameters.at("step") == Approx(0.7).epsilon(0.01));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/spikes.hpp"
+#include "model/effects/spikes/spikes.hpp"
 
 #include <catch2/catch.hpp>
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace spikes_test {
 using namespace loopwarden;
 
 TEST_CASE("a share of the samples is off by the size, to both sides", "[effects][spikes]") {
-  plant::Spikes reading(0.1, 2.0, 7);
+  effects::Spikes reading(0.1, 2.0, 7);
   CHECK(reading.reset(5.0) == 5.0);
   std::size_t up = 0;
   std::size_t down = 0;

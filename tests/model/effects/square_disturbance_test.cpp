@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/square_disturbance.hpp"
+#include "model/effects/square_disturbance/square_disturbance.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -21,7 +21,7 @@ const std::vector<std::string> kNames{"square_disturbance", "oscillating_disturb
 }  // namespace
 
 TEST_CASE("it has the sine's sign, and its Fourier series", "[effects][square_disturbance]") {
-  plant::SquareDisturbance square(0.3, 20.0, 0.7, 0.005);
+  effects::SquareDisturbance square(0.3, 20.0, 0.7, 0.005);
   double first = 0.0;  // of the harmonics, over whole periods
   double second = 0.0;
   double third = 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/plant/varying_gain.hpp"
+#include "model/effects/varying_gain/varying_gain.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -11,7 +11,7 @@
 namespace varying_gain_test {
 
 using namespace loopwarden;
-using plant::VaryingGain;
+using effects::VaryingGain;
 
 namespace {
 
@@ -54,9 +54,9 @@ TEST_CASE("the flow is multiplied, and severity fades the factor in", "[effects]
 TEST_CASE("tables that fall in time or have factors of nothing are refused",
           "[effects][varying_gain]") {
   const auto complaint = [](std::vector<std::pair<double, double>> table) {
-    plant::EffectSpec spec{"varying_gain"};
+    effects::EffectSpec spec{"varying_gain"};
     spec.table = std::move(table);
-    effects::check_effect(spec, plant::Block::process, {});
+    effects::check_effect(spec, effects::Block::process, {});
   };
   CHECK_NOTHROW(complaint({{0.0, 1.0}, {5.0, 2.0}}));
   CHECK_THROWS_WITH(complaint({{0.0, 1.0}}), "table must have 2 to 12 points (got 1)");
@@ -69,7 +69,7 @@ TEST_CASE("tables that fall in time or have factors of nothing are refused",
 TEST_CASE("a gain that sags is found, and a constant one, a drift and a step keep their names",
           "[effects][varying_gain]") {
   plant::LoopModel truth = test::believed_model();
-  plant::EffectSpec sags{"varying_gain"};
+  effects::EffectSpec sags{"varying_gain"};
   sags.table = {{20.0, 1.0}, {90.0, 0.65}};
   truth.process_effects = {sags};
   const test::Named named = test::named_among(kNames, truth);

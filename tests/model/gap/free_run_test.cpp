@@ -91,7 +91,7 @@ TEST_CASE("the corrected model runs as the fit does", "[gap][free_run]") {
   const std::vector<Candidate> all = candidates_for(m, co);
   for (const Candidate& candidate : all) {
     const Candidate& second =
-        of_name(all, candidate.block == plant::Block::valve ? "drift" : "positioner_overshoot");
+        of_name(all, candidate.block == effects::Block::valve ? "drift" : "positioner_overshoot");
     CAPTURE(candidate.name, &candidate - all.data());
     const Terms terms{&candidate, &second};
     Point point = nominal(m);
@@ -142,11 +142,11 @@ TEST_CASE("effects of the valve stand in the order of the signal", "[gap][free_r
   point.searched = {{1.0, 0.4, 0.0}, {0.5, 2.0}, {1.0, 8.0, 0.5}};
   const plant::LoopModel corrected = run.corrected(terms, point, {1.0, 0.0, 0.0});
   std::vector<std::string> names;
-  for (const plant::EffectSpec& spec : corrected.valve_effects) names.push_back(spec.name);
+  for (const effects::EffectSpec& spec : corrected.valve_effects) names.push_back(spec.name);
   CHECK(names == std::vector<std::string>{"positioner_overshoot", "low_air_supply", "stiction",
                                           "valve_characteristic"});
   // The stem that sticks has the actuator's momentum.
-  const plant::EffectSpec& stiction = corrected.valve_effects[2];
+  const effects::EffectSpec& stiction = corrected.valve_effects[2];
   CHECK(stiction.options.at("law") == "inertial");
   CHECK(stiction.parameters.at("natural_frequency") == 9.0);
   CHECK(stiction.parameters.at("damping") == 0.4);

@@ -37,7 +37,7 @@ TEST_CASE("a characteristic is learned as a curve of the flow", "[gap][learn]") 
   const gap::Result result = nameless(test::record_of(truth, 200.0));
   REQUIRE(result.outcome == gap::Outcome::missing_effect);
   CHECK(form_of(result) == "static");
-  CHECK(result.effects[0].block == plant::Block::valve);
+  CHECK(result.effects[0].block == effects::Block::valve);
   CHECK(result.after.holdout_rmse < 0.3 * result.before.holdout_rmse);
   CHECK(result.effects[0].confidence < 0.9);
   REQUIRE(result.corrected.valve_effects.size() == 1);

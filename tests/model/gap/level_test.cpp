@@ -119,10 +119,10 @@ TEST_CASE("Where there is no valve none of its effects is a candidate", "[gap][l
   truth.valve_effects = {{"backlash", {{"deadband", 8.0}}}};
   const gap::Result result = found(driven_from_cold(truth), model);
   for (const gap::TriedCandidate& tried : result.candidates) {
-    CHECK(tried.block != plant::Block::valve);
+    CHECK(tried.block != effects::Block::valve);
   }
   for (const gap::FoundEffect& effect : result.effects) {
-    CHECK(effect.block != plant::Block::valve);
+    CHECK(effect.block != effects::Block::valve);
   }
 }
 

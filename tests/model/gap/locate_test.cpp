@@ -178,14 +178,14 @@ TEST_CASE("a stretch that stands out is found in time", "[gap][locate]") {
 
 TEST_CASE("the blocks share the gap by what each effect brings", "[gap][locate]") {
   Case r = missing(wobble);
-  r.effects = {{plant::Block::valve, 3.0}, {plant::Block::transmitter, 1.0}};
+  r.effects = {{effects::Block::valve, 3.0}, {effects::Block::transmitter, 1.0}};
   const std::vector<Located> all = r.located();
   check_shares(all);
   for (const Located& l : located_by(all, LocatedBy::block)) {
-    CHECK(l.share_of_gap == Approx(l.block == plant::Block::valve ? 0.75 : 0.25));
+    CHECK(l.share_of_gap == Approx(l.block == effects::Block::valve ? 0.75 : 0.25));
   }
   for (const Located& l : located_by(all, LocatedBy::condition))
-    CHECK(l.block == plant::Block::valve);
+    CHECK(l.block == effects::Block::valve);
 }
 
 TEST_CASE("a controller that differs takes its part of the gap", "[gap][locate]") {
@@ -196,7 +196,7 @@ TEST_CASE("a controller that differs takes its part of the gap", "[gap][locate]"
   check_shares(all);
   const std::vector<Located> blocks = located_by(all, LocatedBy::block);
   const auto it = std::find_if(blocks.begin(), blocks.end(), [](const Located& l) {
-    return l.block == plant::Block::controller;
+    return l.block == effects::Block::controller;
   });
   REQUIRE(it != blocks.end());
   CHECK(it->share_of_gap > 0.999);

@@ -29,10 +29,10 @@ double parameter(const gap::Result& result, const char* name) {
   return result.effects.at(0).spec.parameters.at(name);
 }
 
-plant::LoopModel with(const plant::EffectSpec& effect, plant::Block block) {
+plant::LoopModel with(const effects::EffectSpec& effect, effects::Block block) {
   plant::LoopModel truth = test::believed_model();
-  (block == plant::Block::valve     ? truth.valve_effects
-   : block == plant::Block::process ? truth.process_effects
+  (block == effects::Block::valve     ? truth.valve_effects
+   : block == effects::Block::process ? truth.process_effects
                                     : truth.disturbances)
       .push_back(effect);
   return truth;
@@ -61,7 +61,7 @@ TEST_CASE("time stretched with the model's times gives the same name, its times 
   slow.process.dead_time_s *= 2.0;
   slow.controller.pid.gains.ki /= 2.0;
   const gap::Record record =
-      test::record_of(with({"extra_lag", {{"time_constant", 1.2}}}, plant::Block::process), 90.0);
+      test::record_of(with({"extra_lag", {{"time_constant", 1.2}}}, effects::Block::process), 90.0);
   gap::Record stretched = record;
   stretched.period_s *= 2.0;
   const gap::Result one = find(record, model);
@@ -77,7 +77,7 @@ TEST_CASE("a record that begins later gives the same name, its moments shifted",
           "[gap][metamorphic]") {
   const plant::LoopModel model = test::believed_model();
   const gap::Record record = test::record_of(
-      with({"step_disturbance", {{"size", 0.6}, {"time", 50.0}}}, plant::Block::disturbance),
+      with({"step_disturbance", {{"size", 0.6}, {"time", 50.0}}}, effects::Block::disturbance),
       kRecord_s);
   const gap::Result whole = find(record, model);
   const gap::Result later = find(part(record, 150, record.size()), model);
@@ -91,10 +91,10 @@ TEST_CASE("a record that begins later gives the same name, its moments shifted",
 TEST_CASE("half of a record never gives another name to what acts all the time",
           "[gap][metamorphic]") {
   const plant::LoopModel model = test::believed_model();
-  const plant::EffectSpec effect =
-      GENERATE(plant::EffectSpec{"backlash", {{"deadband", 0.8}}},
-               plant::EffectSpec{"stiction", {{"s", 0.9}, {"j", 0.4}}});
-  const gap::Record record = test::record_of(with(effect, plant::Block::valve), kRecord_s);
+  const effects::EffectSpec effect =
+      GENERATE(effects::EffectSpec{"backlash", {{"deadband", 0.8}}},
+               effects::EffectSpec{"stiction", {{"s", 0.9}, {"j", 0.4}}});
+  const gap::Record record = test::record_of(with(effect, effects::Block::valve), kRecord_s);
   const std::size_t middle = record.size() / 2;
   for (const gap::Record& half : {part(record, 0, middle), part(record, middle, record.size())}) {
     const gap::Result result = find(half, model);

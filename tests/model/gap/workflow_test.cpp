@@ -45,7 +45,7 @@ TEST_CASE("a changed gain is named, located and added", "[gap][long]") {
   REQUIRE(result.outcome == gap::Outcome::missing_effect);
   REQUIRE(result.effects.size() == 1);
   CHECK(result.effects[0].spec.name == "gain_change");
-  CHECK(result.effects[0].block == plant::Block::process);
+  CHECK(result.effects[0].block == effects::Block::process);
   const double factor = result.effects[0].spec.parameters.at("factor");
   CHECK(factor == Approx(0.8).epsilon(0.02));
   const auto& interval = result.effects[0].interval.at("factor");
@@ -67,8 +67,8 @@ TEST_CASE("a held reading is named by its beat, and nothing else for it", "[gap]
   const gap::Result result = find(test::record_of(truth, 130.0), model);
   REQUIRE(result.outcome == gap::Outcome::missing_effect);
   REQUIRE(result.effects.size() == 1);
-  CHECK(result.effects[0].spec == plant::EffectSpec{"held_measurement", {{"interval", 1.3}}});
-  CHECK(result.effects[0].block == plant::Block::transmitter);
+  CHECK(result.effects[0].spec == effects::EffectSpec{"held_measurement", {{"interval", 1.3}}});
+  CHECK(result.effects[0].block == effects::Block::transmitter);
   REQUIRE(result.corrected.transmitter_effects.size() == 1);
   CHECK(result.after.rmse < 0.5 * result.before.rmse);
   CHECK(result.check.noise_rms == Approx(0.02).epsilon(0.3));  // 0.015 and what PV moves in 1.3 s
@@ -251,8 +251,8 @@ TEST_CASE("a CO that stands still accuses neither valve nor process", "[gap][lon
   const gap::Result result = find(record, model);
   CHECK(result.check.usable);
   for (const gap::FoundEffect& effect : result.effects) {
-    CHECK(effect.block != plant::Block::valve);
-    CHECK(effect.block != plant::Block::process);
+    CHECK(effect.block != effects::Block::valve);
+    CHECK(effect.block != effects::Block::process);
   }
 }
 
@@ -366,7 +366,7 @@ TEST_CASE("a gain that wanders on is said until the last third, where that gets 
           "[gap][workflow]") {
   plant::LoopModel truth = test::believed_model();
   const plant::LoopModel model = truth;
-  plant::EffectSpec gain{"varying_gain"};
+  effects::EffectSpec gain{"varying_gain"};
   gain.table = {{0.0, 1.0}, {21.7, 1.3}, {43.3, 0.85}, {65.0, 1.1}, {86.7, 1.3}, {91.0, 1.16}};
   truth.process_effects = {gain};
   const gap::Result until =

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "model/effects/catalogue.hpp"
-#include "model/plant/backlash.hpp"
-#include "model/plant/first_order_lag.hpp"
-#include "model/plant/oscillating_disturbance.hpp"
+#include "model/effects/backlash/backlash.hpp"
+#include "model/effects/first_order_lag.hpp"
+#include "model/effects/oscillating_disturbance/oscillating_disturbance.hpp"
 
 namespace plant_test {
 
@@ -27,7 +27,7 @@ LoopModel plain() {
   return model;
 }
 
-EffectSpec effect(const char* name, std::map<std::string, double> parameters) {
+effects::EffectSpec effect(const char* name, std::map<std::string, double> parameters) {
   return {.name = name, .parameters = std::move(parameters)};
 }
 
@@ -68,11 +68,11 @@ TEST_CASE("the composed loop is its parts in a row", "[plant][loop]") {
   Plant plant(model, 1);
   plant.reset(5.0);
 
-  Backlash backlash(0.6);
-  FirstOrderLag lag(2.0, 0.1);
+  effects::Backlash backlash(0.6);
+  effects::FirstOrderLag lag(2.0, 0.1);
   Process process(model.process, 0.1);
   process.reset(lag.reset(0.8 * backlash.reset(5.0)));
-  OscillatingDisturbance sine(0.3, 17.0, 0.0);
+  effects::OscillatingDisturbance sine(0.3, 17.0, 0.0);
   for (int k = 0; k < 400; ++k) {
     const double co = 5.0 + 2.0 * std::sin(0.02 * k);
     const double stem = backlash.step(co);
@@ -147,10 +147,10 @@ TEST_CASE("an integrating plant starts at the set point and keeps it", "[plant][
 TEST_CASE("scheduled faults come and go", "[plant][loop]") {
   LoopModel model = plain();
   model.scenario.faults = {{.effect = effect("output_bias", {{"bias", 2.0}}),
-                            .block = Block::transmitter,
+                            .block = effects::Block::transmitter,
                             .schedule = {.from_s = 10.0, .to_s = 20.0, .ramp_s = 5.0}},
                            {.effect = effect("gain_change", {{"factor", 2.0}}),
-                            .block = Block::process,
+                            .block = effects::Block::process,
                             .schedule = {.from_s = 1000.0}}};
   Plant plant(model, 1);
   plant.reset(4.0);
@@ -172,14 +172,14 @@ TEST_CASE("a model that the catalogue refuses makes no plant", "[plant][loop]") 
   CHECK_THROWS_AS(Plant(model, 1), loopwarden::effects::EffectError);
   model.valve_effects.clear();
   model.scenario.faults = {{.effect = effect("backlash", {{"deadband", 1.0}}),
-                            .block = Block::controller,
+                            .block = effects::Block::controller,
                             .schedule = {}}};
   CHECK_THROWS_AS(Plant(model, 1), loopwarden::effects::EffectError);
 }
 
 TEST_CASE("two random effects are not the same noise", "[plant][loop]") {
   LoopModel model = plain();
-  const EffectSpec load = effect("random_load", {{"intensity", 0.1}, {"time_constant", 50.0}});
+  const effects::EffectSpec load = effect("random_load", {{"intensity", 0.1}, {"time_constant", 50.0}});
   model.disturbances = {load, load};
   Plant both(model, 1);
   model.disturbances = {load};

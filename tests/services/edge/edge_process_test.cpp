@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "services/edge/store.hpp"
-#include "fleet/host/ingest.hpp"
-#include "net/mqtt/client.hpp"
-#include "net/sparkplug/host_state.hpp"
+#include "services/fleet/host/ingest.hpp"
+#include "services/net/mqtt/client.hpp"
+#include "services/net/sparkplug/host_state.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/fake_daemon.hpp"
 #include "tests/support/mqtt_broker.hpp"

@@ -111,7 +111,7 @@ TEST_CASE("what is wrong in feed.yaml is named with its place", "[feed]") {
 }
 
 TEST_CASE("the example is a sound configuration", "[feed]") {
-  const auto loaded = read_feed_file(LOOPWARDEN_SOURCE_DIR "/config/examples/watch-mqtt/feed.yaml");
+  const auto loaded = read_feed_file(LOOPWARDEN_SOURCE_DIR "/examples/watch-mqtt/feed.yaml");
   CHECK(to_text(loaded.diagnostics).empty());
   REQUIRE(loaded);
   CHECK_FALSE(loaded->topics.empty());

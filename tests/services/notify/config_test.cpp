@@ -39,7 +39,7 @@ std::string said(const std::string& text) {
 }  // namespace
 
 TEST_CASE("the example is accepted", "[notify][config]") {
-  const auto config = read_notify_file(LOOPWARDEN_SOURCE_DIR "/config/examples/notify/notify.yaml");
+  const auto config = read_notify_file(LOOPWARDEN_SOURCE_DIR "/examples/notify/notify.yaml");
   REQUIRE(config);
   CHECK(config.diagnostics.empty());
   CHECK(config->channels.size() == 3);

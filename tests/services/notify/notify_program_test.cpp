@@ -392,7 +392,7 @@ TEST_CASE("a mail server that refuses the password is asked once, and it is said
 // At five times real time: a busy machine keeps up with that, and a window without a missing cycle is soon had.
 TEST_CASE("an alarm that the daemon's own monitor raises is told, and what its operator does",
           "[notify][plant]") {
-  std::string model = read_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
+  std::string model = read_file(LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml");
   const std::string slow = "from: 120, ramp: 180";
   model.replace(model.find(slow), slow.size(), "from: 0, ramp: 1");
   loopwarden::tests::DaemonProcess daemon(
@@ -405,7 +405,7 @@ TEST_CASE("an alarm that the daemon's own monitor raises is told, and what its o
         "start: {mode: automatic, set_point: 5}\n"
         "safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, late_cycle_periods: 100, "
         "enable_open: 0, recovery: previous_mode}\n"
-        "monitor: {specialists: " LOOPWARDEN_SOURCE_DIR "/data/specialists/plant1}\n"
+        "monitor: {specialists: " LOOPWARDEN_SOURCE_DIR "/examples/specialists/plant1}\n"
         "io: {backend: simulated, model: ../models/sticking.yaml}\n"}});
   const TemporaryFolder folder;
   const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
@@ -431,7 +431,7 @@ TEST_CASE("exit codes of the command line", "[notify][program]") {
   const auto code = [](const std::string& arguments) {
     return loopwarden::tests::run(kProgram + " " + arguments + " >/dev/null 2>&1").exit_code;
   };
-  const std::string example = LOOPWARDEN_SOURCE_DIR "/config/examples/notify/notify.yaml";
+  const std::string example = LOOPWARDEN_SOURCE_DIR "/examples/notify/notify.yaml";
   CHECK(code("--help") == 0);
   CHECK(code("--version") == 0);
   CHECK(code("") == 64);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/notify/watch/watcher.hpp"
+#include "services/notify/subscription/watcher.hpp"
 
 #include <algorithm>
 #include <map>

@@ -60,7 +60,7 @@ test("a secret is a first line", (t) => {
 });
 
 test("the example is sound, and docs/watch.md has every key with its default", () => {
-  assert.ok(readConfigFile(path.join(ROOT, "config/examples/opcua/opcua.yaml")).config);
+  assert.ok(readConfigFile(path.join(ROOT, "examples/opcua/opcua.yaml")).config);
   const document = fs.readFileSync(path.join(ROOT, "docs/watch.md"), "utf8");
   for (const [key, { fallback, meaning, unit }] of Object.entries(KEYS)) {
     const cell = fallback === undefined ? "required" : fallback === "" ? "none" : `${fallback}${unit ? ` ${unit}` : ""}`;

@@ -23,10 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kProgram = LOOPWARDEN_BIN_DIR "/loopwarden";
-const std::string kModel = LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml";
+const std::string kModel = LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml";
 const std::string kHealthyModel =
-    LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1-believed.yaml";
-const std::string kRecord = LOOPWARDEN_SOURCE_DIR "/data/routine/r22.csv";
+    LOOPWARDEN_SOURCE_DIR "/examples/models/plant1-believed.yaml";
+const std::string kRecord = LOOPWARDEN_SOURCE_DIR "/examples/routine/r22.csv";
 
 ShellOutcome loopwarden(const std::string& arguments) {
   return bash(kProgram + " " + arguments + " 2>&1");

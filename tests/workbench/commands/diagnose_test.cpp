@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "model/plant/backlash.hpp"
+#include "model/effects/backlash/backlash.hpp"
 #include "model/numeric/random.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -21,7 +21,7 @@ ShellOutcome loopwarden(const std::string& arguments) {
   return run(LOOPWARDEN_CLI " " + arguments + " 2>&1");
 }
 
-const std::string kRoutine = LOOPWARDEN_SOURCE_DIR "/data/routine/";
+const std::string kRoutine = LOOPWARDEN_SOURCE_DIR "/examples/routine/";
 
 nlohmann::json verdict_of(const std::string& file, const std::string& options = "") {
   const ShellOutcome outcome = loopwarden("diagnose " + kRoutine + file + " --json " + options);
@@ -104,7 +104,7 @@ TEST_CASE("the band is drawn behind dead time and lag, and marked where the valv
   std::vector<double> co(kSamples);
   std::vector<double> valve(kSamples);
   std::vector<double> pv(kSamples);
-  plant::Backlash play(kBand);
+  effects::Backlash play(kBand);
   double lagged = 50.0;
   for (std::size_t k = 0; k < kSamples; ++k) {
     co[k] = 50.0 + 5.0 * std::sin(2.0 * std::numbers::pi * static_cast<double>(k) / 100.0);

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* kExample = LOOPWARDEN_SOURCE_DIR "/config/examples/watch/tags.csv";
+constexpr const char* kExample = LOOPWARDEN_SOURCE_DIR "/examples/watch/tags.csv";
 
 // The folder of a daemon's configuration.
 struct Site {

@@ -47,7 +47,7 @@ std::string model_text(const std::string& gain) {
 // A folder whose loop has a twin and specialists, and a record of the loop.
 struct Commissioned {
   Commissioned() {
-    const fs::path made = LOOPWARDEN_SOURCE_DIR "/data/specialists/plant1";
+    const fs::path made = LOOPWARDEN_SOURCE_DIR "/examples/specialists/plant1";
     write_file(folder / "model.yaml", model_text("1.0"));
     write_file(folder / "etc/m.yaml", model_text("1.0"));
     write_file(folder / "etc/out/twin.yaml", model_text("1.1"));

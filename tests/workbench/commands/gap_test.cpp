@@ -174,7 +174,7 @@ TEST_CASE("gap ends with 78 for a bad model, 74 for a file or folder that can't 
 
 // What gap.json of a measured case with its model says.
 nlohmann::json measured(const std::string& name) {
-  const fs::path data = fs::path(LOOPWARDEN_SOURCE_DIR) / "data/measured/gap" / name;
+  const fs::path data = fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/measured/gap" / name;
   const TemporaryFolder folder;
   const ShellOutcome outcome =
       loopwarden("gap " + (data / "record.csv").string() + " --model " +
@@ -215,7 +215,7 @@ void write_rounded_otherwise(const fs::path& from, const fs::path& to, double by
 TEST_CASE("a measured limit cycle is named without a model, however the numbers are rounded",
           "[gap][program][long]") {
   const fs::path record =
-      fs::path(LOOPWARDEN_SOURCE_DIR) / "data/measured/gap/rse_fcv701/record.csv";
+      fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/measured/gap/rse_fcv701/record.csv";
   const TemporaryFolder folder;
   const double by = GENERATE(0.0, 1e-12);
   write_rounded_otherwise(record, folder / "record.csv", by);
@@ -239,7 +239,7 @@ TEST_CASE("a measured limit cycle is named without a model, however the numbers 
 
 TEST_CASE("a stick's interval reaches to the fits that are as likely, and holds the truth",
           "[gap][program][long]") {
-  const fs::path data = fs::path(LOOPWARDEN_SOURCE_DIR) / "data/gap-example";
+  const fs::path data = fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/gap-example";
   const TemporaryFolder folder;
   const ShellOutcome outcome =
       loopwarden("gap " + (data / "record.csv").string() + " --model " +
@@ -323,7 +323,7 @@ TEST_CASE("a valve that sticks is named beside a level that the model does not s
 TEST_CASE("the level of PV is the record's where the process was identified from it",
           "[gap][program][long]") {
   // A temperature around 318 whose process is known by its changes alone.
-  const fs::path record = fs::path(LOOPWARDEN_SOURCE_DIR) / "data/measured/rse_1704_tcv701.csv";
+  const fs::path record = fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/measured/rse_1704_tcv701.csv";
   const TemporaryFolder folder;
   const ShellOutcome outcome =
       loopwarden("gap " + record.string() + " --out " + (folder / "found").string());
@@ -346,7 +346,7 @@ TEST_CASE("a level that is not shown leaves the fit at the model's own level",
 TEST_CASE("a level that is the record's belongs to the gain of the model as given",
           "[gap][program]") {
   const fs::path record =
-      fs::path(LOOPWARDEN_SOURCE_DIR) / "data/measured/gap/rse_fcv701/record.csv";
+      fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/measured/gap/rse_fcv701/record.csv";
   const TemporaryFolder folder;
   const ShellOutcome outcome =
       loopwarden("gap " + record.string() + " --out " + (folder / "found").string());

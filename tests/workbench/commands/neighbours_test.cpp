@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-const std::string kMeasured = LOOPWARDEN_SOURCE_DIR "/data/measured/";
+const std::string kMeasured = LOOPWARDEN_SOURCE_DIR "/examples/measured/";
 const std::vector<std::string> kHeader{"rse_0412_fcv701", "rse_0412_fcv711", "rse_0412_fcv721",
                                        "rse_0412_fcv731"};
 

@@ -18,7 +18,7 @@ ShellOutcome loopwarden(const std::string& arguments) {
   return run(LOOPWARDEN_CLI " " + arguments + " 2>&1");
 }
 
-const std::string kModel = LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml";
+const std::string kModel = LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml";
 
 TEST_CASE("help and version end with 0, wrong usage with 64") {
   CHECK(loopwarden("--help").exit_code == 0);
@@ -79,7 +79,7 @@ TEST_CASE("check names every error of every file and ends with 78") {
 }
 
 TEST_CASE("check accepts the example configurations") {
-  const std::string examples = LOOPWARDEN_SOURCE_DIR "/config/examples/";
+  const std::string examples = LOOPWARDEN_SOURCE_DIR "/examples/";
   const std::string name = GENERATE(as<std::string>(), "demo", "simulated", "modbus-tcp",
                                     "modbus-plc", "modbus-rtu", "analog", "replay", "watch");
   const ShellOutcome outcome = loopwarden("check " + examples + name);

@@ -7,8 +7,8 @@
 #include <sstream>
 #include <string>
 
-#include "model/monitor/loop_monitor.hpp"
-#include "record/evidence/evidence_file.hpp"
+#include "model/watch/loop_monitor.hpp"
+#include "config/evidence_file/evidence_file.hpp"
 #include "record/record_csv.hpp"
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/shell.hpp"
@@ -140,7 +140,7 @@ TEST_CASE("without specialists routine evidence stands alone, and says so", "[re
   int row = 0;
   for (const char* part : {"r22", "r23", "r22"}) {
     const std::string text =
-        read_file(LOOPWARDEN_SOURCE_DIR "/data/routine/" + std::string(part) + ".csv");
+        read_file(LOOPWARDEN_SOURCE_DIR "/examples/routine/" + std::string(part) + ".csv");
     std::istringstream lines(text.substr(text.find('\n') + 1));
     for (std::string line; std::getline(lines, line);) {
       joined += std::to_string(10 * row++) + line.substr(line.find(',')) + "\n";
@@ -163,29 +163,29 @@ TEST_CASE("routine evidence that is replayed has the same verdict, and says so w
           "[replay]") {
   // The same valve, watched without specialists, until its alarm would come.
   const TemporaryFolder folder;
-  monitor::WindowSettings settings{.sample_time_s = 10.0};
-  monitor::LoopMonitor watch(settings, monitor::kAlarmRule, nullptr);
+  watch::WindowSettings settings{.sample_time_s = 10.0};
+  watch::LoopMonitor watch(settings, alarm::kAlarmRule, nullptr);
   evidence::Evidence e;
   e.loop = "FIC-101";
   std::uint64_t period = 0;
   for (const char* part : {"r22", "r23", "r22"}) {
     const record::Record r =
-        record::read_record(LOOPWARDEN_SOURCE_DIR "/data/routine/" + std::string(part) + ".csv");
+        record::read_record(LOOPWARDEN_SOURCE_DIR "/examples/routine/" + std::string(part) + ".csv");
     for (std::size_t k = 0; k < r.size() && !e.routine; ++k) {
-      const monitor::MonitorStep step = watch.add({.period_index = period++,
+      const watch::MonitorStep step = watch.add({.period_index = period++,
                                                    .sp = r.sp[k],
                                                    .pv = r.pv[k],
                                                    .co = r.co[k],
                                                    .stem = std::nan(""),
                                                    .automatic = true,
                                                    .pv_good = true});
-      if (step.routine && step.conditions[monitor::index_of(monitor::AlarmKind::stiction)].on) {
-        e.take(watch, step, monitor::AlarmReason::routine);
+      if (step.routine && step.conditions[alarm::index_of(alarm::AlarmKind::stiction)].on) {
+        e.take(watch, step, alarm::AlarmReason::routine);
       }
     }
   }
   REQUIRE(e.routine);
-  CHECK(e.pv.size() == 2 * monitor::RoutineWatch::kSamples);
+  CHECK(e.pv.size() == 2 * watch::RoutineWatch::kSamples);
   CHECK(e.sample_time_s == 10.0);
   CHECK(e.routine->sum_before > 0.0);
   CHECK(e.routine->sum > e.routine->sum_before);

@@ -18,7 +18,7 @@ ShellOutcome loopwarden(const std::string& arguments, bool with_errors = true) {
   return run(LOOPWARDEN_CLI " " + arguments + (with_errors ? " 2>&1" : " 2>/dev/null"));
 }
 
-const std::string kModel = LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1-believed.yaml";
+const std::string kModel = LOOPWARDEN_SOURCE_DIR "/examples/models/plant1-believed.yaml";
 const std::string kSmall = " --windows 1400 --restarts 1 --sizes 3 --epochs 3 --seed 7";
 
 // The believed loop with play from 240 s on, and a set point that keeps moving.
@@ -178,7 +178,7 @@ TEST_CASE("what can't be trained or classified is refused with the place", "[wor
 }
 
 TEST_CASE("the specialists that ship are whole", "[workbench]") {
-  const std::string data = LOOPWARDEN_SOURCE_DIR "/data/specialists";
+  const std::string data = LOOPWARDEN_SOURCE_DIR "/examples/specialists";
   CHECK(loopwarden("check " + data + "/plant1 " + data + "/plant2 " + data + "/plant3").exit_code ==
         0);
 }

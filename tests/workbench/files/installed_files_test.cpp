@@ -33,14 +33,14 @@ TEST_CASE("Files of the source tree are found where the package has them") {
   const std::string root = share.path().string();
   write(share / "loopwarden/some-data/record.csv");
   write(share / "doc/loopwarden/examples/some-models/plant.yaml");
-  CHECK(installed("data/some-data/record.csv", root) == root + "/loopwarden/some-data/record.csv");
+  CHECK(installed("examples/some-data/record.csv", root) == root + "/loopwarden/some-data/record.csv");
   CHECK(installed("./data/some-data", root) == root + "/loopwarden/some-data");
-  CHECK(installed("config/examples/some-models/plant.yaml", root) ==
+  CHECK(installed("examples/some-models/plant.yaml", root) ==
         root + "/doc/loopwarden/examples/some-models/plant.yaml");
   // What the package does not have, or what is named otherwise, keeps its name for the message.
-  CHECK(installed("data/some-data/other.csv", root) == "data/some-data/other.csv");
+  CHECK(installed("examples/some-data/other.csv", root) == "examples/some-data/other.csv");
   CHECK(installed("some-data/record.csv", root) == "some-data/record.csv");
-  CHECK(installed("/data/some-data/record.csv", root) == "/data/some-data/record.csv");
+  CHECK(installed("/examples/some-data/record.csv", root) == "/examples/some-data/record.csv");
   CHECK(installed("", root).empty());
 }
 
@@ -71,12 +71,12 @@ TEST_CASE("A file that is there goes before the package's") {
   const TemporaryFolder share;
   const TemporaryFolder here;
   write(share / "loopwarden/some-data/record.csv");
-  write(here / "data/some-data/record.csv");
+  write(here / "examples/some-data/record.csv");
   const fs::path before = fs::current_path();
   fs::current_path(here.path());
-  const std::string found = installed("data/some-data/record.csv", share.path().string());
+  const std::string found = installed("examples/some-data/record.csv", share.path().string());
   fs::current_path(before);
-  CHECK(found == "data/some-data/record.csv");
+  CHECK(found == "examples/some-data/record.csv");
 }
 
 TEST_CASE("What a command reads is looked for in the package, what it writes is not") {
@@ -92,10 +92,10 @@ TEST_CASE("What a command reads is looked for in the package, what it writes is 
   sub->add_option("--model", model);
   sub->add_option("--out", out);
   look_in_package(app, share.path().string());
-  app.parse("gap data/some-data/record.csv --model data/some-data/model.yaml --out data/some-data");
+  app.parse("gap examples/some-data/record.csv --model examples/some-data/model.yaml --out examples/some-data");
   CHECK(record == (share / "loopwarden/some-data/record.csv").string());
   CHECK(model == (share / "loopwarden/some-data/model.yaml").string());
-  CHECK(out == "data/some-data");
+  CHECK(out == "examples/some-data");
 }
 
 TEST_CASE("Documents of the package link only to what is in it") {

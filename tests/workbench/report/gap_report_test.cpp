@@ -216,10 +216,10 @@ TEST_CASE("the controller's curves show where the controller has a part in the g
   gap::Result result = complete_gap_result();
   CHECK_FALSE(contains(page_of(result), "controller as given"));
   result.located[1] = {
-      gap::LocatedBy::block, plant::Block::controller, "controller", 0.0, 0.0, 0.2};
+      gap::LocatedBy::block, effects::Block::controller, "controller", 0.0, 0.0, 0.2};
   CHECK(contains(page_of(result), "controller as given"));
   result.located.clear();
-  result.effects[0].block = plant::Block::controller;
+  result.effects[0].block = effects::Block::controller;
   CHECK(contains(page_of(result), "corrected controller"));
 }
 
@@ -235,7 +235,7 @@ TEST_CASE("text from files can't become markup", "[gap][report]") {
   result.check.notes = {{hostile, hostile}};
   result.steps[0].effect = hostile;
   for (gap::Located& located : result.located) located.what = hostile;
-  result.candidates[0] = {hostile, plant::Block::valve, {hostile}, 1.0, 1.0, false, hostile};
+  result.candidates[0] = {hostile, effects::Block::valve, {hostile}, 1.0, 1.0, false, hostile};
   GapReportContext context = context_of(result);
   context.record = context.model = context.out = context.version = hostile;
   context.model_text = "a: 1\nb: " + hostile + "\n";

@@ -17,7 +17,7 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
   result.model.process = {.gain = 1.2, .time_constant_s = 4.0, .dead_time_s = 1.5};
   result.corrected = result.model;
   result.corrected.process.gain = 1.212;
-  const plant::EffectSpec stiction{.name = "stiction", .parameters = {{"s", 0.9}, {"j", 0.3}}};
+  const effects::EffectSpec stiction{.name = "stiction", .parameters = {{"s", 0.9}, {"j", 0.3}}};
   result.corrected.valve_effects.push_back(stiction);
 
   result.check.notes = {{"missing", "2 samples of PV are missing.", 7.0, 7.1},
@@ -29,7 +29,7 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
   result.check.output_span_used = 5.5;
 
   result.effects.push_back({.spec = stiction,
-                            .block = plant::Block::valve,
+                            .block = effects::Block::valve,
                             .confidence = 0.97,
                             .lead_nats = 31.5,
                             .alternatives = {"backlash"},
@@ -51,22 +51,22 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
   result.steps = {{"drift", gap::Step::Change::added, 0.2, 0.4},
                   {"stiction", gap::Step::Change::added, 0.018, 0.021},
                   {"drift", gap::Step::Change::taken_out, 0.019, 0.021}};
-  result.located = {{gap::LocatedBy::block, plant::Block::valve, "valve", 0.0, 0.0, 0.8},
-                    {gap::LocatedBy::block, plant::Block::process, "process", 0.0, 0.0, 0.2},
-                    {gap::LocatedBy::time, plant::Block::valve, "20 to 30 s", 20.0, 30.0, 0.4},
-                    {gap::LocatedBy::time, plant::Block::valve, "the rest", 0.0, 60.0, 0.6},
-                    {gap::LocatedBy::condition, plant::Block::valve, "after the output reverses",
+  result.located = {{gap::LocatedBy::block, effects::Block::valve, "valve", 0.0, 0.0, 0.8},
+                    {gap::LocatedBy::block, effects::Block::process, "process", 0.0, 0.0, 0.2},
+                    {gap::LocatedBy::time, effects::Block::valve, "20 to 30 s", 20.0, 30.0, 0.4},
+                    {gap::LocatedBy::time, effects::Block::valve, "the rest", 0.0, 60.0, 0.6},
+                    {gap::LocatedBy::condition, effects::Block::valve, "after the output reverses",
                      22.0, 25.0, 1.0}};
   result.candidates = {{"backlash",
-                        plant::Block::valve,
+                        effects::Block::valve,
                         {"backlash", {{"deadband", 1.1}}},
                         0.05,
                         420.0,
                         false,
                         "leaves the jumps"},
-                       {"stiction", plant::Block::valve, stiction, 0.018, 900.0, true, ""},
+                       {"stiction", effects::Block::valve, stiction, 0.018, 900.0, true, ""},
                        {"drift",
-                        plant::Block::transmitter,
+                        effects::Block::transmitter,
                         {"drift", {{"rate", 1e-4}}},
                         gap::kNone,
                         gap::kNone,

@@ -5,7 +5,7 @@
 Usage: tests/workbench/report/pages_in_browser.py [--all] [--keep DIR]
 Without --all: the report of gap. It opens without an error on the console, zooms by button, mouse and key for all
 plots at once, reads values off under the cursor, has its tables, prints, and fits 390 pixels. --all: every other page,
-light and dark, and the report of data/gap-example. --keep: screenshots and PDFs go there. Exit code 1: something is
+light and dark, and the report of examples/gap-example. --keep: screenshots and PDFs go there. Exit code 1: something is
 wrong; 74: no program, no browser.
 """
 import argparse
@@ -21,7 +21,7 @@ from chromium import Chromium, WebDriverException  # noqa: E402
 from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 
 BIN = pathlib.Path(os.environ.get("LOOPWARDEN_BIN_DIR", ROOT / "build/release/bin"))
-MODELS = ROOT / "config/examples/models"
+MODELS = ROOT / "examples/models"
 NARROW = 390
 
 
@@ -159,16 +159,16 @@ def main():
         loopwarden("gap", record, "--model", MODELS / "plant1-believed.yaml", "--out", work / "gap")
         pages = []
         if options.all:
-            example = ROOT / "data/gap-example"
+            example = ROOT / "examples/gap-example"
             loopwarden("gap", example / "record.csv", "--model", example / "model.yaml", "--out", work / "gap-example")
             loopwarden("tune", MODELS / "plant1.yaml", "--out", work / "tune.html")
             loopwarden("valve-test", MODELS / "plant1.yaml", "--out", work / "valve-test")
             loopwarden("compare", MODELS / "plant1.yaml", "--out", work / "compare")
-            loopwarden("diagnose", ROOT / "data/routine/r22.csv", "--report", work / "diagnose.html")
+            loopwarden("diagnose", ROOT / "examples/routine/r22.csv", "--report", work / "diagnose.html")
             loopwarden("train", MODELS / "plant1-believed.yaml", "--windows", 1400, "--restarts", 1, "--sizes", 3, "--epochs",
                        3, "--seed", 7, "--out", work / "train")
             survey = work / "survey"
-            loopwarden("survey", ROOT / "data/routine", "--out", survey)
+            loopwarden("survey", ROOT / "examples/routine", "--out", survey)
             loopwarden("survey", "--out", survey, "--against", survey)
             pages = [("tune", work / "tune.html"), ("valve-test", work / "valve-test/report.html"),
                      ("compare", work / "compare/report.html"), ("diagnose", work / "diagnose.html"),

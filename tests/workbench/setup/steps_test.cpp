@@ -154,7 +154,7 @@ TEST_CASE("files beside the configuration are found from drafts as well", "[setu
   answer_all(s, kControlled);
   // Of another loop, by a path from its own folder.
   tests::write_file(s.folder / "plant.yaml",
-                    tests::read_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml"));
+                    tests::read_file(LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml"));
   tests::write_file(s.folder / "loops.d/FIC-1.yaml", tests::loop_file("FIC-1", "../plant.yaml"));
   CHECK(write_files(s.all) == Outcome::done);
   CHECK(as_read(s).loops.size() == 2);
@@ -350,7 +350,7 @@ TEST_CASE("a file that setup did not write is not replaced without a yes", "[set
   ScriptedSetup s;
   answer_all(s, kControlled);
   const std::string live =
-      tests::loop_file("FIC-101", LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
+      tests::loop_file("FIC-101", LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml");
   tests::write_file(s.all.loop_file(), live);
   s.person.keys = GENERATE(true, false);
   CHECK_THROWS(write_files(s.all));

@@ -102,7 +102,7 @@ TEST_CASE("an empty result keeps every list", "[gap][json]") {
 
 TEST_CASE("a characteristic is one parameter, as in a model file", "[gap][json]") {
   gap::Result result = complete_gap_result();
-  plant::EffectSpec& spec = result.effects[0].spec;
+  effects::EffectSpec& spec = result.effects[0].spec;
   spec = {.name = "valve_characteristic",
           .parameters = {{"rangeability", 30.0}},
           .options = {{"curve", "equal_percentage"}}};

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "map/register_map.hpp"
+#include "daemon/registers/register_map.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace register_map_test {
@@ -29,8 +29,8 @@ std::size_t count(const std::string& text, const std::string& what) {
 
 std::size_t registers_of(std::size_t loops) {
   std::size_t all = 0;
-  for (const register_map::Register& reg : register_map::registers()) {
-    all += reg.area == register_map::Area::box ? 1 : loops;
+  for (const registers::Register& reg : registers::registers()) {
+    all += reg.area == registers::Area::box ? 1 : loops;
   }
   return all;
 }

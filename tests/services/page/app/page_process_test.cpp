@@ -28,7 +28,7 @@ std::string loop_file() {
          "previous_mode}\n"
          "recording: {enabled: true}\n"
          "io: {backend: simulated, model: " LOOPWARDEN_SOURCE_DIR
-         "/config/examples/models/plant1.yaml}\n";
+         "/examples/models/plant1.yaml}\n";
 }
 
 // A page on a port of its own; page.yaml lies in the daemon's folder.

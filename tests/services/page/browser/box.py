@@ -37,7 +37,7 @@ controller:
 start: {{mode: automatic, set_point: {set_point}}}
 safe_actions: {{stop: 0, bad_pv: hold, output_lost: hold, late_cycle_periods: 100, enable_open: 0, recovery: previous_mode}}
 recording: {{enabled: {recording}}}
-monitor: {{specialists: {root}/data/specialists/plant1{twin}}}
+monitor: {{specialists: {root}/examples/specialists/plant1{twin}}}
 io: {{backend: simulated, model: {model}}}
 """
 
@@ -55,7 +55,7 @@ class Box:
         self.site = []
         if "LOOPWARDEN_PAGE_SITE" in os.environ:
             shutil.copytree(os.environ["LOOPWARDEN_PAGE_SITE"], self.folder / "site")
-            shutil.copytree(ROOT / "third_party/uplot", self.folder / "site/uplot")
+            shutil.copytree(ROOT / "services/page/third_party/uplot", self.folder / "site/uplot")
             self.site = ["--site", str(self.folder / "site")]
         (self.folder / "config/loops.d").mkdir(parents=True)
         self.state = self.folder / "state"
@@ -74,7 +74,7 @@ class Box:
                            input=PASSWORD + "\n", text=True, check=True, stdout=subprocess.DEVNULL)
 
     def _write_loops(self, healthy, recording, twin, sticking):
-        models = ROOT / "config/examples/models"
+        models = ROOT / "examples/models"
         text = (models / "plant1.yaml").read_text(encoding="utf-8")
         calm = self.folder / "calm.yaml"
         calm.write_text(text[:text.index("  faults:")], encoding="utf-8")

@@ -18,7 +18,7 @@ import time
 import urllib.request
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
-sys.path.insert(0, str(ROOT / "bench/fleet_kit"))
+sys.path.insert(0, str(ROOT / "lab/bench/fleet_kit"))
 from plant import BIN, Plant, free_port, wait_for  # noqa: E402
 import psycopg2  # noqa: E402
 from psycopg2.extras import execute_values  # noqa: E402
@@ -115,7 +115,7 @@ class FleetPlant:
         if "LOOPWARDEN_PAGE_SITE" in os.environ:
             site = self.plant.folder / "site"
             shutil.copytree(os.environ["LOOPWARDEN_PAGE_SITE"], site, dirs_exist_ok=True)
-            shutil.copytree(ROOT / "third_party/uplot", site / "uplot", dirs_exist_ok=True)
+            shutil.copytree(ROOT / "services/page/third_party/uplot", site / "uplot", dirs_exist_ok=True)
             command += ["--site", site]
         self.plant.start("page", command)
         wait_for(self._answers, "loopwarden-page")

@@ -526,7 +526,7 @@ def reports_and_system(box, browser):
 
 def make_report(box):
     """A gap report in the state directory, of a record whose path is long, as evidence has it."""
-    models = pathlib.Path(__file__).resolve().parents[4] / "config/examples/models"
+    models = pathlib.Path(__file__).resolve().parents[4] / "examples/models"
     record, sticky = box.folder / f"{'evidence-' * 12}minutes.csv", box.folder / "sticky.yaml"
     sticky.write_text((models / "plant1.yaml").read_text(encoding="utf-8").replace("from: 120, ramp: 180", "from: 0, ramp: 1")
                       .replace("[[0, 4], [30, 5]]", "[[0, 4], [20, 5.5], [90, 4.2], [160, 6]]"), encoding="utf-8")

@@ -174,7 +174,7 @@ TEST_CASE("a directory is asked over TLS alone, and every key of it is checked")
 
 TEST_CASE("the examples of a directory are valid") {
   const std::string source = LOOPWARDEN_SOURCE_DIR;
-  const auto openldap = read_page_file(source + "/config/examples/page/openldap.yaml");
+  const auto openldap = read_page_file(source + "/examples/page/openldap.yaml");
   INFO(config::to_text(openldap.diagnostics));
   CHECK(openldap);
   const std::string document = read_file(source + "/docs/page.md");

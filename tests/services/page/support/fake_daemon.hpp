@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/local_server.hpp"
-#include "protocol/daemon_client.hpp"
+#include "daemon/protocol/daemon_client.hpp"
 
 namespace loopwarden::tests {
 

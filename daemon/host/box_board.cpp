@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/host/box_board.hpp"
+
+#include <algorithm>
+
+namespace loopwarden::daemon::host {
+
+using journal::JournalEntry;
+using alarm::BoxAlarm;
+
+void BoxBoard::restore(const journal::AlarmStates& states) {
+  const std::lock_guard lock(mutex_);
+  for (const BoxAlarm kind : alarm::kBoxAlarms) {
+    const auto found = states.memories.find({alarm::kBox, alarm::to_text(kind)});
+    if (found != states.memories.end()) alarms_.restore(kind, found->second);
+  }
+}
+
+void BoxBoard::look(const BoxReport& report, std::int64_t monotonic_ms) {
+  const std::lock_guard lock(mutex_);
+  newest_ = report;
+  const alarm::BoxAlarms before = alarms_;
+  if (alarms_.found(report.found, monotonic_ms, utc_ms_())) write_changes(before);
+}
+
+supervision::OrderResult BoxBoard::act(const BoxOrder& order) {
+  const std::lock_guard lock(mutex_);
+  return act_locked(order);
+}
+
+supervision::OrderResult BoxBoard::act_locked(const BoxOrder& order) {
+  const alarm::BoxAlarms before = alarms_;
+  const std::int64_t now_ms = utc_ms_();
+  const alarm::Alarm& alarm = alarms_.alarm(order.kind);
+  supervision::OrderResult result;
+  result.accepted = alarms_.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
+  if (!result.accepted) result.why = why_refused(order, alarm::kBox, alarm);
+  const std::uint64_t ordered =
+      journal_.post(line_of(order, alarm::kBox, result, alarm.memory(), now_ms));
+  const std::uint64_t changed = write_changes(before);
+  if (result.accepted) result.ticket = std::max(ordered, changed);
+  return result;
+}
+
+BoxAcknowledged BoxBoard::acknowledge_all(const std::string& peer, const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  BoxAcknowledged done;
+  for (const BoxAlarm kind : alarm::kBoxAlarms) {
+    if (!alarms_.alarm(kind).unacknowledged()) continue;
+    done.ticket = act_locked({kind, alarm::AlarmAction::acknowledge, 0, peer, reason}).ticket;
+    done.alarms.push_back(kind);
+  }
+  return done;
+}
+
+alarm::BoxAlarms BoxBoard::alarms() const {
+  const std::lock_guard lock(mutex_);
+  return alarms_;
+}
+
+std::string BoxBoard::why(BoxAlarm kind) const {
+  const std::lock_guard lock(mutex_);
+  return newest_.why[alarm::index_of(kind)];
+}
+
+std::uint64_t BoxBoard::changes() const {
+  const std::lock_guard lock(mutex_);
+  return changes_;
+}
+
+std::uint64_t BoxBoard::write_changes(const alarm::BoxAlarms& before) {
+  std::uint64_t ticket = 0;
+  for (const BoxAlarm kind : alarm::kBoxAlarms) {
+    const alarm::Alarm& alarm = alarms_.alarm(kind);
+    const alarm::Alarm& was = before.alarm(kind);
+    if (alarm.state() == was.state() &&
+        !supervision::remembered_otherwise(was.memory(), alarm.memory())) {
+      continue;
+    }
+    JournalEntry entry;
+    entry.kind = JournalEntry::Kind::alarm;
+    entry.utc_ms = utc_ms_();
+    entry.loop = alarm::kBox;
+    entry.alarm = alarm::to_text(kind);
+    entry.from = alarm::to_text(was.state());
+    entry.to = alarm::to_text(alarm.state());
+    if (alarm.active()) entry.reason = newest_.why[alarm::index_of(kind)];
+    entry.memory = alarm.memory();
+    ticket = journal_.post(std::move(entry));
+  }
+  if (ticket != 0) ++changes_;
+  return ticket;
+}
+
+}  // namespace loopwarden::daemon::host

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// The box's own alarms as they are now, and what operators do with them. Every change goes to the journal. Any thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/journal/journal.hpp"
+#include "daemon/supervision/alarm_order.hpp"
+#include "model/alarm/box_alarms.hpp"
+
+namespace loopwarden::daemon::host {
+
+// What one look at the box found, each with its reason in words.
+struct BoxReport {
+  alarm::BoxFindings found{};
+  std::array<std::string, alarm::kBoxAlarmCount> why{};
+};
+
+using BoxOrder = supervision::OrderOf<alarm::BoxAlarm>;
+
+// Alarms that were acknowledged together.
+struct BoxAcknowledged {
+  std::vector<alarm::BoxAlarm> alarms;
+  std::uint64_t ticket = 0;  // of the journal's last line; 0: no alarm waited
+};
+
+class BoxBoard {
+ public:
+  BoxBoard(const alarm::AlarmSettings& settings, journal::Journal& journal,
+           std::function<std::int64_t()> utc_ms)
+      : journal_(journal), utc_ms_(std::move(utc_ms)), alarms_(settings) {}
+  BoxBoard(const BoxBoard&) = delete;
+  BoxBoard& operator=(const BoxBoard&) = delete;
+
+  // Before the threads start.
+  void restore(const journal::AlarmStates& states);
+  void look(const BoxReport& report, std::int64_t monotonic_ms);
+
+  supervision::OrderResult act(const BoxOrder& order);
+  // Every one that waits.
+  BoxAcknowledged acknowledge_all(const std::string& peer, const std::string& reason);
+
+  alarm::BoxAlarms alarms() const;
+  // Why the condition of this alarm is on, by the newest look; empty: it is not.
+  std::string why(alarm::BoxAlarm kind) const;
+  // How often any of them has changed since the start.
+  std::uint64_t changes() const;
+
+ private:
+  // Journals what is not as before; returns the last ticket.
+  std::uint64_t write_changes(const alarm::BoxAlarms& before);
+  supervision::OrderResult act_locked(const BoxOrder& order);
+
+  journal::Journal& journal_;
+  std::function<std::int64_t()> utc_ms_;
+  mutable std::mutex mutex_;
+  alarm::BoxAlarms alarms_;
+  BoxReport newest_;
+  std::uint64_t changes_ = 0;
+};
+
+}  // namespace loopwarden::daemon::host

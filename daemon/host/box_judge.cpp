@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/host/box_judge.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+
+namespace loopwarden::daemon::host {
+
+using alarm::BoxAlarm;
+using alarm::index_of;
+
+namespace {
+
+std::string names(const std::vector<std::string>& all) {
+  return fmt::format("{}", fmt::join(all, ", "));
+}
+
+void judge_disk(const BoxLook& look, std::optional<bool>& found, std::string& why) {
+  if (!look.journal_error.empty()) {
+    found = true;
+    why = "the journal can't write: " + look.journal_error;
+  } else if (look.disk_wait_s >= kDiskHangs_s) {
+    found = true;
+    why = fmt::format("the disk has not answered for {:.0f} s", look.disk_wait_s);
+  } else if (look.disk && look.disk->room_bytes) {
+    found = *look.disk->room_bytes < kLeastRoom_bytes;
+    if (*found) why = fmt::format("{} MB are left", *look.disk->room_bytes / 1'000'000);
+  }
+}
+
+void judge_certificates(const BoxLook& look, std::optional<bool>& found, std::string& why) {
+  if (!look.disk) return;
+  std::vector<std::string> ending;
+  for (const Certificate& one : look.disk->certificates) {
+    if (!one.ends_s) {
+      ending.push_back(one.file + " can't be read");
+      continue;
+    }
+    const double days = static_cast<double>(*one.ends_s - look.utc_ms / 1000) / (24.0 * 3600.0);
+    if (days >= kCertificate_days) continue;
+    ending.push_back(days < 0.0
+                         ? one.file + " has ended"
+                         : fmt::format("{} ends in {:.0f} days", one.file, std::floor(days)));
+  }
+  found = !ending.empty();
+  why = names(ending);
+}
+
+}  // namespace
+
+BoxReport BoxJudge::judge(const BoxLook& look) {
+  BoxReport report;
+  const auto found = [&](BoxAlarm kind) -> std::optional<bool>& {
+    return report.found[index_of(kind)];
+  };
+  const auto why = [&](BoxAlarm kind) -> std::string& { return report.why[index_of(kind)]; };
+  const auto within = [&](const std::optional<std::int64_t>& at_ms) {
+    return at_ms && look.monotonic_ms - *at_ms < kRemembered_ms;
+  };
+  judge_disk(look, found(BoxAlarm::disk_full), why(BoxAlarm::disk_full));
+
+  const std::int64_t offset_ms = look.utc_ms - look.monotonic_ms;
+  if (offset_ms_ && std::abs(offset_ms - *offset_ms_) > kClockStep_ms) {
+    stepped_at_ms_ = look.monotonic_ms;
+    step_ms_ = offset_ms - *offset_ms_;
+  }
+  offset_ms_ = offset_ms;
+  found(BoxAlarm::clock_stepped) = within(stepped_at_ms_);
+  if (within(stepped_at_ms_)) {
+    why(BoxAlarm::clock_stepped) =
+        fmt::format("the clock was set by {:+.1f} s", static_cast<double>(step_ms_) / 1000.0);
+  }
+
+  found(BoxAlarm::feeder_lost) = !look.lost_feeders.empty();
+  why(BoxAlarm::feeder_lost) = names(look.lost_feeders);
+  if (look.failed_services) {
+    found(BoxAlarm::service_failed) = !look.failed_services->empty();
+    why(BoxAlarm::service_failed) = names(*look.failed_services);
+  }
+  judge_certificates(look, found(BoxAlarm::certificate_expires),
+                     why(BoxAlarm::certificate_expires));
+
+  if (dropped_ && look.dropped > *dropped_) dropped_at_ms_ = look.monotonic_ms;
+  dropped_ = look.dropped;
+  found(BoxAlarm::records_dropped) = within(dropped_at_ms_);
+  if (within(dropped_at_ms_)) {
+    why(BoxAlarm::records_dropped) = fmt::format("{} cycles since the start", look.dropped);
+  }
+  return report;
+}
+
+}  // namespace loopwarden::daemon::host

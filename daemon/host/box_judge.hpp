@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a look at the box says of its alarms.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/host/box_board.hpp"
+
+namespace loopwarden::daemon::host {
+
+inline constexpr std::uint64_t kLeastRoom_bytes = 100'000'000;
+inline constexpr std::int64_t kClockStep_ms = 1000;
+inline constexpr std::int64_t kRemembered_ms = 600'000;  // a step, and cycles that were dropped
+inline constexpr double kCertificate_days = 14.0;
+inline constexpr double kDiskHangs_s = 10.0;  // a slow one answers sooner
+
+struct Certificate {
+  std::string file;
+  std::optional<std::int64_t> ends_s;  // s since 1970; nothing: it can't be read
+};
+
+// What the disk alone can say.
+struct DiskLook {
+  std::optional<std::uint64_t> room_bytes{};  // nothing: it does not say
+  std::vector<Certificate> certificates{};
+};
+
+struct BoxLook {
+  std::int64_t monotonic_ms = 0;
+  std::int64_t utc_ms = 0;
+  std::optional<DiskLook> disk{};  // nothing: it does not answer
+  double disk_wait_s = 0.0;        // since when somebody waits for it
+  std::string journal_error{};
+  std::vector<std::string> lost_feeders{};
+  std::optional<std::vector<std::string>> failed_services{};  // nothing: nobody can be asked
+  std::uint64_t dropped = 0;                                  // cycles, since the start
+};
+
+// Remembers the look before. No clock.
+class BoxJudge {
+ public:
+  BoxReport judge(const BoxLook& look);
+
+ private:
+  std::optional<std::int64_t> offset_ms_;  // UTC - monotonic
+  std::optional<std::int64_t> stepped_at_ms_;
+  std::int64_t step_ms_ = 0;
+  std::optional<std::uint64_t> dropped_;
+  std::optional<std::int64_t> dropped_at_ms_;
+};
+
+}  // namespace loopwarden::daemon::host

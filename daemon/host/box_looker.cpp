@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/host/box_looker.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <exception>
+#include <system_error>
+
+#include "base/clock.hpp"
+#include "daemon/host/certificate_file.hpp"
+#include "daemon/host/failed_services.hpp"
+
+namespace loopwarden::daemon::host {
+namespace {
+
+constexpr std::chrono::seconds kDiskPatience{1};
+
+std::int64_t monotonic_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+std::optional<std::uint64_t> room(const std::filesystem::path& folder) {
+  std::error_code error;
+  const std::filesystem::space_info space = std::filesystem::space(folder, error);
+  if (error) return std::nullopt;
+  return space.available;
+}
+
+}  // namespace
+
+DiskLook look_at_disk(const std::filesystem::path& state_directory,
+                      const std::vector<std::string>& certificates) {
+  DiskLook look{.room_bytes = room(state_directory)};
+  for (const std::string& file : certificates) {
+    look.certificates.push_back({file, end_of_certificate(file)});
+  }
+  return look;
+}
+
+BoxLook BoxLooker::look() {
+  std::optional<DiskLook> disk = disk_.ask(sources_.disk, kDiskPatience);
+  const protocol::DaemonStatus status = sources_.status();
+  BoxLook look{.monotonic_ms = monotonic_ms(),
+               .utc_ms = base::utc_ms(),
+               .disk = std::move(disk),
+               .disk_wait_s = std::max(disk_.seconds(), status.recorder.disk_wait_s),
+               .journal_error = status.journal.error,
+               .failed_services = failed_services(),
+               .dropped = sources_.dropped()};
+  for (const protocol::FeederStatus& feeder : status.feeders) {
+    if (!feeder.connected) look.lost_feeders.push_back(feeder.name);
+  }
+  return look;
+}
+
+void BoxLooker::start() {
+  thread_.start({.name = "lw-box"}, [this] { run(); });
+}
+
+void BoxLooker::ask_to_end() {
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  wake_.notify_all();
+}
+
+void BoxLooker::stop() {
+  ask_to_end();
+  thread_.join();
+  disk_.stop();
+}
+
+bool BoxLooker::stop_for(std::chrono::milliseconds patience) {
+  const auto until = std::chrono::steady_clock::now() + patience;
+  ask_to_end();
+  const bool ended = thread_.join_for(patience);
+  const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+      until - std::chrono::steady_clock::now());
+  return disk_.stop_for(std::max(left, std::chrono::milliseconds(0))) && ended;
+}
+
+void BoxLooker::run() {
+  BoxJudge judge;
+  std::unique_lock lock(mutex_);
+  while (!quit_) {
+    lock.unlock();
+    try {
+      const BoxLook now = look();
+      board_.look(judge.judge(now), now.monotonic_ms);
+    } catch (const std::exception& e) {
+      spdlog::error("box: {}", e.what());
+    }
+    lock.lock();
+    wake_.wait_for(lock, sources_.period, [this] { return quit_; });
+  }
+}
+
+}  // namespace loopwarden::daemon::host

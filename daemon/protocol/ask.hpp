@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// For sources: what was asked for as a struct.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "daemon/protocol/daemon_client.hpp"
+#include "daemon/protocol/requests.hpp"
+
+namespace loopwarden::protocol {
+
+// Throws DaemonError.
+template <class Answer>
+Answer read_answer(const nlohmann::json& answer) {
+  try {
+    return answer.get<Answer>();
+  } catch (const nlohmann::json::exception& e) {
+    throw DaemonError(DaemonError::Kind::not_known,
+                      std::string("the daemon answers in another way than expected: ") + e.what());
+  }
+}
+
+template <class Request>
+typename Request::Answer ask(Daemon& daemon, const Request& request) {
+  return read_answer<typename Request::Answer>(daemon.ask(request));
+}
+
+}  // namespace loopwarden::protocol

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/protocol/daemon_client.hpp"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace loopwarden::protocol {
+
+using nlohmann::json;
+
+std::unique_ptr<base::LocalClient> DaemonClient::take() {
+  const std::lock_guard lock(mutex_);
+  if (idle_.empty()) return nullptr;
+  std::unique_ptr<base::LocalClient> client = std::move(idle_.back());
+  idle_.pop_back();
+  return client;
+}
+
+std::string DaemonClient::ask_text(const std::string& request) {
+  // Places at the daemon's socket that are kept while nobody asks.
+  constexpr std::size_t kMostIdle = 3;
+  const auto until = std::chrono::steady_clock::now() + patience_;
+  const auto left = [until] {
+    return std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
+  };
+  // Connections of a daemon that has ended since are used up first: nothing goes out by them.
+  for (;;) {
+    std::unique_ptr<base::LocalClient> client = take();
+    const bool fresh = client == nullptr;
+    try {
+      if (fresh) client = std::make_unique<base::LocalClient>(socket_, left());
+      std::string answer = client->request(request, left());
+      const std::lock_guard lock(mutex_);
+      if (idle_.size() < kMostIdle) idle_.push_back(std::move(client));
+      return answer;
+    } catch (const base::NoAnswer& e) {
+      throw DaemonError(DaemonError::Kind::not_known, e.what());
+    } catch (const std::exception& e) {
+      if (fresh || left().count() <= 0) throw DaemonError(DaemonError::Kind::down, e.what());
+    }
+  }
+}
+
+json DaemonClient::ask(const json& request) {
+  return answer_in(ask_text(request.dump(-1, ' ', false, json::error_handler_t::replace)));
+}
+
+json answer_in(const std::string& line) {
+  json answer = json::parse(line, nullptr, false);
+  if (!answer.is_object()) {
+    throw DaemonError(DaemonError::Kind::not_known, "what answers at the socket is no daemon");
+  }
+  if (!answer.value("ok", false)) {
+    throw DaemonError(DaemonError::Kind::refused,
+                      answer.value("error", std::string("the daemon refused")));
+  }
+  answer.erase("ok");
+  return answer;
+}
+
+}  // namespace loopwarden::protocol

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// For the sources of this folder: the members of a struct, named once for both directions.
+#pragma once
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/protocol/message.hpp"
+
+namespace loopwarden::protocol {
+
+// Of each struct, put() and take(): those that a macro below lists, and Members where a struct needs more than those.
+template <class T>
+struct Listed;
+template <class T>
+struct Members : Listed<T> {};
+
+// The members of `part`, which is optional, stand among those of T; it is there where its first one is.
+template <class T, class P, std::optional<P> T::*part>
+struct WithPart {
+  static void put(nlohmann::json& to, const T& message) {
+    Listed<T>::put(to, message);
+    if (message.*part) Members<P>::put(to, *(message.*part));
+  }
+  static void take(const nlohmann::json& from, T& message) {
+    Listed<T>::take(from, message);
+    if (from.contains(Listed<P>::kFirst)) Members<P>::take(from, (message.*part).emplace());
+  }
+};
+
+template <class T>
+requires std::is_aggregate_v<T>
+void to_json(nlohmann::json& to, const T& message) { Members<T>::put(to, message); }
+template <class T>
+requires std::is_aggregate_v<T>
+void from_json(const nlohmann::json& from, T& message) { Members<T>::take(from, message); }
+
+// A key that is a word of C++ has an underscore behind it as a member.
+constexpr std::string_view key_of(std::string_view member) {
+  return member.ends_with('_') ? member.substr(0, member.size() - 1) : member;
+}
+
+template <class T>
+void write(nlohmann::json& to, std::string_view key, const T& value) {
+  to[std::string(key)] = value;
+}
+inline void write(nlohmann::json& to, std::string_view key, double value) {
+  to[std::string(key)] = std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+inline void write(nlohmann::json& to, std::string_view key, const std::vector<double>& values) {
+  nlohmann::json& all = to[std::string(key)] = nlohmann::json::array();
+  for (const double value : values) {
+    all.push_back(std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr));
+  }
+}
+template <class T>
+void write(nlohmann::json& to, std::string_view key, const std::optional<T>& value) {
+  to[std::string(key)] = value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+template <class T>
+void write(nlohmann::json& to, std::string_view key, const Maybe<T>& value) {
+  if (value) write(to, key, *value);
+}
+
+inline void read_value(const nlohmann::json& from, double& value) {
+  value = from.is_null() ? kNone : from.get<double>();
+}
+inline void read_value(const nlohmann::json& from, std::vector<double>& values) {
+  values.resize(from.size());
+  for (std::size_t i = 0; i < values.size(); ++i) read_value(from.at(i), values[i]);
+}
+template <class T>
+void read_value(const nlohmann::json& from, T& value) {
+  if (!from.is_null()) from.get_to(value);
+}
+template <class T>
+void read_value(const nlohmann::json& from, std::optional<T>& value) {
+  if (!from.is_null()) read_value(from, value.emplace());
+}
+template <class T>
+void read_value(const nlohmann::json& from, Maybe<T>& value) {
+  read_value(from, value.emplace());
+}
+template <class T>
+void read(const nlohmann::json& from, std::string_view key, T& value) {
+  if (const auto it = from.find(key); it != from.end()) read_value(*it, value);
+}
+
+template <class T>
+void check_there(const nlohmann::json& from, const char* key, const T&) {
+  (void)from.at(key);
+}
+template <class T>
+void check_there(const nlohmann::json&, const char*, const Maybe<T>&) {}
+
+}  // namespace loopwarden::protocol
+
+#define PROTOCOL_WRITE(member) write(to, key_of(#member), message.member);
+#define PROTOCOL_READ(member) read(from, key_of(#member), message.member);
+
+#define PROTOCOL_LISTED(Type, first, ...)                                                         \
+  template <>                                                                                     \
+  struct Listed<Type> {                                                                           \
+    static constexpr const char* kFirst = #first;                                                 \
+    static void put(nlohmann::json& to, const Type& message) {                                    \
+      NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(PROTOCOL_WRITE, first __VA_OPT__(, ) __VA_ARGS__)) \
+    }                                                                                             \
+    static void take(const nlohmann::json& from, Type& message) {                                 \
+      check_there(from, kFirst, message.first);                                                   \
+      NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(PROTOCOL_READ, first __VA_OPT__(, ) __VA_ARGS__))  \
+    }                                                                                             \
+  };
+
+// After Listed or Members of the type: what other sources call.
+#define PROTOCOL_DEFINE(Type)                          \
+  template void to_json(nlohmann::json&, const Type&); \
+  template void from_json(const nlohmann::json&, Type&);
+
+#define PROTOCOL_JSON(Type, ...)     \
+  PROTOCOL_LISTED(Type, __VA_ARGS__) \
+  PROTOCOL_DEFINE(Type)

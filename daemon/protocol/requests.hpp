@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the daemon can be asked, and which struct it answers with. daemon/console/README.md has the table.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "daemon/protocol/answers.hpp"
+#include "daemon/protocol/message.hpp"
+#include "daemon/protocol/overview.hpp"
+
+namespace loopwarden::protocol {
+
+// A request that can't be served; its text goes to the peer. What reading a request from JSON throws.
+class RequestError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct StatusRequest {
+  static constexpr const char* kName = "status";
+  using Answer = Status;
+};
+
+struct LinksRequest {
+  static constexpr const char* kName = "links";
+  using Answer = Links;
+};
+
+struct DescribeRequest {
+  static constexpr const char* kName = "describe";
+  using Answer = Description;
+};
+
+struct OverviewRequest {
+  static constexpr const char* kName = "overview";
+  using Answer = Overview;
+};
+
+struct AlarmsRequest {
+  static constexpr const char* kName = "alarms";
+  using Answer = Alarms;
+};
+
+// All alarms of a loop, or of all loops, as their files have them.
+struct AlarmDesignRequest {
+  static constexpr const char* kName = "alarm_design";
+  using Answer = AlarmDesigns;
+  Maybe<std::string> loop{};
+};
+
+struct AlarmFiguresRequest {
+  static constexpr const char* kName = "alarm_figures";
+  using Answer = AlarmFigures;
+  Maybe<std::uint64_t> hours{};  // to now, at most 720; 24 where nothing is said
+};
+
+struct LoopRequest {
+  static constexpr const char* kName = "loop";
+  using Answer = LoopAnswer;
+  std::string loop{};
+};
+
+struct WindowsRequest {
+  static constexpr const char* kName = "windows";
+  using Answer = Windows;
+  std::string loop{};
+};
+
+struct TwinRequest {
+  static constexpr const char* kName = "twin";
+  using Answer = TwinModel;
+  std::string loop{};
+};
+
+struct TrendRequest {
+  static constexpr const char* kName = "trend";
+  using Answer = Trend;
+  std::string loop{};
+  Maybe<std::uint64_t> from{}, most{};  // period; rows
+};
+
+struct RegistersRequest {
+  static constexpr const char* kName = "registers";
+  using Answer = Registers;
+  Maybe<bool> values_only{};
+};
+
+struct ExplainRequest {
+  static constexpr const char* kName = "explain";
+  using Answer = Explained;
+  std::string loop{}, alarm{};
+};
+
+struct JournalRequest {
+  static constexpr const char* kName = "journal";
+  using Answer = Journal;
+  Maybe<std::string> loop{};
+  Maybe<std::uint64_t> most{}, before_id{};
+  Maybe<std::string> kind{}, text{};
+  Maybe<std::uint64_t> from_ms{}, to_ms{};
+};
+
+// Who orders, by the word of the program that has page.sock or edge.sock.
+struct Person {
+  Maybe<std::string> user{}, address{};
+};
+
+// What the sender has seen.
+struct Expected {
+  Maybe<double> set_point{}, output{};  // no number: an output that is not known
+  Maybe<std::string> mode{};
+};
+
+struct SetRequest {
+  static constexpr const char* kName = "set";
+  using Answer = OrderTaken;
+  std::string loop{};
+  Maybe<double> set_point{}, output{};
+  Maybe<std::string> mode{};    // auto, man
+  Maybe<std::string> jacket{};  // off, shadow, on
+  Maybe<Expected> expect{};
+  Maybe<std::string> user{}, address{};
+  Maybe<std::uint64_t> session{};  // of who commissions the loop
+};
+
+// Takes a loop for who commissions it, or with its session: a sign of life.
+struct CommissioningRequest {
+  static constexpr const char* kName = "commissioning";
+  using Answer = Commissioning;
+  std::string loop{};
+  Maybe<std::uint64_t> session{};
+  Maybe<double> withhold_s{};  // for so long no command goes out
+  Maybe<bool> end{};
+};
+
+// The controller's gains, until a reload or a restart takes those of the file.
+struct TuneRequest {
+  static constexpr const char* kName = "tune";
+  using Answer = OrderTaken;
+  std::string loop{};
+  double kp = kNone, ki = kNone, kd = kNone;
+  Maybe<Gains> expect{};  // what the sender has seen
+  Maybe<std::string> user{}, address{};
+};
+
+struct OrderRequest {
+  static constexpr const char* kName = "order";
+  using Answer = OrderState;
+  std::string loop{};
+  Maybe<std::uint64_t> order{};
+};
+
+struct AlarmRequest {
+  static constexpr const char* kName = "alarm";
+  using Answer = AlarmActed;
+  std::string loop{}, alarm{}, action{};  // acknowledge, reset, shelve, unshelve
+  Maybe<std::string> reason{};
+  Maybe<std::uint64_t> minutes{};
+  Maybe<std::string> user{}, address{};
+};
+
+// All alarms of an incident that wait.
+struct AcknowledgeIncidentRequest {
+  static constexpr const char* kName = "acknowledge_incident";
+  using Answer = IncidentActed;
+  std::string loop{}, incident{};  // its id
+  Maybe<std::string> reason{}, user{}, address{};
+};
+
+struct AcknowledgeAllRequest {
+  static constexpr const char* kName = "acknowledge_all";
+  using Answer = AllAcknowledged;
+  Maybe<std::string> reason{}, user{}, address{};
+};
+
+struct VetoRequest {
+  static constexpr const char* kName = "veto";
+  using Answer = Vetoed;
+  std::string loop{};
+  bool veto = true;
+  Maybe<std::string> reason{}, user{}, address{};
+};
+
+// What a fitter finds at a valve; other: something else than the valve.
+inline constexpr std::array kFoundWords{"stiction", "backlash", "air", "nothing", "other"};
+
+struct OutcomeRequest {
+  static constexpr const char* kName = "outcome";
+  using Answer = OutcomeKept;
+  std::string loop{}, found{};
+  Maybe<std::string> note{};
+};
+
+// What a person says of a loop at a time, for its trend and its incidents.
+struct NoteRequest {
+  static constexpr const char* kName = "note";
+  using Answer = Noted;
+  std::string loop{}, text{};
+  Maybe<std::uint64_t> about_ms{};  // UTC; absent: now
+  Maybe<std::string> user{}, address{};
+};
+
+// Those of a loop that wait, run, or have ended and are kept.
+struct ReportsRequest {
+  static constexpr const char* kName = "reports";
+  using Answer = Reports;
+  std::string loop{};
+};
+
+struct ReportRequest {
+  static constexpr const char* kName = "report";
+  using Answer = ReportTaken;
+  std::string loop{}, kind{};
+  std::uint64_t from_ms = 0, to_ms = 0;  // UTC, of what is recorded
+  Maybe<std::string> user{}, address{};
+};
+
+struct RecordRequest {
+  static constexpr const char* kName = "record";
+  using Answer = RecordFile;
+  std::string loop{};
+  Maybe<std::string> start{};  // name
+  Maybe<bool> stop{};
+  Maybe<double> at_most_s{};  // beside `start`: after so long it ends by itself
+};
+
+struct ReloadRequest {
+  static constexpr const char* kName = "reload";
+  using Answer = ReloadNumber;
+  Maybe<bool> dry_run{};
+  Maybe<bool> take_file{};  // also where a person's gains are not in the files
+};
+
+struct ReloadStateRequest {
+  static constexpr const char* kName = "reload_state";
+  using Answer = ReloadState;
+  Maybe<std::uint64_t> reload{};
+};
+
+// The name of a request that came. Throws RequestError.
+std::string name_of(const nlohmann::json& request);
+
+}  // namespace loopwarden::protocol

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Why an alarm came, as the gap workflow found it in the newest minutes against the loop's twin.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/twin/planned_moves_of.hpp"
+#include "model/alarm/alarm_kind.hpp"
+#include "model/plant/loop_model.hpp"
+
+namespace loopwarden::daemon {
+
+struct Explanation {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  alarm::AlarmKind alarm = alarm::AlarmKind::stiction;  // as raised
+  std::optional<alarm::AlarmKind> final_name;  // another one than `alarm`
+  std::int64_t raised_ms = 0;                                // UTC, ms since 1970
+  std::int64_t ended_ms = 0;
+  std::string verdict;                  // of gap, or not_explained
+  std::string effect;                   // empty: none has a name
+  std::optional<effects::Block> block{};  // of the effect
+  std::uint16_t effect_number = 0;      // of the catalogue; 0: none
+  double size_percent = kNone;          // % of the CO span; NaN: it has no size
+  double low_percent = kNone;           // interval of the size
+  double high_percent = kNone;
+  std::optional<twin::Stick> stick{};  // agrees, and has the effect stiction
+  double confidence = kNone;
+  double gap_closed = kNone;  // share; NaN: too near to the noise
+  bool agrees = false;
+  double since_s = kNone;  // before the alarm
+  std::vector<std::string> alternatives;
+  std::string sentence;
+  std::string remedy;            // what to do; empty: nothing is known
+  std::filesystem::path folder;  // of the evidence
+};
+
+}  // namespace loopwarden::daemon

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// loopwarden-study compare: what `loopwarden compare` does, with slower plants beside the model's own.
+#include <memory>
+
+#include "lab/program/studies.hpp"
+#include "workbench/compare/comparison.hpp"
+
+namespace loopwarden::studies {
+
+void add_compare(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<workbench::ComparisonOptions>();
+  options->plants = workbench::ComparedPlants::own_and_others;
+  CLI::App* sub = app.add_subcommand("compare", "the valve compensators on a grid of three plants");
+  workbench::Command command(*sub);
+  workbench::add_comparison_options(command, *options);
+  sub->footer("Example: loopwarden-study compare examples/models/plant1.yaml --out compare");
+  sub->callback([options, &exit_code] { exit_code = workbench::run_comparison(*options); });
+}
+
+}  // namespace loopwarden::studies

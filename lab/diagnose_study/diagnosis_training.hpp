@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits the table of model/diagnosis/classifier.hpp to simulated cases.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "model/diagnosis/classifier.hpp"
+#include "model/numeric/parallel.hpp"
+#include "lab/diagnose_study/boosted_trees.hpp"
+
+namespace loopwarden::studies {
+
+struct LabelledFeatures {
+  diagnosis::Features features{};
+  diagnosis::Cause cause = diagnosis::Cause::none;
+};
+
+struct TrainedTable {
+  std::array<float, diagnosis::kCauseCount> base{};
+  std::vector<diagnosis::Tree> trees;
+  diagnosis::TreeTable view() const { return {.base = base, .trees = trees}; }
+};
+
+// The table does not depend on how `parallel` does it.
+TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSettings& settings,
+                   const numeric::ParallelFor& parallel);
+
+// The text of model/diagnosis/classifier.table.
+std::string table_text(const TrainedTable& table, const std::string& provenance);
+
+}  // namespace loopwarden::studies

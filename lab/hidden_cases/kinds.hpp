@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "lab/hidden_cases/hidden_case.hpp"
+
+namespace loopwarden::hidden_cases {
+
+// "single,none" -> the kinds. Throws std::invalid_argument for an unknown word or none at all.
+std::vector<Kind> parse_kinds(std::string_view list);
+
+}  // namespace loopwarden::hidden_cases

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// The alarms of the box itself: the group `box`, with the states and the life of every other alarm (alarm.hpp).
+//
+//   disk_full            the state directory has little room, the journal can't write, or the disk hangs
+//   clock_stepped        the clock was set by more than a second: times in records and journal jump
+//   feeder_lost          a feeder of watched loops is not connected
+//   service_failed       a service of the box has died
+//   certificate_expires  a certificate ends within 14 days
+//   records_dropped      recorder or monitor was too slow, and cycles are missing in records or windows
+//
+// A condition comes once it has been found for its on-delay without a break and goes once it has been gone for
+// kBoxOffDelay_ms. What can't be found out changes nothing and starts the delay anew.
+//
+// Errors: an action that does not fit the state changes nothing and is refused.
+// What it can't do: tell of a box that is off, or of the daemon's own death.
+//
+// Source: ANSI/ISA-18.2-2016 (IEC 62682): alarms of the system's own diagnosis.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "model/alarm/alarm.hpp"
+#include "model/alarm/alarm_guide.hpp"
+#include "model/alarm/alarm_kind.hpp"
+#include "model/numeric/enum_name.hpp"
+
+namespace loopwarden::alarm {
+
+// What stands for the box where alarms have a loop; no loop may have that tag.
+inline constexpr const char* kBox = "box";
+
+// The order is that of the register's bits and never changes.
+enum class BoxAlarm : std::uint8_t {
+  disk_full,
+  clock_stepped,
+  feeder_lost,
+  service_failed,
+  certificate_expires,
+  records_dropped
+};
+inline constexpr std::array kBoxAlarms{BoxAlarm::disk_full,           BoxAlarm::clock_stepped,
+                                       BoxAlarm::feeder_lost,         BoxAlarm::service_failed,
+                                       BoxAlarm::certificate_expires, BoxAlarm::records_dropped};
+inline constexpr std::size_t kBoxAlarmCount = kBoxAlarms.size();
+
+constexpr std::size_t index_of(BoxAlarm kind) noexcept { return static_cast<std::size_t>(kind); }
+constexpr const char* to_text(BoxAlarm kind) noexcept {
+  return numeric::enum_name<BoxAlarm::records_dropped>(
+      kind, {"disk_full", "clock_stepped", "feeder_lost", "service_failed", "certificate_expires",
+             "records_dropped"});
+}
+constexpr Priority usual_priority(BoxAlarm kind) noexcept {
+  return kind == BoxAlarm::disk_full ? Priority::high : Priority::medium;
+}
+AlarmGuide guide_of(BoxAlarm kind) noexcept;
+
+inline constexpr std::int64_t kBoxOffDelay_ms = 60'000;
+// What restarts by itself is given the time for it.
+constexpr std::int64_t on_delay_ms(BoxAlarm kind) noexcept {
+  return kind == BoxAlarm::feeder_lost || kind == BoxAlarm::service_failed ? 30'000 : 0;
+}
+
+// What one look at the box found; nothing: it can't be told.
+using BoxFindings = std::array<std::optional<bool>, kBoxAlarmCount>;
+
+class BoxAlarms {
+ public:
+  explicit BoxAlarms(const AlarmSettings& settings) noexcept;
+  void restore(BoxAlarm kind, const AlarmMemory& memory) noexcept;
+
+  // `monotonic_ms` is for the delays, `utc_ms` for the alarms. True where one changed.
+  bool found(const BoxFindings& findings, std::int64_t monotonic_ms, std::int64_t utc_ms) noexcept;
+  bool act(BoxAlarm kind, AlarmAction action, std::int64_t utc_ms, std::int64_t until_ms) noexcept;
+
+  const Alarm& alarm(BoxAlarm kind) const noexcept { return alarms_[index_of(kind)]; }
+  // Bits of those whose condition is on.
+  unsigned active() const noexcept;
+
+ private:
+  struct Delayed {
+    bool on = false;
+    std::optional<std::int64_t> other_since_ms;
+  };
+  std::array<Alarm, kBoxAlarmCount> alarms_;
+  std::array<Delayed, kBoxAlarmCount> conditions_{};
+};
+
+}  // namespace loopwarden::alarm

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/alarm/corrective_action.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "model/numeric/root_sum_square.hpp"
+
+namespace loopwarden::alarm {
+namespace {
+
+using Order = CorrectiveStep::Order;
+using State = CorrectiveState;
+
+constexpr double kStandsStill = 0.1;  // % of the PV span that SP may move in a steady window
+
+static_assert(kBaseline <= kTrial);
+
+}  // namespace
+
+CorrectiveAction::CorrectiveAction(const CorrectiveSettings& settings) noexcept
+    : settings_(settings), state_(settings.enabled ? State::waiting : State::off) {}
+
+CorrectiveAction::Errors CorrectiveAction::newest_mean(std::size_t windows) const noexcept {
+  Errors sum;
+  for (std::size_t i = 1; i <= windows; ++i) {
+    const Errors& e = newest_[(steady_ - i) % kTrial];
+    sum.rms += e.rms;
+    sum.mean += e.mean;
+  }
+  const auto n = static_cast<double>(windows);
+  return {sum.rms / n, sum.mean / n};
+}
+
+CorrectiveStep::Order CorrectiveAction::order_of(State state) const noexcept {
+  if (acts(state)) return Order::on;
+  return state == State::in_shadow ? Order::shadow : Order::back;
+}
+
+CorrectiveStep CorrectiveAction::go(CorrectiveState to, const char* why) noexcept {
+  CorrectiveStep step{.form = settings_.form, .why = why, .from = state_, .to = to};
+  if (order_of(to) != order_of(state_)) step.order = order_of(to);
+  state_ = to;
+  steady_ = 0;
+  shadow_s_ = 0.0;
+  return step;
+}
+
+CorrectiveStep CorrectiveAction::begin() noexcept {
+  settling_ = 0;
+  if (settings_.on_order && !ordered_) return go(State::offered, "the valve sticks, and is known");
+  return go(State::in_shadow, may_act_ ? "the valve sticks, and is known"
+                                       : "the valve sticks; s is known too roughly to act");
+}
+
+CorrectiveStep CorrectiveAction::explained(bool may_act) noexcept {
+  if (!planned() || state_ == State::off || state_ == State::given_up) return {};
+  may_act_ = may_act;
+  disengaged_ = 0;
+  if (acting()) return {};  // they know the valve better by now
+  due_ = true;
+  if (state_ != State::in_shadow) return {};
+  CorrectiveStep step = begin();
+  step.order = Order::shadow;
+  return step;
+}
+
+CorrectiveStep CorrectiveAction::explained_otherwise() noexcept {
+  if (!planned() || acting()) return {};
+  due_ = ordered_ = false;
+  if (state_ != State::offered && state_ != State::in_shadow) return {};
+  return go(State::waiting, "the newest explanation is no stiction that is known");
+}
+
+CorrectiveStep CorrectiveAction::ordered() noexcept {
+  if (state_ != State::offered) return {};
+  ordered_ = true;
+  return begin();
+}
+
+CorrectiveStep CorrectiveAction::moves(const control::MovesState& state, double passed_s) noexcept {
+  using control::GivenBack;
+  if (state_ == State::in_shadow && state.shadow) {
+    shadow_s_ += passed_s;
+    return shadow_s_ < kShadow_s ? CorrectiveStep{} : shadowed(state);
+  }
+  if (!calms() || state.shadow || state.phase != control::MovePhase::given_back) return {};
+  if (state.reason == GivenBack::valve_follows) {
+    due_ = ordered_ = false;
+    return go(State::waiting, "the stem follows a probe: the valve does not stick");
+  }
+  if (state.for_good || ++disengaged_ >= kMostDisengaged)
+    return go(State::given_up, to_text(state.reason));
+  due_ = true;  // the alarm stands: once more, by a time in shadow
+  return go(State::waiting, to_text(state.reason));
+}
+
+CorrectiveStep CorrectiveAction::shadowed(const control::MovesState& state) noexcept {
+  if (state.for_good) return go(State::given_up, to_text(state.reason));
+  if (!(state.gain > 0.0) || steady_ < kLeastBaseline || !may_act_) return {};
+  before_ = newest_mean(std::min(steady_, kBaseline));
+  CorrectiveStep step = state.gain <= 1.0 - kLeastGain
+                            ? go(State::trying, "it gains in shadow")
+                            : go(State::given_up, "it gains nothing in shadow");
+  settling_ = kSettling;
+  step.rms_before = before_.rms;
+  step.mean_before = before_.mean;
+  step.gain_in_shadow = state.gain;
+  return step;
+}
+
+CorrectiveStep CorrectiveAction::window(const WindowMeasures& m, bool sticks, bool came) noexcept {
+  if (state_ == State::off) return {};
+  if (came && !planned()) {
+    due_ = true;
+    if (state_ == State::waiting) steady_ = 0;
+  }
+  if (!sticks) {
+    due_ = ordered_ = false;
+    const bool ends = state_ != State::waiting && state_ != State::vetoed;
+    if (ends) return go(State::waiting, "the valve no longer sticks");
+  }
+  if (planned() && due_ && state_ == State::waiting) return begin();
+  if (settling_ > 0) {
+    --settling_;
+    return {};
+  }
+  if (m.set_point_range_percent > kStandsStill) return {};
+  const double mean = std::abs(m.mean_error_percent);
+  newest_[steady_ % kTrial] = {numeric::root_sum_square(m.variability_percent, mean), mean};
+  ++steady_;
+  return decide();
+}
+
+CorrectiveStep CorrectiveAction::decide() noexcept {
+  if (!planned() && state_ == State::waiting && due_ && steady_ >= kBaseline) {
+    before_ = newest_mean(kBaseline);
+    due_ = false;
+    CorrectiveStep step = go(State::trying, "the valve sticks");
+    settling_ = kSettling;
+    step.rms_before = before_.rms;
+    step.mean_before = before_.mean;
+    return step;
+  }
+  if (!acting() || steady_ < kTrial) return {};
+  const Errors after = newest_mean(kTrial);
+  const bool falls = after.rms <= (1.0 - kLeastGain) * before_.rms;
+  const bool centred =
+      planned() || after.mean <= std::max(before_.mean, settings_.allowed_mean_error_percent);
+  CorrectiveStep step;
+  if (!falls) {
+    step = go(State::given_up, "the error did not fall");
+  } else if (!centred) {
+    step = go(State::given_up, "the mean error grew");
+  } else if (state_ == State::trying) {
+    step = go(State::helping, "the error fell");
+  } else {
+    steady_ = 0;
+    return {};
+  }
+  step.rms_before = before_.rms;
+  step.rms_after = after.rms;
+  step.mean_before = before_.mean;
+  step.mean_after = after.mean;
+  return step;
+}
+
+CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
+  steady_ = 0;
+  settling_ = 0;
+  if (!acting() && state_ != State::in_shadow) return {};
+  if (controlling) {  // saturated, a gap: it stays, its trial begins anew
+    settling_ = acting() ? kSettling : 0;
+    return {};
+  }
+  due_ = true;  // the alarm stands: once more, from a baseline of its own
+  return go(State::waiting, "the loop is not in automatic on a good PV");
+}
+
+CorrectiveStep CorrectiveAction::refused() noexcept {
+  if (!acting() && state_ != State::in_shadow) return {};
+  settling_ = 0;
+  CorrectiveStep step = go(State::given_up, "the loop refused the order");
+  // The jacket stays as it was; planned moves in shadow would stay there for good.
+  if (!planned()) step.order = Order::none;
+  return step;
+}
+
+CorrectiveStep CorrectiveAction::reloaded() noexcept {
+  if (!acting() && state_ != State::in_shadow) return {};
+  due_ = true;  // the alarm stands: once more, from a baseline of its own
+  settling_ = 0;
+  return go(State::waiting, "a reload has set the loop anew");
+}
+
+CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {
+  if (state_ == State::off || veto == veto_) return {};
+  const Veto before = std::exchange(veto_, veto);
+  // By hand the jacket may have been set to act.
+  const bool left_as_it_is = !planned() && before == Veto::hands_off;
+  CorrectiveStep step;
+  if (veto == Veto::none) {
+    if (!planned()) due_ = true;  // if the valve still sticks, it is time
+    step = go(State::waiting, before == Veto::commissioning ? "the commissioning has ended"
+                                                            : "the operator's veto is lifted");
+  } else {
+    if (!planned()) due_ = false;
+    step = go(State::vetoed, veto == Veto::commissioning ? "the loop is being commissioned"
+                                                         : "the operator's veto");
+  }
+  ordered_ = false;
+  settling_ = 0;
+  if (left_as_it_is) step.order = Order::back;
+  if (veto == Veto::hands_off && !planned()) step.order = Order::none;
+  return step;
+}
+
+}  // namespace loopwarden::alarm

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// A stretch of one loop's routine operation, the unit in which a monitor judges.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "model/specialist/fit/loop_window.hpp"
+#include "model/numeric/enum_name.hpp"
+
+namespace loopwarden::alarm {
+
+using specialist::kWindowSamples;
+
+// Columns of one length and constant period; finite but for `stem`, which is NaN throughout where there
+// is no read-back.
+struct Window {
+  std::span<const double> sp;    // PV units
+  std::span<const double> pv;    // PV units
+  std::span<const double> co;    // CO units
+  std::span<const double> stem;  // CO units
+  double sample_time_s = 0.1;    // s, > 0, after decimation
+  double pv_low = 0.0;           // PV units, the transmitter's range
+  double pv_high = 100.0;
+  double co_low = 0.0;  // CO units, the span of the controller's output
+  double co_high = 100.0;
+  std::size_t bridged_cycles = 0;  // cycles of the window that were missing and stood in for
+};
+
+// Why there is no window that could be judged. The numbers are those of the register map.
+enum class WindowState : std::uint8_t {
+  valid = 0,
+  filling = 1,              // being gathered, since the start or an interruption
+  not_automatic = 2,        // manual or fallback
+  bad_pv = 3,               // PV bad or uncertain
+  gap = 4,                  // cycles are missing
+  saturated = 5,            // CO at a limit for more than a tenth of the window
+  not_enough_movement = 6,  // too little movement to tell
+  no_judge = 7,             // no specialists for this loop
+  no_set_point = 8          // SP is not known, and never will be
+};
+
+constexpr const char* to_text(WindowState state) noexcept {
+  return numeric::enum_name<WindowState::no_set_point>(
+      state, {"valid", "filling", "not automatic", "bad PV", "gap", "saturated",
+              "not enough movement", "no specialists", "no set point"});
+}
+
+}  // namespace loopwarden::alarm

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/diagnosis/nonlinearity.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+#include "model/diagnosis/series.hpp"
+#include "model/numeric/random.hpp"
+#include "model/numeric/statistics.hpp"
+
+namespace loopwarden::diagnosis {
+namespace {
+
+constexpr std::size_t kSamplesPerCycle = 12;
+constexpr std::size_t kMostSamples = 600;
+constexpr std::size_t kEmbedding = 10;  // samples
+constexpr std::size_t kHorizon = 3;     // samples
+constexpr std::size_t kNeighbours = 8;
+constexpr std::size_t kSurrogates = 20;
+constexpr double kLeastPeriods = 4.0;
+
+using Series = std::vector<double>;
+
+// Ends that meet: the spectrum of a piece whose ends differ has what its signal has not.
+std::span<const double> matched_ends(std::span<const double> y, std::size_t cycle) {
+  std::size_t best_from = 0;
+  std::size_t best_to = y.size();
+  double best = 1e300;
+  for (std::size_t from = 0; from < cycle && from + 3 * cycle < y.size(); ++from) {
+    for (std::size_t to = y.size() - cycle; to < y.size(); ++to) {
+      const double level = y[from] - y[to];
+      const double slope = (y[from + 1] - y[from]) - (y[to] - y[to - 1]);
+      const double off = level * level + slope * slope;
+      if (off >= best) continue;
+      best = off;
+      best_from = from;
+      best_to = to;
+    }
+  }
+  return y.subspan(best_from, best_to - best_from);
+}
+
+double foretold(const Series& y) {
+  const std::size_t rows = y.size() - kEmbedding - kHorizon + 1;
+  double sum = 0.0;
+  std::array<double, kNeighbours> nearest{};
+  std::array<std::size_t, kNeighbours> at{};
+  for (std::size_t i = 0; i < rows; ++i) {
+    nearest.fill(1e300);
+    for (std::size_t j = 0; j < rows; ++j) {
+      // Rows that overlap are neighbours in time, not in shape.
+      if (i < j + kEmbedding && j < i + kEmbedding) continue;
+      double distance = 0.0;
+      for (std::size_t k = 0; k < kEmbedding && distance < nearest.back(); ++k) {
+        const double off = y[i + k] - y[j + k];
+        distance += off * off;
+      }
+      if (distance >= nearest.back()) continue;
+      std::size_t place = kNeighbours - 1;
+      while (place > 0 && nearest[place - 1] > distance) {
+        nearest[place] = nearest[place - 1];
+        at[place] = at[place - 1];
+        --place;
+      }
+      nearest[place] = distance;
+      at[place] = j;
+    }
+    double mean = 0.0;
+    for (const std::size_t j : at) mean += y[j + kEmbedding - 1 + kHorizon];
+    mean /= static_cast<double>(kNeighbours);
+    const double off = y[i + kEmbedding - 1 + kHorizon] - mean;
+    sum += off * off;
+  }
+  return sum / static_cast<double>(rows);
+}
+
+class Spectrum {
+ public:
+  explicit Spectrum(const Series& y) : n_(y.size()), turns_(y.size()) {
+    for (std::size_t k = 0; k < n_; ++k) {
+      const double angle =
+          2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n_);
+      turns_[k] = {std::cos(angle), std::sin(angle)};
+    }
+    for (std::size_t f = 0; f <= n_ / 2; ++f) {
+      std::complex<double> sum = 0.0;
+      for (std::size_t k = 0; k < n_; ++k) sum += y[k] * std::conj(turns_[f * k % n_]);
+      amplitudes_.push_back(std::abs(sum));
+    }
+  }
+
+  Series with_random_phases(numeric::Random& random) const {
+    std::vector<std::complex<double>> lines(amplitudes_.size());
+    for (std::size_t f = 1; f < lines.size(); ++f) {
+      const double angle = 2.0 * std::numbers::pi * random.uniform();
+      lines[f] = amplitudes_[f] * std::complex<double>(std::cos(angle), std::sin(angle));
+    }
+    Series y(n_);
+    for (std::size_t k = 0; k < n_; ++k) {
+      double sum = 0.0;
+      for (std::size_t f = 1; f < lines.size(); ++f) {
+        const double twice = 2 * f == n_ ? 1.0 : 2.0;
+        sum += twice * (lines[f] * turns_[f * k % n_]).real();
+      }
+      y[k] = sum / static_cast<double>(n_);
+    }
+    return y;
+  }
+
+ private:
+  std::size_t n_;
+  std::vector<std::complex<double>> turns_;
+  std::vector<double> amplitudes_;
+};
+
+}  // namespace
+
+double nonlinearity(std::span<const double> y, double period, std::uint64_t seed) {
+  if (!(period >= 4.0) || static_cast<double>(y.size()) < kLeastPeriods * period) return 0.0;
+  const auto factor = static_cast<std::size_t>(
+      std::max(1.0, std::floor(period / static_cast<double>(kSamplesPerCycle))));
+  Series thinned = diagnosis::block_means(y, factor);
+  if (thinned.size() > kMostSamples) thinned.resize(kMostSamples);
+  thinned = diagnosis::detrended(thinned);
+  const auto cycle = static_cast<std::size_t>(std::max(3.0, period / static_cast<double>(factor)));
+  const std::span<const double> piece = matched_ends(thinned, cycle);
+  Series x(piece.begin(), piece.end());
+  const double deviation = numeric::deviation(x);
+  if (x.size() < 6 * kEmbedding || !(deviation > 0.0)) return 0.0;
+  const double mean = numeric::mean(x);
+  for (double& v : x) v = (v - mean) / deviation;
+  const double gamma = foretold(x);
+  const Spectrum spectrum(x);
+  numeric::Random random(seed);
+  Series surrogates;
+  for (std::size_t s = 0; s < kSurrogates; ++s)
+    surrogates.push_back(foretold(spectrum.with_random_phases(random)));
+  const double spread = numeric::deviation(surrogates);
+  return spread > 0.0 ? (numeric::mean(surrogates) - gamma) / (3.0 * spread) : 0.0;
+}
+
+}  // namespace loopwarden::diagnosis

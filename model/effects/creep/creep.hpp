@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Creep: the last bit of every move comes late (effect `creep`).
+//
+//   x = u - z     z(k) = clamp( e^(-h/T) z(k-1) + u(k) - u(k-1), -A, A )
+//
+//   u, x  CO units     z  what is still to come, CO units     A  amount, CO units, >= 0: the most of it
+//   T  time_constant, s, > 0     h  s
+//
+// A small move comes late as a whole, as behind a lag; of a large one all but A comes at once. Elastomers and packings
+// that relax, a positioner whose integral action ends the travel.
+//
+// Severity p fades it in as p A.
+// Errors: none; a non-finite u gives a non-finite x until the next reset.
+// What it can't do: one time constant; real relaxation goes on with the logarithm of time.
+//
+// Source: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials (1976): standard linear
+// solid, whose slow part is limited here.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace loopwarden::effects {
+
+class Creep {
+ public:
+  Creep(double amount, double time_constant_s, double period_s) noexcept
+      : full_(amount), amount_(amount), keep_(std::exp(-period_s / time_constant_s)) {}
+
+  void set_severity(double severity) noexcept { amount_ = full_ * severity; }
+  double reset(double u) noexcept {
+    late_ = 0.0;
+    return last_ = u;
+  }
+  double step(double u) noexcept {
+    const double due = keep_ * late_ + u - last_;
+    late_ = std::clamp(due, -amount_, amount_);
+    limited_ = late_ != due;
+    last_ = u;
+    return u - late_;
+  }
+  bool limited() const noexcept { return limited_; }  // not all of the move came late
+
+ private:
+  double full_;    // CO units
+  double amount_;  // CO units
+  double keep_;
+  double late_ = 0.0;  // CO units
+  double last_ = 0.0;  // CO units
+  bool limited_ = false;
+};
+
+}  // namespace loopwarden::effects

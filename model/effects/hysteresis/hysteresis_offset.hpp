@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hysteresis in the thesis's form: another branch while the output falls (effect `hysteresis` with
+// `offset`).
+//
+//   x = u            while u rises
+//   x = u + offset   while u falls; the branch stays as it is while u stands still
+//
+//   u, x, offset  CO units; offset of either sign
+//
+// Errors: none; a non-finite u gives a non-finite x.
+// What it can't do: it jumps at once on the smallest reversal, noise included: no minor loops. For
+// a gradual loop see hysteresis_width.hpp.
+//
+// Source: Sewdass, thesis (Durban University of Technology), section 7.3.4.
+#pragma once
+
+namespace loopwarden::effects {
+
+// Whether u falls: which branch holds.
+struct FallingLaw {
+  double last_u = 0.0;
+  bool falling = false;
+  bool step(double u) noexcept {
+    if (u != last_u) falling = u < last_u;
+    last_u = u;
+    return falling;
+  }
+};
+
+class HysteresisOffset {
+ public:
+  explicit HysteresisOffset(double offset) noexcept : full_(offset), offset_(offset) {}
+
+  void set_severity(double severity) noexcept { offset_ = full_ * severity; }
+
+  double reset(double u) noexcept {
+    law_ = {u, false};
+    return u;
+  }
+
+  double step(double u) noexcept { return law_.step(u) ? u + offset_ : u; }
+
+ private:
+  double full_;    // CO units
+  double offset_;  // CO units
+  FallingLaw law_;
+};
+
+}  // namespace loopwarden::effects

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bias of the transmitter (effect `output_bias`).
+//
+//   y = q + B       q, y, B  PV units
+//
+// What it can't do: nothing in a single record tells it from a constant load.
+#pragma once
+
+namespace loopwarden::effects {
+
+class OutputBias {
+ public:
+  explicit OutputBias(double bias) noexcept : full_(bias), bias_(bias) {}
+
+  void set_severity(double severity) noexcept { bias_ = full_ * severity; }
+  double reset(double q) noexcept { return step(q); }
+  double step(double q) noexcept { return q + bias_; }
+
+ private:
+  double full_;  // PV units
+  double bias_;  // PV units
+};
+
+}  // namespace loopwarden::effects

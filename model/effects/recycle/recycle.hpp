@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recycle: a part of what leaves comes back, late, and is mixed with what enters (effect `recycle`).
+//
+//   x(k) = (1 - R) u(k) + R w(k)     w = x(t - D) through a lag of T, linear between samples
+//
+//   u, x  same units     R  share that comes back, 0 to 0.95     D  delay, s, >= one sample     T  time_constant, s, >= 0
+//
+// It stands at the input of the process, which a linear process does not tell from its output. The level of PV stays; its
+// way there goes in stairs, each R times the one before, D + T apart. Heat exchangers between feed and effluent,
+// reflux, a return header, recycled solvent.
+//
+// Severity p fades it in as p R.
+// Errors: the constructor throws std::length_error for a delay beyond what fits in memory.
+// What it can't do: one way back; a share above 0.95, near to running away.
+//
+// Source: Luyben, Ind. Eng. Chem. Res. 32 (1993) 466-475 (dynamics of recycle systems).
+#pragma once
+
+#include "model/effects/extra_dead_time/extra_dead_time.hpp"
+#include "model/effects/first_order_lag.hpp"
+
+namespace loopwarden::effects {
+
+class Recycle {
+ public:
+  // Of the delay the loop through the last sample is one.
+  Recycle(double share, double delay_s, double time_constant_s, double period_s)
+      : full_(share),
+        share_(share),
+        way_(delay_s > period_s ? delay_s - period_s : 0.0, period_s),
+        lag_(time_constant_s, period_s) {}
+
+  void set_severity(double severity) noexcept { share_ = full_ * severity; }
+  double reset(double u) noexcept {
+    way_.reset(u);
+    lag_.reset(u);
+    return last_ = u;
+  }
+  double step(double u) noexcept {
+    return last_ = (1.0 - share_) * u + share_ * lag_.step(way_.step(last_));
+  }
+
+ private:
+  double full_;
+  double share_;
+  ExtraDeadTime way_;
+  FirstOrderLag lag_;
+  double last_ = 0.0;  // x(k-1)
+};
+
+}  // namespace loopwarden::effects

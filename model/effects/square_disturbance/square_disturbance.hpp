@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Square disturbance: something upstream switches on and off (effect `square_disturbance`).
+//
+//   y = q + A m,  m the mean of sign( sin(2 pi t / T + phase) ) over a sample about t
+//
+//   q, y, A  PV units (A: amplitude)     T  period, s, > 0     phase  rad     t  s, time of the record
+//
+// The mean, so that an edge between two samples shows by its part in the sample it falls in.
+//
+// What it can't do: as long on as off; it adds to PV at once, not through the process's lag.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace loopwarden::effects {
+
+class SquareDisturbance {
+ public:
+  SquareDisturbance(double amplitude, double period_s, double phase_rad,
+                    double sample_time_s) noexcept
+      : amplitude_(amplitude),
+        period_s_(period_s),
+        lead_(phase_rad / (2.0 * std::numbers::pi)),
+        sample_(sample_time_s / period_s) {}
+
+  void set_severity(double severity) noexcept { severity_ = severity; }
+  // It knows no rest: a record begins with it on or off.
+  double reset(double q) noexcept { return step(q, 0.0); }
+  double step(double q, double time_s) noexcept {
+    const double turns = time_s / period_s_ + lead_;
+    const double mean =
+        (integral(turns + sample_ / 2.0) - integral(turns - sample_ / 2.0)) / sample_;
+    return q + severity_ * amplitude_ * mean;
+  }
+
+ private:
+  // Of the sign, over turns: up in the first half of each, down in the second.
+  static double integral(double turns) noexcept {
+    const double in_turn = turns - std::floor(turns);
+    return std::min(in_turn, 1.0 - in_turn);
+  }
+
+  double amplitude_;  // PV units
+  double period_s_;   // s
+  double lead_;       // of a period
+  double sample_;     // of a period
+  double severity_ = 1.0;
+};
+
+}  // namespace loopwarden::effects

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stiction of a stem that has momentum (effect `stiction`, law `inertial`): spring-opposed actuator
+// with Karnopp friction and the actuator's own dynamics, solved exactly.
+//
+//   stuck   (x' = 0 and |u - x| <= fs):  x stays
+//   moving  (d = sign x'):               x'' = wn^2 (u - x - d fd) - 2 z wn x'
+//
+//   u   CO units, held over a period    x   CO units, stem     d   direction of motion, -1 or +1
+//   fs  CO units    static friction, (s + j) / 2    fd  CO units   moving friction, (s - j) / 2
+//   wn  rad/s       actuator's undamped natural frequency, > 0     z   damping ratio, > 0
+//
+// With little damping a slip overshoots: the stem travels up to 2 j where the quasi-static laws let it
+// travel j, and stops there; from z = 1 on it creeps to where they let it jump. At s = 0 this is the second-order actuator of positioner_overshoot.hpp.
+//
+// At an end of the travel the stem stops, x' = 0, and stays for the rest of the period; friction holds it there
+// as anywhere. Ends are looked at once a period.
+//
+// While the stem moves the equation is linear and its solution closed; a stop within the period is
+// found from the closed solution, and what follows it starts there. Severity p fades it in as
+// p S and p J; at 0 the stem follows u at once.
+//
+// Errors: none. A non-finite u leaves the stem where it is.
+// What it can't do: no Stribeck curve and no presliding (LuGre); friction the same along the travel;
+// within a period u is a stair, so that a stem with a fast actuator stops on every stair.
+//
+// Sources: Karnopp, J. Dyn. Sys., Meas., Control 107 (1985) 100-103; overshooting slip: He and Wang,
+// Ind. Eng. Chem. Res. 53 (2014), the semi-physical model.
+#pragma once
+
+#include <cmath>
+
+#include "model/effects/stiction/stiction_law.hpp"
+#include "model/effects/travel.hpp"
+
+namespace loopwarden::effects {
+
+class StictionInertial {
+ public:
+  struct Actuator {
+    double natural_frequency_rad_s = 20.0;  // rad/s
+    double damping = 0.7;
+  };
+  // `period_s` > 0, shorter than half a natural period.
+  StictionInertial(StictionParameters parameters, Actuator actuator, double period_s,
+                   Travel travel = {}) noexcept;
+
+  void set_severity(double severity) noexcept;
+  double reset(double u) noexcept;
+  double step(double u) noexcept {
+    if (v_ == 0.0 && std::abs(u - x_) <= static_friction_ && !absent_) return x_;
+    if (v_ != 0.0) {
+      // On the move throughout the period, as nearly always while it moves at all.
+      const double centre = u - std::copysign(moving_friction_, v_);
+      const double y = x_ - centre;
+      const double v = vx_ * y + vv_ * v_;
+      if (v * v_ > 0.0 && std::isfinite(u) && !absent_) {
+        x_ = centre + xx_ * y + xv_ * v_;
+        v_ = v;
+        return travel_.beyond(x_) ? stop_at_end() : x_;
+      }
+    }
+    start_or_stop(u);
+    return travel_.beyond(x_) ? stop_at_end() : x_;
+  }
+
+ private:
+  // A period in which the stem sets out or comes to rest.
+  void start_or_stop(double u) noexcept;
+  double stop_at_end() noexcept;
+  struct Solution {
+    double c, s;  // of the two solutions that begin with 1 and 0, and their slopes with 0 and 1
+  };
+  Solution solution(double time_s) const noexcept;
+  // Moves on for `time_s` about the end point `centre`, without friction changing sides.
+  void advance(double centre, double time_s) noexcept;
+
+  StictionParameters full_;
+  Travel travel_;
+  double period_s_;
+  double decay_rate_;  // z wn, 1/s
+  bool overdamped_;    // z >= 1
+  double frequency_;   // of the damped swing, rad/s; overdamped: half the poles' distance, 1/s
+  double stiffness_;   // wn^2, 1/s^2
+  double xx_, xv_, vx_, vv_;      // of one whole period
+  double static_friction_ = 0.0;  // CO units
+  double moving_friction_ = 0.0;  // CO units
+  bool absent_ = false;
+  double x_ = 0.0;  // CO units
+  double v_ = 0.0;  // CO units/s
+};
+
+}  // namespace loopwarden::effects

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The faithful form: the thesis's ensemble. Each specialist redraws a signature as its fault's target
+// signature; the verdict is that of the specialist with the lowest mean square error, whatever it is.
+//
+//   mse_i = mean over the 961 samples of (net_i(x) half_span + centre - target_i)^2,   verdict = argmin mse_i
+//
+//   mse  (PV units)^2
+//
+// Inference in single precision, all 31 columns at once, no allocation; the same bits with and without AVX2.
+//
+// Errors: none; a signature with a missing sample has non-finite errors and no verdict.
+// What it can't do: say that it does not know; windows that do not begin with the step; other set points,
+// step sizes and loops than those it was trained on. For all of that see team.hpp.
+//
+// Source: Sewdass, thesis (Durban University of Technology), equations 8.1 to 8.8.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/specialist/judge/classes.hpp"
+#include "model/specialist/judge/network.hpp"
+#include "model/specialist/fit/signature.hpp"
+
+namespace loopwarden::specialist {
+
+struct SignatureSpecialist {
+  std::string name;  // P1S10
+  Condition condition = Condition::no_fault;
+  Network network;  // 31-h-h-31, of scaled columns
+  Scaling scaling;
+  std::vector<double> target;  // kSignatureSamples, PV units
+};
+
+class SignatureEnsemble {
+ public:
+  explicit SignatureEnsemble(const std::vector<SignatureSpecialist>& specialists);
+
+  std::size_t size() const noexcept { return specialists_.size(); }
+  // Of each specialist, in their order. The result stays until the next call.
+  std::span<const double> errors(std::span<const double> pv) noexcept;
+  // Place of the lowest error; nothing if none is finite.
+  std::optional<std::size_t> verdict(std::span<const double> pv) noexcept;
+
+ private:
+  static constexpr std::size_t kColumns = 32;  // the 31 and one for round numbers
+  struct CompiledLayer {
+    std::size_t inputs = 0;
+    std::size_t outputs = 0;
+    std::vector<float> weights;  // row by row
+    std::vector<float> bias;
+  };
+  struct Compiled {
+    std::array<CompiledLayer, 3> layers;
+    Scaling scaling;
+    std::vector<float> target;  // scaled, rows of kColumns
+  };
+
+  std::vector<Compiled> specialists_;
+  std::array<std::vector<float>, 4> activity_;  // rows of kColumns
+  std::vector<double> errors_;
+};
+
+}  // namespace loopwarden::specialist

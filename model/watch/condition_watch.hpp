@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the five condition indices (model/analysis/condition_index.hpp) are made from while a loop runs.
+//
+// Cycles are counted in stretches of one window's length, in every mode; an index shows the newest full one:
+//   read-back bad   share of its cycles without a good read-back, once one has been there
+//   PV bad          share of its cycles with a bad PV
+//   cycle bad       share of its cycles that were late, missing, or whose command did not reach the device
+//   deviation       mean |CO - stem|, % of the CO span
+//   lag             s: sum of (mean of CO - stem) (move of the stem) over sum of (move)^2, times the length of a
+//                   block, over the blocks of a 24th of a window in which the stem moves by more
+//                   than `resolution`. Exact for a first-order lag with CO at any course.
+// Windows add the RMS of SP - PV, and the stick band: from the read-back, or the severity of the stiction,
+// backlash or hysteresis that is raised, whichever is larger. That no alarm is raised measures nothing: a fault
+// that the movement does not touch leaves no trace, so the index is not known then.
+//
+// The stick from the ellipse of PV and CO does not count: it holds the lag of the process as well, and would
+// blame the valve of every loop that is tuned too sharply. Travel since overhaul is not known here. An alarm
+// counts for as long as it is raised.
+//
+// A window may have begun long before a verdict changed: at 1 s a sample it is 16 min long. What it says of the stem is not
+// known, then, until a window and a stretch lie wholly behind the change. A change that a window itself brings about
+// counts from that window on.
+//
+// Stepped by the caller; no clock, no allocation. Errors: none; what is not known stays NaN.
+// What it can't do: tell play from lag (a stem that follows with a play at constant speed looks late by
+// play/speed); see a lag while the stem rests.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "model/analysis/condition_index.hpp"
+#include "model/alarm/loop_alarms.hpp"
+#include "model/watch/window_builder.hpp"
+#include "model/alarm/window_measures.hpp"
+
+namespace loopwarden::watch {
+
+class ConditionWatch {
+ public:
+  explicit ConditionWatch(const WindowSettings& settings, double resolution_percent = 0.2) noexcept;
+
+  struct Troubles {
+    bool pv_bad = false;     // not even uncertain
+    bool pv_frozen = false;  // does not change although CO moves
+    bool cycle_bad = false;  // late, or the command did not reach the device
+  };
+  void add(const Cycle& cycle, const Troubles& troubles) noexcept;
+  // `conditions`: of a window that was judged, else null. It ends with the newest cycle.
+  void window(const alarm::WindowMeasures& measures, const alarm::AlarmConditions* conditions) noexcept;
+  // What is known apart from windows, by routine evidence or a twin. True where it is another verdict than before.
+  bool verdict(const alarm::AlarmConditions& conditions) noexcept;
+  // Of a window that ends with the newest cycle: without its stick, where it began before the last change.
+  alarm::WindowMeasures told(alarm::WindowMeasures measures) const noexcept;
+
+  // No index is known while PV is frozen, because its samples do not show valve and loop.
+  analysis::ConditionIndices indices() const noexcept {
+    return pv_frozen_ ? analysis::ConditionIndices{} : analysis::condition_indices(inputs_);
+  }
+  const analysis::ConditionInputs& inputs() const noexcept { return inputs_; }
+
+ private:
+  // Sums over the stretch that is being counted.
+  struct Sums {
+    std::uint64_t cycles = 0;  // missing ones included
+    std::uint64_t pv_bad = 0;
+    std::uint64_t cycle_bad = 0;
+    std::uint64_t read_back_bad = 0;
+    std::uint64_t compared = 0;  // with a CO and a stem
+    double deviation = 0.0;      // CO units
+    double error_by_move = 0.0;  // CO units squared
+    double move_squared = 0.0;
+  };
+  void follow(double co, double stem) noexcept;
+  void close() noexcept;
+  void count_alarms() noexcept;
+
+  double co_span_;        // CO units
+  double sample_time_s_;  // s, of a cycle
+  double resolution_;     // CO units
+  std::uint64_t length_;  // cycles of a stretch
+  std::uint64_t block_;   // cycles of a block
+  Sums sums_;
+  std::uint64_t in_block_ = 0;
+  double block_start_ = 0.0;  // CO units, stem
+  double block_error_ = 0.0;  // CO units, sum of CO - stem
+  double last_error_ = 0.0;   // CO units
+  std::uint64_t last_period_ = 0;
+  std::uint64_t changed_ = 0;    // first cycle behind the last change of verdict; 0: there was none
+  bool any_ = false;             // a cycle has been seen
+  bool read_back_seen_ = false;  // and a read-back
+  bool pv_frozen_ = false;       // by the newest cycle
+  alarm::AlarmConditions conditions_{};  // the newest
+  analysis::ConditionInputs inputs_;
+};
+
+}  // namespace loopwarden::watch

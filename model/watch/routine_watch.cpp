@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/watch/routine_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace loopwarden::watch {
+namespace {
+
+constexpr double kLeastProbability = 0.05;  // no single window is worth more than 2.9 nats
+
+double logit(double p) noexcept {
+  const double within = std::clamp(p, kLeastProbability, 1.0 - kLeastProbability);
+  return std::log(within / (1.0 - within));
+}
+
+bool speaks(diagnosis::DiagnosisVerdict verdict) noexcept {
+  switch (verdict) {
+    case diagnosis::DiagnosisVerdict::valve_effect:
+    case diagnosis::DiagnosisVerdict::other_cause:
+    case diagnosis::DiagnosisVerdict::healthy: return true;
+    case diagnosis::DiagnosisVerdict::not_enough_data:
+    case diagnosis::DiagnosisVerdict::cant_tell: break;
+  }
+  return false;
+}
+
+// Whether the band is that of a healthy valve.
+bool is_small(const RoutineWatch::Judgement& judgement) noexcept {
+  return judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect &&
+         judgement.severity_percent < RoutineWatch::kHealthyBand;
+}
+
+// Whether two windows as one record suffice; `lowest`: of the probabilities of each by itself.
+bool raises(const RoutineWatch::Judgement& both, double lowest) noexcept {
+  if (both.verdict != diagnosis::DiagnosisVerdict::valve_effect || is_small(both) || !both.whole) {
+    return false;
+  }
+  const bool likely_stiction = both.fault == alarm::AlarmKind::stiction && lowest >= 0.5 &&
+                               both.evidence.standing > diagnosis::kStandsFrom;
+  return both.grade == diagnosis::Grade::seen || likely_stiction;
+}
+
+}  // namespace
+
+RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
+                                      const diagnosis::Archived& source) {
+  diagnosis::Diagnosis found = diagnosis::diagnose(record);
+  const double span = record.co_high - record.co_low;
+  const double sees_from = diagnosis::sees_from(record.pv, record.co, source);
+  if (source.any()) diagnosis::mind_archive(found, source, sees_from, span);
+  RoutineWatch::Judgement judgement{
+      .window_s = record.sample_time_s * static_cast<double>(record.pv.size()),
+      .whole = found.prepared.used == record.pv.size(),
+      .verdict = found.verdict,
+      .grade = found.grade,
+      .probability = found.probability,
+      .evidence = found.evidence,
+      .source = source,
+      .sees_from_percent = span > 0.0 ? 100.0 * sees_from / span : 0.0};
+  if (found.verdict == diagnosis::DiagnosisVerdict::valve_effect) {
+    judgement.fault =
+        found.cause == diagnosis::Cause::backlash ? alarm::AlarmKind::backlash : alarm::AlarmKind::stiction;
+    judgement.severity_percent = span > 0.0 ? 100.0 * found.s / span : 0.0;
+  }
+  return judgement;
+}
+
+RoutineWatch::RoutineWatch(const WindowSettings& settings)
+    : has_set_point_(settings.has_set_point),
+      on_change_(settings.on_change),
+      co_low_(settings.co_low),
+      co_high_(settings.co_high) {
+  const double cycle_s = settings.sample_time_s > 0.0 ? settings.sample_time_s : 0.1;
+  for (const double wanted_s : kSampleTimes) {
+    const auto decimation = static_cast<std::size_t>(std::max(1.0, std::round(wanted_s / cycle_s)));
+    if (!levels_.empty() && levels_.back().decimation == decimation) continue;
+    Level& level = levels_.emplace_back();
+    level.decimation = decimation;
+    level.sample_time_s = static_cast<double>(decimation) * cycle_s;
+    level.sp.resize(2 * kSamples);
+    level.pv.resize(2 * kSamples);
+    level.co.resize(2 * kSamples);
+  }
+}
+
+void RoutineWatch::leave_out(Level& level, std::uint64_t cycles, bool manual) noexcept {
+  const std::uint64_t longest = kLongestBreak * level.decimation;
+  level.left_out = static_cast<std::size_t>(std::min(longest, level.left_out + cycles));
+  if (level.left_out < longest) return;
+  level.count = 0;
+  level.has_before = level.full = false;
+  level.in_sample = 0;
+  level.sum_sp = level.sum_pv = level.sum_co = 0.0;
+  level.from_specialists = 0.0;
+  level.specialist_windows = 0;
+  // In manual the valve may have been worked on: what was seen counts no more, but what is raised must be refuted.
+  if (manual) level.sum = level.on ? std::min(level.sum, kRaise) : 0.0;
+}
+
+bool RoutineWatch::take(Level& level, const Cycle& cycle) noexcept {
+  level.left_out = 0;
+  level.sum_sp += cycle.sp;
+  level.sum_pv += cycle.pv;
+  level.sum_co += cycle.co;
+  if (++level.in_sample < level.decimation) return false;
+  if (std::exchange(level.full, false)) {
+    for (std::vector<float>* column : {&level.sp, &level.pv, &level.co}) {
+      std::copy_n(column->begin() + kSamples, kSamples, column->begin());
+    }
+    level.has_before = true;
+  }
+  const double n = static_cast<double>(level.in_sample);
+  const std::size_t at = kSamples + level.count;
+  level.sp[at] = static_cast<float>(level.sum_sp / n);
+  level.pv[at] = static_cast<float>(level.sum_pv / n);
+  level.co[at] = static_cast<float>(level.sum_co / n);
+  level.in_sample = 0;
+  level.sum_sp = level.sum_pv = level.sum_co = 0.0;
+  return ++level.count == kSamples;
+}
+
+bool RoutineWatch::add(const Cycle& cycle) {
+  const std::uint64_t missing =
+      any_ && cycle.period_index > last_period_ ? cycle.period_index - last_period_ - 1 : 0;
+  any_ = true;
+  last_period_ = cycle.period_index;
+  const bool usable = cycle.automatic && cycle.pv_good && std::isfinite(cycle.pv) &&
+                      std::isfinite(cycle.co) && (std::isfinite(cycle.sp) || !has_set_point_);
+  bool judged = false;
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    Level& level = levels_[i];
+    if (missing > 0) leave_out(level, missing, false);
+    if (!usable) {
+      leave_out(level, 1, !cycle.automatic);
+    } else if (take(level, cycle)) {
+      const Judgement of_level = judge(level);
+      // Of several at once the one that says most.
+      if (!judged || of_level.sum > judgement_.sum) {
+        judgement_ = of_level;
+        judged_ = i;
+        judged_samples_ =
+            static_cast<std::size_t>(std::lround(of_level.window_s / levels_[i].sample_time_s));
+      }
+      judged = true;
+    }
+  }
+  if (judged) settle_conditions();
+  return judged;
+}
+
+RoutineWatch::Samples RoutineWatch::samples() const noexcept {
+  return samples_of(levels_[judged_], judged_samples_);
+}
+
+RoutineWatch::Samples RoutineWatch::samples_of(const Level& level,
+                                               std::size_t count) const noexcept {
+  const auto newest = [count](const std::vector<float>& column) {
+    return std::span<const float>(column).last(count);
+  };
+  return {.sample_time_s = level.sample_time_s,
+          .sp = newest(level.sp),
+          .pv = newest(level.pv),
+          .co = newest(level.co)};
+}
+
+RoutineWatch::Levels RoutineWatch::levels() const noexcept {
+  Levels all;
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    const Level& level = levels_[i];
+    all[i] = {.window_s = level.sample_time_s * static_cast<double>(kSamples),
+              .filled_s = level.sample_time_s * static_cast<double>(level.count),
+              .windows = level.windows,
+              .sum = level.sum,
+              .probability = level.newest.probability,
+              .verdict = level.newest.verdict,
+              .fault = level.newest.fault,
+              .severity_percent = level.newest.severity_percent};
+  }
+  return all;
+}
+
+void RoutineWatch::restore(alarm::AlarmKind kind, bool on, double severity_percent) noexcept {
+  conditions_[index_of(kind)] = {on, severity_percent};
+  restored_[index_of(kind)] = {on, severity_percent};
+}
+
+void RoutineWatch::specialists(const alarm::WindowJudgement& judgement) noexcept {
+  if (judgement.result == alarm::WindowJudgement::Result::not_enough_movement) return;
+  const double p = judgement.probability[index_of(alarm::AlarmKind::stiction)] +
+                   judgement.probability[index_of(alarm::AlarmKind::backlash)] +
+                   judgement.probability[index_of(alarm::AlarmKind::hysteresis)];
+  for (Level& level : levels_) {
+    level.from_specialists += p;
+    ++level.specialist_windows;
+  }
+}
+
+// Judges the newest `count` samples.
+RoutineWatch::Judgement RoutineWatch::judge_newest(const Level& level, std::size_t count) const {
+  const Samples newest = samples_of(level, count);
+  const std::vector<double> sp(newest.sp.begin(), newest.sp.end());
+  const std::vector<double> pv(newest.pv.begin(), newest.pv.end());
+  const std::vector<double> co(newest.co.begin(), newest.co.end());
+  return judge_routine(
+      {.pv = pv,
+       .co = co,
+       .sp = has_set_point_ ? std::span<const double>(sp) : std::span<const double>(),
+       .sample_time_s = level.sample_time_s,
+       .co_low = co_low_,
+       .co_high = co_high_},
+      source_);
+}
+
+RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
+  if (on_change_ && &level == levels_.data()) learn(level);
+  Judgement judgement = judge_newest(level, kSamples);
+  const double probability_before = std::exchange(level.probability, judgement.probability);
+  const double sum_before = level.sum;
+  double from_specialists = 0.0;
+  if (level.specialist_windows > 0) {
+    const double mean = level.from_specialists / static_cast<double>(level.specialist_windows);
+    from_specialists = std::clamp(0.5 * logit(mean), -kMostFromSpecialists, kMostFromSpecialists);
+  }
+  if (speaks(judgement.verdict)) {
+    const bool small = is_small(judgement);
+    const double of_alarm = small ? 1.0 - judgement.probability : judgement.probability;
+    level.sum = std::clamp(level.sum + logit(of_alarm) + from_specialists - kDrift, 0.0, kMost);
+  }
+  if (level.has_before && from_specialists >= 0.0) {
+    const Judgement both = judge_newest(level, 2 * kSamples);
+    if (raises(both, std::min(probability_before, level.probability))) {
+      judgement = both;
+      level.sum = std::max(level.sum, kRaise);
+    }
+  }
+  if (judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect && !is_small(judgement)) {
+    level.fault = judgement.fault;
+    level.severity_percent = judgement.severity_percent;
+  }
+  if (level.sum >= kRaise) level.on = true;
+  if (level.sum <= kClear && speaks(judgement.verdict)) {
+    level.on = false;
+    restored_ = {};
+  }
+  judgement.sum_before = sum_before;
+  judgement.from_specialists = speaks(judgement.verdict) ? from_specialists : 0.0;
+  judgement.sum = level.sum;
+  judgement.fault = level.fault;
+  judgement.severity_percent = level.severity_percent;
+  level.newest = judgement;
+  ++level.windows;
+  level.full = true;
+  level.count = 0;
+  level.from_specialists = 0.0;
+  level.specialist_windows = 0;
+  return judgement;
+}
+
+void RoutineWatch::learn(const Level& level) {
+  const Samples newest = samples_of(level, kSamples);
+  const std::vector<double> pv(newest.pv.begin(), newest.pv.end());
+  const std::vector<double> co(newest.co.begin(), newest.co.end());
+  constexpr double kMostAreNew = 0.5;        // of the samples
+  constexpr std::size_t kFewestStored = 20;  // stored values that a rule is recognised by
+  const auto learn_of = [](std::span<const double> values, analysis::ArchivedSignal& kept) {
+    const analysis::ArchivedSignal found = analysis::recognise_filled(values);
+    std::size_t anew = 0;
+    for (std::size_t i = 1; i < values.size(); ++i) anew += values[i] != values[i - 1] ? 1U : 0U;
+    const bool comes_anew =
+        static_cast<double>(anew) > kMostAreNew * static_cast<double>(values.size());
+    if (found.kind != analysis::ArchiveKind::none || comes_anew) {
+      kept = found;
+    } else if (anew > 0 && anew < kFewestStored) {
+      kept = {.kind = analysis::ArchiveKind::unknown};
+    }
+  };
+  learn_of(pv, source_.pv);
+  learn_of(co, source_.co);
+}
+
+void RoutineWatch::settle_conditions() noexcept {
+  conditions_ = restored_;
+  for (const Level& level : levels_) {
+    if (!level.on) continue;
+    alarm::AlarmCondition& condition = conditions_[index_of(level.fault)];
+    condition.on = true;
+    condition.severity_percent = std::max(condition.severity_percent, level.severity_percent);
+  }
+}
+
+}  // namespace loopwarden::watch

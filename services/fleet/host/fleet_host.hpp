@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The host process: one GroupHost a group, the leases that say whose turn it is, upkeep of the database.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <pqxx/pqxx>
+
+#include "services/fleet/host/group_host.hpp"
+#include "services/fleet/host/host_config.hpp"
+#include "base/thread.hpp"
+
+namespace loopwarden::fleet {
+
+class FleetHost {
+ public:
+  explicit FleetHost(HostConfig config);
+  FleetHost(const FleetHost&) = delete;
+  FleetHost& operator=(const FleetHost&) = delete;
+  ~FleetHost();
+
+  // Serves until SIGTERM or SIGINT, which must be blocked in all threads; returns the exit code.
+  int run();
+
+  std::string metrics() const;
+
+ private:
+  void prepare_database();
+  void hold_leases();
+  void renew(GroupHost& group, const std::map<std::string, int>& fewest);
+  void share(const std::map<std::string, int>& fewest);
+  int served() const;
+  void withdraw_leases();
+  void maintain();
+  void ask_what_is_due(pqxx::connection& connection);
+  void decimate(pqxx::connection& connection);
+
+  const HostConfig config_;
+  const std::string owner_;
+  std::vector<std::unique_ptr<GroupHost>> groups_;
+  std::unique_ptr<pqxx::connection> leases_;  // of the main thread
+  std::atomic<bool> schema_ready_{false};
+  std::atomic<bool> quit_{false};
+  base::Thread maintenance_;
+};
+
+}  // namespace loopwarden::fleet

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is known of the daemon on this box: one thread asks it, for all clients together.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "base/thread.hpp"
+#include "daemon/protocol/daemon_client.hpp"
+#include "daemon/protocol/overview.hpp"
+#include "services/page/boxes/box_state.hpp"
+#include "services/page/boxes/sparklines.hpp"
+#include "services/net/http/event_hub.hpp"
+
+namespace loopwarden::page {
+
+struct BoxSettings {
+  std::string status_socket;              // empty: there is no daemon, only the errand
+  std::chrono::milliseconds live{500};    // between looks while somebody listens
+  std::chrono::milliseconds quiet{2000};  // while nobody does: for sparklines
+  std::chrono::milliseconds patience{1000};
+};
+
+class Box {
+ public:
+  // Called by the box's thread with an event for the clients.
+  using Publish = std::function<void(http::EventKind kind, std::string data)>;
+  // Called by the box's thread at each look, at most every `quiet`.
+  using Errand = std::function<void()>;
+
+  explicit Box(BoxSettings settings);
+  Box(const Box&) = delete;
+  Box& operator=(const Box&) = delete;
+  ~Box() { stop(); }
+
+  void start(Publish publish, Errand errand);
+  void stop();
+  void listeners(std::size_t count);  // somebody who has just come is served at once
+
+  // Any thread.
+  struct Now {
+    bool up = false;
+    std::int64_t since_ms = 0;              // UTC, of the last change
+    std::string why;                        // it is down
+    std::shared_ptr<const BoxState> state;  // null: never heard of; of one that is down the last
+    std::shared_ptr<const std::string> alarms;           // as /api/alarms
+    std::int64_t now_ms = 0;                             // of the newest overview
+    std::shared_ptr<const std::vector<double>> periods;  // of each loop in that overview
+  };
+  Now now() const;
+  std::string sparklines() const;
+
+ private:
+  void run();
+  void look();
+  void look_at(const std::string& overview);
+  void fetch_state();
+  void fetch_alarms();
+  void went_down(const std::string& why);
+  void came_up();
+  void publish_state(const Now& now) const;
+  void wait();
+
+  BoxSettings settings_;
+  protocol::DaemonClient daemon_;
+  Publish publish_;
+  Errand errand_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool quit_ = false;
+  bool hurry_ = false;
+  std::size_t listeners_ = 0;
+  Now now_;
+  Sparklines sparklines_;
+
+  // Of the thread alone.
+  std::vector<double> alarm_columns_;  // of the newest overview: when they change, the alarms have
+  std::string alarm_list_;             // as published last
+  std::chrono::steady_clock::time_point alarms_due_{};
+  base::Thread thread_;
+};
+
+// The alarms of the daemon's answer that aren't normal, nor suppressed and off, each with "first_out": it came before the others of its
+// loop that are still there.
+nlohmann::json alarms_for_page(const protocol::Alarms& all);
+
+}  // namespace loopwarden::page

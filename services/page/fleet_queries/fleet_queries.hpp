@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is asked of the host's database (docs/fleet.md, "Tables"), and its answers as JSON: a column's name is its key.
+// Lists are bounded: {"all": how many there are, "list": [the worst of them]}. Each throws pqxx's exceptions.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+#include <pqxx/pqxx>
+
+#include "services/page/fleet_queries/alarm_rate.hpp"
+#include "services/page/fleet_queries/fleet.hpp"
+
+namespace loopwarden::fleet {
+
+inline constexpr int kMostValves = 200;
+inline constexpr int kMostBoxes = 500;
+
+// Steps of equal length, the last one begun at most a step before `now_ms`.
+struct StepSpan {
+  std::int64_t step_s = 0;
+  std::int64_t steps = 0;
+  std::int64_t from_s(std::int64_t now_ms) const noexcept {
+    return (now_ms / 1000 / step_s - steps + 1) * step_s;
+  }
+};
+inline constexpr StepSpan kWeeksOfList{.step_s = 86'400, .steps = 56};
+inline constexpr StepSpan kWeeksOfValve{.step_s = 21'600, .steps = 364};
+
+std::int64_t now_ms(pqxx::transaction_base& database);
+nlohmann::json groups(pqxx::transaction_base& database);
+
+// Of one group, or of all (empty).
+nlohmann::json worst_valves(pqxx::transaction_base& database, const std::string& group);
+// Loops that don't do their work: process alarms that are on, the newest first.
+nlohmann::json faulty_loops(pqxx::transaction_base& database, const std::string& group);
+nlohmann::json silent_boxes(pqxx::transaction_base& database, const std::string& group);
+nlohmann::json different_boxes(pqxx::transaction_base& database, const std::string& group);
+// What most boxes of each group have.
+nlohmann::json usual_versions(pqxx::transaction_base& database);
+
+// How the alarms of the newest day did (model/alarm/alarm_figures.hpp): of one group, or of all (empty).
+nlohmann::json day_figures(pqxx::transaction_base& database, const std::string& group,
+                           std::int64_t now_ms);
+
+// Alarms by group and ten minutes, whose number is that since 1970.
+std::vector<RaisedRow> raised_between(pqxx::transaction_base& database, std::int64_t from_s,
+                                      std::int64_t until_s);
+
+// The severity of alarms over time, one curve for each in `alarms`.
+struct AlarmName {
+  int device_id = 0;
+  std::string alarm;
+  auto operator<=>(const AlarmName&) const = default;
+};
+std::vector<std::vector<double>> severity_curves(pqxx::transaction_base& database,
+                                                 const std::vector<AlarmName>& alarms,
+                                                 const StepSpan& span, std::int64_t now_ms);
+
+// Nothing: there is no such valve.
+std::optional<nlohmann::json> valve(pqxx::transaction_base& database, const ValveName& name);
+
+// What is not finite is null.
+nlohmann::json numbers_json(const std::vector<double>& values);
+
+}  // namespace loopwarden::fleet

@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: Apache-2.0
+// From records to twins, and what is refused.
+#include "model/twin/commission.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+
+#include "model/twin/explain.hpp"
+#include "model/twin/polish.hpp"
+#include "model/twin/sight.hpp"
+#include "model/watch/loop_monitor.hpp"
+#include "model/watch/controller_watch.hpp"
+#include "model/watch/twin_watch.hpp"
+#include "model/specialist/train/simulated_windows.hpp"
+#include "tests/model/gap/gap_support.hpp"
+
+namespace commission_test {
+
+using namespace loopwarden;
+using twin::Outcome;
+
+twin::Request request_of(const plant::LoopModel& truth) {
+  return {.records = {{.columns = test::record_of(truth, 260.0)}},
+          .model = std::nullopt,
+          .accept_short = true};
+}
+
+twin::Commissioning commissioned(const twin::Request& request) {
+  return twin::commission(request, test::serial, [](double) {});
+}
+
+plant::LoopModel rough_model() {
+  plant::LoopModel rough = test::believed_model();
+  rough.process.gain *= 1.3;
+  rough.process.time_constant_s *= 0.7;
+  rough.process.dead_time_s *= 1.4;
+  return rough;
+}
+
+TEST_CASE("a rough model becomes a twin that the record can't tell from the plant",
+          "[commission][long]") {
+  const plant::LoopModel truth = test::believed_model();
+  twin::Request request = request_of(truth);
+  request.model = rough_model();
+  const twin::Commissioning made = commissioned(request);
+  INFO(made.why);
+  REQUIRE(made.outcome == Outcome::commissioned);
+  CHECK(made.accepted == std::vector<std::string>{"short"});
+  CHECK(made.effects.empty());
+  CHECK(made.closed > 0.99);
+  CHECK(made.twin.process.gain == Approx(truth.process.gain).epsilon(0.01));
+  CHECK(made.twin.process.dead_time_s + made.twin.process.second_time_constant_s ==
+        Approx(truth.process.dead_time_s).margin(0.1));
+  CHECK(made.twin.transmitter.noise == Approx(0.015).epsilon(0.15));
+  CHECK(made.twin.uncertainty == rough_model().uncertainty);
+  REQUIRE(made.twin.scenario.set_point.size() == 6);
+  CHECK(made.twin.scenario.set_point[1].first == Approx(10.0).margin(0.2));
+  REQUIRE(made.twin.twin);
+  REQUIRE(made.twin.twin->parameters.size() == 3);
+  CHECK(made.twin.twin->covariance[0][0] < 1e-4);
+  CHECK(made.twin.twin->largest > 0.0);
+  REQUIRE(made.twin.twin->controller);
+  CHECK(watch::ControllerWatch::can_watch(*made.twin.twin->controller, 10.0));
+  CHECK(made.twin.twin->load);
+  CHECK(made.stages.front().holdout_rmse > 10.0 * made.stages.back().holdout_rmse);
+}
+
+TEST_CASE("without a model one is identified", "[commission][long]") {
+  twin::Request request = request_of(test::believed_model());
+  request.ranges = {.pv = {{-1.0, 12.0}}, .co = {{0.0, 20.0}}};
+  const twin::Commissioning made = commissioned(request);
+  REQUIRE(made.outcome == Outcome::commissioned);
+  CHECK(made.twin.transmitter.high == 12.0);
+  CHECK(made.twin.controller.pid.output_high == 20.0);
+  CHECK(made.identified);
+  CHECK(made.twin.process.gain == Approx(1.1).epsilon(0.02));
+  CHECK(made.twin.controller.pid.gains.kp == Approx(0.4).epsilon(0.1));
+}
+
+TEST_CASE("a valve fault is refused by name, and up to the limit it is the twin's",
+          "[commission][long]") {
+  plant::LoopModel truth = test::believed_model();
+  truth.valve_effects = {{"backlash", {{"deadband", 0.3}}}};  // 3 % of span
+  twin::Request request = request_of(truth);
+  request.model = rough_model();
+  const twin::Commissioning refused = commissioned(request);
+  CHECK(refused.outcome == Outcome::not_healthy);
+  INFO(refused.why);
+  REQUIRE(!refused.effects.empty());
+  CHECK(twin::size_percent(refused.effects[0].spec, 10.0) == Approx(3.0).margin(0.5));
+  request.healthy_limit_percent = 5.0;
+  const twin::Commissioning taken = commissioned(request);
+  INFO(taken.why);
+  REQUIRE(taken.outcome == Outcome::commissioned);
+  REQUIRE(!taken.twin.valve_effects.empty());
+  CHECK(twin::size_percent(taken.twin.valve_effects[0], 10.0) == Approx(3.0).margin(0.6));
+}
+
+TEST_CASE("records that can't make a twin say why, and nothing is searched", "[commission]") {
+  twin::Request request = request_of(test::believed_model());
+  request.accept_short = false;
+  CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
+  request.records[0].columns.co.clear();
+  CHECK(commissioned(request).outcome == Outcome::not_usable);
+  request = request_of(test::believed_model());
+  const std::size_t samples = request.records[0].columns.size();
+  request.records[0].columns.sp.assign(samples, 4.0);
+  CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
+  request = request_of(test::believed_model());
+  request.records[0].automatic.assign(samples, 0.0);
+  CHECK(commissioned(request).outcome == Outcome::not_usable);
+  // What moves much of what was seen moves little of a range that is known.
+  request = request_of(test::believed_model());
+  request.ranges.pv = {0.0, 1000.0};
+  CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
+  request.ranges = {.pv = {}, .co = {{-1.0, 0.0}}};
+  CHECK(commissioned(request).outcome == Outcome::not_usable);
+}
+
+// ---- beside the loop ---------------------------------------------------------------------------
+
+plant::LoopModel twin_model() {
+  plant::LoopModel twin = test::believed_model();
+  twin.transmitter.noise = 0.015;
+  return twin;
+}
+
+// The healthy loop, and behind `fault` seconds the other one.
+gap::Record changed_at(const plant::ScheduledFault& fault, double seconds,
+                       double gain_factor = 1.0) {
+  plant::LoopModel truth = test::believed_model();
+  truth.process.gain *= gain_factor;
+  truth.scenario.faults = {fault};
+  gap::Record record{.period_s = 0.1, .pv = {}, .sp = {}, .co = {}};
+  truth.transmitter.noise = 0.015;
+  truth.scenario.set_point = {{0.0, 4.0}};
+  for (double t = 20.0; t < seconds; t += 40.0) {
+    truth.scenario.set_point.emplace_back(t, std::fmod(t, 80.0) < 40.0 ? 5.5 : 4.0);
+  }
+  plant::SimulatedLoop loop(truth, 10.0 / 4096.0);
+  for (double t = 0.0; t < seconds; t += 0.1) {
+    const plant::LoopSample s = loop.step();
+    record.pv.push_back(s.pv);
+    record.sp.push_back(s.sp);
+    record.co.push_back(s.co);
+  }
+  return record;
+}
+
+// s, when the watch comes on; 0: never.
+double comes_on_s(const gap::Record& record) {
+  watch::TwinWatch watch(twin_model());
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    watch.add(record.pv[k], record.co[k]);
+    if (watch.on()) return record.time_s(k);
+  }
+  return 0.0;
+}
+
+plant::ScheduledFault gain_change(double factor) {
+  return {.effect = {"gain_change", {{"factor", factor}}},
+          .block = effects::Block::process,
+          .schedule = {.from_s = 300.0}};
+}
+
+TEST_CASE(
+    "the twin's watch is silent while the plant stays within its uncertainty, and on when it "
+    "leaves",
+    "[commission][twin]") {
+  CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0)) == 0.0);
+  CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0, 1.02)) == 0.0);
+  const double at_s = comes_on_s(changed_at(gain_change(1.4), 600.0));
+  CHECK(at_s > 300.0);
+  CHECK(at_s < 450.0);
+}
+
+TEST_CASE("an outlier is no gap, a missing PV is none, and a gap in CO starts anew",
+          "[commission][twin]") {
+  gap::Record record = changed_at(gain_change(1.0), 300.0);
+  record.pv[1500] = 9.0;
+  for (std::size_t k = 2000; k < 2100; ++k) record.pv[k] = std::nan("");
+  CHECK(comes_on_s(record) == 0.0);
+  watch::TwinWatch watch(twin_model());
+  for (std::size_t k = 0; k < 1000; ++k) watch.add(record.pv[k], record.co[k]);
+  watch.restart();
+  bool on = false;
+  for (std::size_t k = 0; k < 1000; ++k) {  // another operating point at once
+    watch.add(record.pv[k] + 1.0, record.co[k]);
+    on = on || watch.on();
+  }
+  CHECK(!on);
+}
+
+TEST_CASE("what was raised before a restart goes when the loop is as commissioned",
+          "[commission][twin]") {
+  const gap::Record record = changed_at(gain_change(1.0), 1100.0);
+  watch::TwinWatch watch(twin_model());
+  watch.restore(true);
+  watch.add(record.pv[0], record.co[0]);
+  CHECK(watch.on());
+  for (std::size_t k = 1; k < record.size(); ++k) watch.add(record.pv[k], record.co[k]);
+  CHECK(!watch.on());
+}
+
+TEST_CASE(
+    "an explanation looks at what lies behind the change, names it, and gives the alarm its name",
+    "[commission][explain][long]") {
+  const gap::Record record = changed_at(gain_change(1.4), 900.0);
+  const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
+  const twin::TellingStretch telling =
+      twin::telling_stretch(record, twin_model(), alarm, {});
+  const gap::SampleRange stretch = telling.range;
+  CHECK(telling.likeliest >= stretch.begin);
+  CHECK(record.time_s(stretch.begin) == Approx(300.0).margin(45.0));
+  CHECK(stretch.end > alarm);
+  const twin::Explanation e =
+      twin::explain(record, twin_model(), alarm, {}, test::serial);
+  REQUIRE(e.usable());
+  REQUIRE(e.result.effects.size() == 1);
+  CHECK(e.result.effects[0].spec.name == "gain_change");
+  using alarm::AlarmKind;
+  CHECK(twin::agrees(e, AlarmKind::model_gap));
+  CHECK(!twin::agrees(e, AlarmKind::stiction));
+  CHECK(!twin::final_name(e, AlarmKind::model_gap));
+
+  twin::Explanation other = e;
+  other.closed = 0.99;
+  other.result.effects[0].confidence = 0.95;
+  const twin::Explanation sure = other;
+  CHECK(twin::final_name(sure, AlarmKind::stiction) == AlarmKind::model_gap);
+  other.closed = 0.7;
+  CHECK(!twin::final_name(other, AlarmKind::stiction));
+  other = sure;
+  other.result.effects[0].confidence = 0.85;
+  CHECK(!twin::final_name(other, AlarmKind::stiction));
+  other = sure;
+  other.result.effects[0].spec = {"backlash", {{"deadband", 0.4}}};
+  other.result.effects[0].block = effects::Block::valve;
+  CHECK(twin::final_name(other, AlarmKind::stiction) == AlarmKind::backlash);
+  CHECK(twin::size_percent(other) == Approx(4.0));
+  CHECK(!twin::final_name(other, AlarmKind::hysteresis));
+  other.result.effects[0].spec = {"leakage", {{"flow", 0.4}}};
+  CHECK(twin::final_name(other, AlarmKind::stiction) == AlarmKind::unknown);
+}
+
+TEST_CASE("of a loop of our own no change of the controller is named",
+          "[commission][explain][long]") {
+  plant::LoopModel other = test::believed_model();
+  other.controller.pid.gains.kp *= 2.0;
+  const gap::Record record = test::record_of(other, 240.0);
+  const auto controller_named = [&](bool judged) {
+    const twin::Explanation e =
+        twin::explain(record, test::believed_model(), record.size() - 1,
+                            {.judge_controller = judged}, test::serial);
+    const auto& effects = e.result.effects;
+    return std::any_of(effects.begin(), effects.end(),
+                       [](const auto& one) { return one.block == effects::Block::controller; });
+  };
+  CHECK(controller_named(true));
+  CHECK_FALSE(controller_named(false));
+}
+
+TEST_CASE("windows of a twin have its noise and the set-point moves of its scenario",
+          "[commission][training]") {
+  plant::LoopModel twin = twin_model();
+  twin.scenario.set_point = {{0.0, 4.0}, {100.0, 4.5}, {300.0, 4.2}};
+  twin.scenario.duration_s = 500.0;
+  twin.twin = plant::TwinFit{{"gain"}, {{1e-4}}};
+  for (std::uint64_t seed = 1; seed < 12; ++seed) {
+    const specialist::SimulatedWindow window = specialist::simulate_window(
+        twin,
+        {.condition = specialist::Condition::no_fault, .moves = specialist::SetPointMoves::own},
+        seed);
+    const auto moved =
+        std::adjacent_find(window.sp.begin(), window.sp.end(), std::not_equal_to<>());
+    REQUIRE(moved != window.sp.end());
+    for (const double sp : window.sp) CHECK((sp == 4.0 || sp == 4.5 || sp == 4.2));
+  }
+}
+
+// The last of the fit, from a model that is nearly right.
+TEST_CASE("the friction of a healthy valve is found beside all other numbers", "[commission]") {
+  plant::LoopModel truth = test::believed_model();
+  const auto polished = [&](const plant::LoopModel& start) {
+    return twin::polish(start, test::record_of(truth, 400.0), 0.1);
+  };
+  plant::LoopModel near = truth;
+  near.process.gain *= 1.04;
+  near.process.dead_time_s *= 0.85;
+  near.process.time_constant_s *= 1.1;
+  SECTION("none where there is none, and the numbers are the plant's") {
+    const twin::Polished made = polished(near);
+    CHECK(made.changed);
+    CHECK(made.friction_percent < 0.15);
+    CHECK(made.model.process.gain == Approx(truth.process.gain).epsilon(0.005));
+    CHECK(made.model.process.dead_time_s == Approx(truth.process.dead_time_s).margin(0.03));
+    CHECK(made.rms_error == Approx(0.015).epsilon(0.1));
+    CHECK(made.load_intensity < 0.002);
+  }
+  SECTION("a play of 0.6 % of span, whatever a load does meanwhile") {
+    truth.valve_effects = {{"backlash", {{"deadband", 0.06}}}};
+    truth.disturbances = {{"random_load", {{"intensity", 0.005}, {"time_constant", 300.0}}}};
+    const twin::Polished made = polished(near);
+    CHECK(made.friction_percent == Approx(0.6).margin(0.2));
+    REQUIRE(made.model.valve_effects.size() == 1);
+    CHECK(made.load_intensity == Approx(0.005).margin(0.004));
+    CHECK(made.model.process.gain == Approx(truth.process.gain).epsilon(0.02));
+  }
+  SECTION("without leave for friction none is added") {
+    truth.valve_effects = {{"backlash", {{"deadband", 0.06}}}};
+    CHECK(twin::polish(near, test::record_of(truth, 400.0), 0.0).model.valve_effects.empty());
+  }
+}
+
+TEST_CASE("a table's points go where the loop is, and it is bent to the record", "[commission]") {
+  plant::LoopModel truth = test::believed_model();
+  const auto installed = [](double u) {
+    const double h = 0.1 * u;
+    return 10.0 * h / std::sqrt(0.15 + 0.85 * h * h);
+  };
+  const auto table = [&](double bend, int points) {
+    effects::EffectSpec spec{"valve_characteristic", {}, {{"curve", "table"}}};
+    for (int i = 0; i <= points; ++i) {
+      const double u = 10.0 * i / points;
+      spec.table.emplace_back(u, installed(u) + bend * u * (10.0 - u));
+    }
+    return spec;
+  };
+  truth.valve_effects = {table(0.0, 15)};
+  const gap::Record record = test::record_of(truth, 400.0);
+  plant::LoopModel start = truth;
+  start.valve_effects = {table(0.02, 6)};
+  const twin::Polished made = twin::polish(start, record, 0.0);
+  CHECK(made.changed);
+  CHECK(made.rms_error < 0.018);
+  const auto& points = made.model.valve_effects.at(0).table;
+  CHECK(points.front() == std::pair(0.0, 0.0));
+  CHECK(points.back().first == 10.0);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    CHECK(points[i].first > points[i - 1].first);
+    CHECK(points[i].second > points[i - 1].second);
+  }
+}
+
+TEST_CASE("where the healthy record never was, the twin's watch says nothing",
+          "[commission][twin]") {
+  const gap::Record changed = changed_at(gain_change(1.4), 600.0);
+  plant::LoopModel twin = twin_model();
+  const auto on = [&] {
+    watch::TwinWatch watch(twin);
+    for (std::size_t k = 0; k < changed.size(); ++k) watch.add(changed.pv[k], changed.co[k]);
+    return watch.on();
+  };
+  if (!twin.twin) twin.twin.emplace();
+  twin.twin->seen_low = 3.0;
+  twin.twin->seen_high = 7.0;
+  CHECK(on());
+  twin.twin->seen_low = 6.5;
+  CHECK_FALSE(on());
+}
+
+TEST_CASE("a watch that begins in the middle of a move takes it for no change",
+          "[commission][twin]") {
+  const gap::Record record = changed_at(gain_change(1.0), 600.0);
+  const plant::LoopModel twin = twin_model();
+  for (std::size_t begin = 190; begin < 260; begin += 10) {  // SP moves at 20 s
+    watch::TwinWatch watch(twin);
+    bool on = false;
+    for (std::size_t k = begin; k < record.size(); ++k) {
+      watch.add(record.pv[k], record.co[k]);
+      on = on || watch.on();
+    }
+    INFO("from sample " << begin);
+    CHECK_FALSE(on);
+  }
+}
+
+TEST_CASE("some missing cycles are no new start of the watch", "[commission][twin]") {
+  const gap::Record record = changed_at(gain_change(1.4), 600.0);
+  const plant::LoopModel twin = twin_model();
+  watch::LoopMonitor watched({.sample_time_s = 0.1, .pv_high = 10.0, .co_high = 10.0}, {},
+                               nullptr, &twin);
+  double at_s = 0.0;
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    if (k % 37 == 0) continue;
+    const watch::MonitorStep step = watched.add({.period_index = k,
+                                                   .sp = record.sp[k],
+                                                   .pv = record.pv[k],
+                                                   .co = record.co[k],
+                                                   .automatic = true,
+                                                   .pv_good = true});
+    if (step.twin && at_s == 0.0) at_s = record.time_s(k);
+  }
+  CHECK(at_s > 300.0);
+  CHECK(at_s < 450.0);
+}
+
+}  // namespace commission_test
