@@ -21,7 +21,7 @@ import subprocess
 import tempfile
 from collections import Counter
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 MODEL = """sample_time: 1.0
 controller: {{kp: 1.0, ki: 0.12, output: [0, 100]}}

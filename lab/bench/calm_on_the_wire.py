@@ -8,10 +8,13 @@ Prints RMS of SP - PV and stem travel of both over the second half.  Example: la
 import argparse
 import math
 import os
+import pathlib
 import subprocess
+import sys
 import time
 
-import bench_daemon
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/support"))
+import bench_daemon  # noqa: E402
 
 DEVICE = os.path.join(bench_daemon.ROOT, "tests/support/device/plant_device.py")
 GAIN, LAG, DEAD_TIME = 1.2264, 1.69376, 2.6256  # L/min per V, s, s

@@ -9,6 +9,7 @@ Example: lab/bench/edge_beside.py --loops 50 --seconds 60
 """
 import argparse
 import os
+import pathlib
 import shutil
 import signal
 import socket
@@ -16,7 +17,8 @@ import subprocess
 import sys
 import time
 
-import bench_daemon
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/support"))
+import bench_daemon  # noqa: E402
 
 EDGE = os.path.join(bench_daemon.BIN, "loopwarden-edge")
 EDGE_YAML = """broker: {{url: "mqtt://127.0.0.1:{port}", keep_alive: 5, reconnect_min: 0.1, reconnect_max: 1}}

@@ -11,13 +11,15 @@ import argparse
 import csv
 import json
 import os
+import pathlib
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 
-import bench_daemon
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/support"))
+import bench_daemon  # noqa: E402
 
 PROGRAM = os.path.join(bench_daemon.BIN, "loopwarden")
 MODEL = """sample_time: 0.1

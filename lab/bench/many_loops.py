@@ -9,10 +9,12 @@ lw-loops' time.
 Example: lab/bench/many_loops.py --loops 500 --seconds 120
 """
 import argparse
+import pathlib
 import sys
 import time
 
-import bench_daemon
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/support"))
+import bench_daemon  # noqa: E402
 
 
 def main():

@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 FAULTS = {"stiction", "backlash", "hysteresis", "low_air_supply"}
-BIN = pathlib.Path(__file__).resolve().parent.parent / "build/release/bin"
+BIN = pathlib.Path(__file__).resolve().parents[2] / "build/release/bin"
 
 
 def run(*command):

@@ -35,7 +35,7 @@ import time
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 SAMPLES = 28800
 WARM_UP = 3600
 KINDS = ("smooth", "limits", "stiction", "play", "healthy", "tuning", "master")

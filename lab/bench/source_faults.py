@@ -10,6 +10,7 @@ As lab/bench/watched_loops.py needs it.  Example: lab/bench/source_faults.py --r
 import argparse
 import collections
 import os
+import pathlib
 import random
 import signal
 import socket
@@ -17,7 +18,8 @@ import sys
 import threading
 import time
 
-import bench_daemon
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/support"))
+import bench_daemon  # noqa: E402
 import watched_loops
 
 VALVE_ALARMS = {"stiction", "backlash", "hysteresis", "leakage", "valve_blocked", "model_gap", "air_supply", "low_air_supply", "positioner"}

@@ -9,13 +9,15 @@ Example: lab/bench/status_readers.py --loops 1000 --rate 5 --seconds 30
 """
 import argparse
 import json
+import pathlib
 import socket
 import statistics
 import sys
 import threading
 import time
 
-import bench_daemon
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/support"))
+import bench_daemon  # noqa: E402
 
 
 class Reader:

@@ -27,7 +27,7 @@ AS_ONE = {"output_bias": {"step_disturbance"}, "step_disturbance": {"output_bias
 VALVE_FAULTS = {"stiction", "backlash", "hysteresis", "low_air_supply", "positioner_overshoot"}
 COMMISSIONED_S = 1200.0
 SURE = 0.9
-BIN = pathlib.Path(__file__).resolve().parent.parent / "build/release/bin"
+BIN = pathlib.Path(__file__).resolve().parents[2] / "build/release/bin"
 
 
 def run(*command):

@@ -13,6 +13,7 @@ Root, since each feeder is a user of its own; `tests/services/opcua/check` must 
 import argparse
 import json
 import os
+import pathlib
 import random
 import re
 import shutil
@@ -23,7 +24,8 @@ import sys
 import threading
 import time
 
-import bench_daemon
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/support"))
+import bench_daemon  # noqa: E402
 from edge_beside import Broker
 
 USERS = {"feed": "root", "mqtt": "daemon", "opcua": "bin"}

@@ -220,7 +220,7 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
   text += pictures;
   text +=
       "\n## Measured loops\n\n"
-      "Open records ([data](../data/README.md)), a stretch of each: what an engineer sees there, "
+      "Open records ([data](../examples/README.md)), a stretch of each: what an engineer sees there, "
       "and "
       "what\n`loopwarden diagnose` says of the whole record, alone and its kind not told.\n";
   for (const MeasuredLoop& loop : measured) {

@@ -24,6 +24,7 @@
 #include "model/effects/catalogue.hpp"
 #include "model/gap/record.hpp"
 #include "model/effects/effect.hpp"
+#include "model/plant/loop_model.hpp"
 
 namespace loopwarden::gap {
 

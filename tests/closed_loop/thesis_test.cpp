@@ -13,6 +13,7 @@
 
 namespace thesis_test {
 
+using namespace loopwarden;
 using namespace loopwarden::plant;
 using namespace loopwarden::test;
 

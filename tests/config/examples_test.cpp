@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const fs::path kExamples = fs::path(LOOPWARDEN_SOURCE_DIR) / "config" / "examples";
+const fs::path kExamples = fs::path(LOOPWARDEN_SOURCE_DIR) / "examples";
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;

@@ -12,13 +12,15 @@ Example: tests/system/modbus_attack.py --minutes 10
          tests/system/modbus_attack.py --seconds 60 --daemon build/asan/bin/loopwardend
 """
 import functools
+import pathlib
 import socket
 import struct
 import sys
 import time
 
-import bench_attack
-import bench_daemon
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import bench_attack  # noqa: E402
+import bench_daemon  # noqa: E402
 
 READ_TEST = struct.pack(">HHHBBHH", 1, 0, 6, 1, 4, 14, 2)
 SEEDS = [READ_TEST,

@@ -16,14 +16,16 @@ import functools
 import http.client
 import json
 import os
+import pathlib
 import signal
 import socket
 import subprocess
 import sys
 import time
 
-import bench_attack
-import bench_daemon
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import bench_attack  # noqa: E402
+import bench_daemon  # noqa: E402
 
 PAGE = os.path.join(bench_daemon.BIN, "loopwarden-page")
 HOST = b"Host: 127.0.0.1\r\n"

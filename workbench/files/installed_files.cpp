@@ -14,6 +14,7 @@ struct Place {
   std::string_view share;
 };
 
+// The first that the package has counts.
 constexpr std::array kPlaces{Place{"examples/", "loopwarden/"},
                              Place{"examples/", "doc/loopwarden/examples/"}};
 

@@ -21,7 +21,7 @@ from plant import Plant, wait_for
 from real_box import RealBox
 
 
-CAMPAIGN = pathlib.Path(__file__).resolve().parents[1] / 'fault_campaign'
+CAMPAIGN = pathlib.Path(__file__).resolve().parents[3] / 'tests/system/fault_campaign'
 EDGE_STORE = 1 << 6  # of the shim's files
 
 

@@ -16,10 +16,10 @@ import time
 
 import psycopg2
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.append(str(ROOT / "tests/support"))
 from bench_daemon import free_port  # noqa: E402
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get('LOOPWARDEN_BIN_DIR', ROOT / 'build/release/bin'))
 
 

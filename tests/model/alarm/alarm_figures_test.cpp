@@ -10,6 +10,7 @@
 namespace alarm_figures_test {
 
 namespace property = loopwarden::tests::property;
+using namespace loopwarden;
 using namespace loopwarden::alarm;
 
 namespace {

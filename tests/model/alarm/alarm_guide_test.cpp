@@ -9,6 +9,7 @@
 
 namespace alarm_guide_test {
 
+using namespace loopwarden;
 using namespace loopwarden::alarm;
 
 namespace {

@@ -9,6 +9,7 @@
 
 namespace alarm_property_test {
 
+using namespace loopwarden;
 using namespace loopwarden::alarm;
 using namespace loopwarden::tests::property;
 

@@ -10,6 +10,7 @@
 
 namespace alarm_test {
 
+using namespace loopwarden;
 using namespace loopwarden::alarm;
 
 namespace {

@@ -5,6 +5,7 @@
 
 namespace box_alarms_test {
 
+using namespace loopwarden;
 using namespace loopwarden::alarm;
 using B = BoxAlarm;
 using S = AlarmState;

@@ -7,6 +7,7 @@
 
 namespace corrective_action_test {
 
+using namespace loopwarden;
 using namespace loopwarden::alarm;
 using Order = CorrectiveStep::Order;
 using State = CorrectiveState;

@@ -9,6 +9,7 @@
 namespace limit_watch_test {
 
 namespace property = loopwarden::tests::property;
+using namespace loopwarden;
 using namespace loopwarden::alarm;
 using K = AlarmKind;
 

@@ -12,6 +12,7 @@
 
 namespace loop_alarms_test {
 
+using namespace loopwarden;
 using namespace loopwarden::alarm;
 
 namespace {

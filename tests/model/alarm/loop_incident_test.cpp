@@ -8,6 +8,7 @@
 
 namespace loop_incident_test {
 
+using namespace loopwarden;
 using namespace loopwarden::alarm;
 using loopwarden::effects::Block;
 

@@ -7,7 +7,9 @@
 
 namespace verdict_rule_test {
 
+using namespace loopwarden;
 using namespace loopwarden::alarm;
+using namespace loopwarden::watch;
 
 namespace {
 

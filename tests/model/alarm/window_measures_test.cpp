@@ -15,8 +15,9 @@
 
 namespace window_measures_test {
 
+using namespace loopwarden;
 using namespace loopwarden::alarm;
-namespace plant = loopwarden::plant;
+using namespace loopwarden::watch;
 
 namespace {
 

@@ -12,8 +12,8 @@
 
 namespace candidate_test {
 
+using namespace loopwarden;
 using namespace loopwarden::effects;
-namespace plant = loopwarden::plant;
 
 namespace {
 

@@ -17,8 +17,8 @@
 
 namespace catalogue_test {
 
+using namespace loopwarden;
 using namespace loopwarden::effects;
-namespace plant = loopwarden::plant;
 
 namespace {
 

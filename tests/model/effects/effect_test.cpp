@@ -19,6 +19,7 @@
 
 namespace effect_test {
 
+using namespace loopwarden;
 using namespace loopwarden::effects;
 
 TEST_CASE("a schedule says when and how severely", "[plant][effect]") {

@@ -10,6 +10,7 @@
 
 namespace hysteresis_width_test {
 
+using namespace loopwarden;
 using namespace loopwarden::effects;
 
 namespace {

@@ -12,6 +12,7 @@
 
 namespace stiction_choudhury_test {
 
+using namespace loopwarden;
 using namespace loopwarden::effects;
 
 namespace {

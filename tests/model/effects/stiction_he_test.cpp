@@ -10,6 +10,7 @@
 
 namespace stiction_he_test {
 
+using namespace loopwarden;
 using namespace loopwarden::effects;
 
 TEST_CASE("the stem slips to the moving friction and sticks again", "[plant][stiction]") {

@@ -12,6 +12,7 @@
 
 namespace stiction_inertial_test {
 
+using namespace loopwarden;
 using namespace loopwarden::effects;
 
 namespace {

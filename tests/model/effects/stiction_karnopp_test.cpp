@@ -11,6 +11,7 @@
 
 namespace stiction_karnopp_test {
 
+using namespace loopwarden;
 using namespace loopwarden::effects;
 
 namespace {

@@ -11,10 +11,11 @@
 
 namespace free_run_test {
 
+using namespace loopwarden;
 using namespace loopwarden::gap;
 using namespace loopwarden::test;
 namespace effects = loopwarden::effects;
-namespace plant = loopwarden::plant;
+
 
 namespace {
 

@@ -13,9 +13,10 @@
 
 namespace locate_test {
 
+using namespace loopwarden;
 using namespace loopwarden::gap;
 using namespace loopwarden::test;
-namespace plant = loopwarden::plant;
+
 
 namespace {
 

@@ -15,6 +15,7 @@
 
 namespace plant_test {
 
+using namespace loopwarden;
 using namespace loopwarden::plant;
 
 namespace {

@@ -7,6 +7,7 @@
 
 namespace process_test {
 
+using namespace loopwarden;
 using namespace loopwarden::plant;
 
 namespace {

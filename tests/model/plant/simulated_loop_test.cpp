@@ -7,6 +7,7 @@
 
 namespace simulated_loop_test {
 
+using namespace loopwarden;
 using namespace loopwarden::plant;
 namespace control = loopwarden::control;
 

@@ -7,6 +7,7 @@
 
 namespace transmitter_test {
 
+using namespace loopwarden;
 using namespace loopwarden::plant;
 
 TEST_CASE("readings are rounded to the nearest step of the range", "[plant][transmitter]") {

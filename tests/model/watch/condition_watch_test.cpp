@@ -10,6 +10,8 @@
 
 namespace condition_watch_test {
 
+using namespace loopwarden;
+using namespace loopwarden::alarm;
 using namespace loopwarden::watch;
 using loopwarden::analysis::ConditionIndices;
 

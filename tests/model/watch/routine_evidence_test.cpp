@@ -19,7 +19,9 @@
 namespace loopwarden::tests::routine_evidence_test {
 namespace {
 
-using namespace monitor;
+using namespace loopwarden;
+using namespace loopwarden::alarm;
+using namespace loopwarden::watch;
 
 constexpr double kSetPoint = 20.0;  // as SmallLoop has it
 constexpr std::size_t kWindows = 4;

@@ -16,7 +16,9 @@
 namespace loopwarden::tests::routine_watch_test {
 namespace {
 
-using namespace monitor;
+using namespace loopwarden;
+using namespace loopwarden::alarm;
+using namespace loopwarden::watch;
 
 constexpr double kSetPoint = 20.0;  // as SmallLoop has it
 

@@ -5,6 +5,8 @@
 
 namespace twin_remarks_test {
 
+using namespace loopwarden;
+using namespace loopwarden::alarm;
 using namespace loopwarden::watch;
 using Kind = TwinNews::Kind;
 

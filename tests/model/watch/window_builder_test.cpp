@@ -9,6 +9,8 @@
 
 namespace window_builder_test {
 
+using namespace loopwarden;
+using namespace loopwarden::alarm;
 using namespace loopwarden::watch;
 using Progress = WindowBuilder::Progress;
 

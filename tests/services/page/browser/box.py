@@ -16,7 +16,7 @@ import urllib.request
 import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[4]
-sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "tests/support")]
+sys.path.insert(0, str(ROOT / "tests/support"))
 from bench_daemon import ask, free_port  # noqa: E402
 from chromium import Chromium, WebDriverException  # noqa: E402,F401
 

@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 import time
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 BIN = os.environ.get("LOOPWARDEN_BIN_DIR", os.path.join(ROOT, "build/release/bin"))
 PROGRAM = os.path.join(BIN, "loopwardend")
 
