@@ -83,11 +83,13 @@ void ModbusLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
   inputs.valve_position = read_back_ != nullptr ? read_back_->newest.newest() : Sample{};
   inputs.enable = Enable::not_fitted;
   const OutputState& state = positioner_.command->state.newest();
-  // A bus that is busy with something else does not tell of commands that wait. Where the loop asks for nothing to be
-  // written there is nothing to confirm.
+  // A link that is busy or waits for a reply reports nothing of commands that wait. If the loop asks
+  // for nothing to be written, there is nothing to confirm. The output then stays lost until the
+  // device has confirmed a command that is newer than the loss.
   const std::int64_t since_ns = std::max(state.confirmed_ns, writes_since_ns_);
-  const bool silent =
-      state.ok && writes_ && time.now_ns - since_ns > positioner_.command->longest_silence_ns;
+  const bool overdue = writes_ && time.now_ns - since_ns > positioner_.command->longest_silence_ns;
+  if (state.ok && overdue) lost_id_ = command_id_;
+  const bool silent = state.ok && state.written_id <= lost_id_;
   inputs.output_ok = state.ok && !silent;
   inputs.output_reason = silent ? Reason::link_lost : state.reason;
 }

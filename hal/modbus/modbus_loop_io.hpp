@@ -51,6 +51,7 @@ class ModbusLoopIo final : public LoopIo {
   bool writes_ = false;               // the newest command is one to be written
   std::int64_t writes_since_ns_ = 0;  // the first of those in a row
   std::uint64_t command_id_ = 0;
+  std::uint64_t lost_id_ = 0;  // of the newest command when the output was last overdue
 
   JointTicks ticks_;  // of both bus threads
 };
