@@ -458,7 +458,7 @@ TEST_CASE("a missing secret ends with 78, a damaged store is put aside", "[notif
   daemon.set("FIC-101", "unacknowledged", true);
   damaged.start();
   CHECK(has(folder / "log", 1));
-  CHECK_THAT(damaged.log(), Catch::Contains("a new one begins"));
+  CHECK_THAT(damaged.log(), Catch::Contains("A new file is used"));
 }
 
 TEST_CASE("a queue that a later version wrote ends it with 78 and stays", "[notify][program]") {
