@@ -9,8 +9,8 @@
 
 namespace loopwarden::broker {
 
-// `file`: start of relative paths. `client_id`: describes the default for an empty one, which stays
-// empty here.
+// `file`: start of relative paths. `client_id`: describes the default of an empty client
+// identifier.
 void read_broker(config::MapReader in, const std::string& file, const std::string& client_id,
                  mqtt::ClientSettings& mqtt);
 

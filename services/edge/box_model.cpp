@@ -19,8 +19,7 @@ namespace {
 using sparkplug::DataType;
 using sparkplug::Value;
 
-// Metrics that change in every cycle or every second. The time of each message holds the same
-// information.
+// Metrics that change in every cycle or second. The time of each message has the same information.
 const std::set<std::string> kSlow{
     "heartbeat",     "uptime",      "utc_seconds",     "utc_milliseconds", "sequence_head",
     "sequence_tail", "pv_age",      "hours_automatic", "hours_manual",     "hours_at_limit",
@@ -30,8 +29,7 @@ const std::set<std::string> kSlow{
 const std::set<std::string> kOfPv{"pv", "sp"};
 const std::set<std::string> kOfCo{"co", "stem", "output"};
 
-// Commands to the controller. A watched loop has mode and sp as well, because they also show its
-// state.
+// Commands to the controller. A watched loop keeps mode and sp, because they also show its state.
 const std::set<std::string> kOrdersToController{"output", "output_scaled", "veto_corrective_action",
                                                 "calm_stiction"};
 
@@ -59,8 +57,7 @@ double dead_band_of(const std::string& name, const DeadBands& bands) {
   return own == bands.by_metric.end() ? bands.percent : own->second;
 }
 
-// Returns the spec of one field of the map. A register with a scale becomes a floating-point
-// metric.
+// Returns the spec of one field of the map. A register with a scale becomes a Float32 metric.
 MetricSpec spec_of(const protocol::Field& field, const DeadBands& bands) {
   MetricSpec spec;
   spec.name = field.name;
@@ -194,8 +191,7 @@ void add_conditions(std::vector<MetricSpec>& specs,
   }
 }
 
-// Returns the tag as a topic may hold it. A number is appended if another tag already has that
-// name.
+// Returns the tag as a topic may hold it, with a number if another tag already has that name.
 std::string unique_device(const std::string& tag, std::set<std::string>& taken) {
   const std::string name = sparkplug::identifier_of(tag);
   std::string device = name;

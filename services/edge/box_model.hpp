@@ -53,8 +53,7 @@ class BoxModel {
   Reading node_reading(const protocol::Registers* registers, const Extras& extras) const;
   Reading loop_reading(std::size_t loop, const protocol::Registers& registers,
                        const Extras& extras) const;
-  // Returns the index of a field among the values of each loop; nullopt if the map has no such
-  // field.
+  // Returns the index of a field in the values of each loop; nullopt if the map lacks the field.
   std::optional<std::size_t> column(const std::string& field) const noexcept;
   // Returns the CRC of the configuration in force, as in the box's registers.
   std::optional<double> config_hash(const protocol::Registers& registers) const;
@@ -65,8 +64,7 @@ class BoxModel {
   }
 
  private:
-  // One column of the answer. It becomes metric `metric`, or is left out as a second name of a
-  // metric.
+  // One column of the answer. It becomes metric `metric`, or is left out as its second name.
   struct Column {
     std::size_t column;
     std::size_t metric;

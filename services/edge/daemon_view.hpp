@@ -51,8 +51,7 @@ class DaemonView {
   protocol::Registers registers_;
   std::vector<Extras> extras_;  // of each loop
 
-  // Columns that change with alarms or explanations, and their values when these were last asked
-  // for.
+  // Columns that change with alarms or explanations, and their values when these were last read.
   std::vector<std::size_t> alarm_columns_;
   std::vector<std::size_t> explanation_columns_;
   std::vector<double> alarms_seen_;

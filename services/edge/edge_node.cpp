@@ -386,7 +386,7 @@ bool EdgeNode::send(const Report& report, bool historical) {
   const Device* device = find(report.device);
   if (device != nullptr && device != &node_ && !daemon_there_) return false;
   std::vector<Metric> metrics = report.metrics;
-  // Stored before loops or metrics changed: no birth names these metrics, so no host could decode
+  // Stored before loops or metrics changed: no birth names these metrics, so no host could use
   // them.
   std::erase_if(metrics, [&](const Metric& m) { return device == nullptr || !device->has(m); });
   if (metrics.empty()) {

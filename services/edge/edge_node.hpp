@@ -34,8 +34,7 @@ class EdgeNode {
   explicit EdgeNode(EdgeConfig config);
 
   void start();
-  // Waits for events of the broker, at most until the next reading of the daemon is due, and
-  // handles them.
+  // Handles events of the broker until the next reading of the daemon is due.
   void round();
   // Sends its own NDEATH and disconnects. Reports that may not have arrived go to the store.
   void end();

@@ -35,8 +35,7 @@ void Outbox::lost(Clock::time_point now) {
   flush();
 }
 
-// Writes a few reports at a time: all of them may never fit into the little room that a full disk
-// regains.
+// Writes a few reports at a time: a full disk may never regain the room for all of them.
 void Outbox::flush() {
   if (for_disk_.empty()) return;
   try {

@@ -17,8 +17,7 @@
 namespace loopwarden::feed {
 namespace {
 
-// Returns filters for births and data of nodes and devices. Data shows at least that its sender
-// exists.
+// Returns filters for births and data of nodes and devices. Data shows that its sender exists.
 std::vector<mqtt::Subscription> all_of(const std::string& group) {
   std::vector<mqtt::Subscription> filters;
   for (const char* type : {"NBIRTH", "NDATA"}) {

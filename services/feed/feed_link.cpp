@@ -60,8 +60,7 @@ void FeedLink::flush(Clock::time_point now) {
   }
 }
 
-// A connection that breaks at once is no success. This happens if the daemon does not know this
-// user.
+// A connection that breaks at once is no success: the daemon may not know this user.
 void FeedLink::lost(Clock::time_point now, std::string why) {
   if (connected() && now - since_ > back_off_.longest) failures_ = 0;
   close();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A connection to feed.sock that never blocks its caller: lines are kept until the socket takes
-// them. The connection is given up if kMostWaiting bytes have gathered. New attempts follow with
-// growing pauses.
+// them. It is given up if kMostWaiting bytes have gathered. New attempts follow with growing
+// pauses.
 #pragma once
 
 #include <chrono>

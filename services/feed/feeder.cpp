@@ -20,7 +20,7 @@ namespace {
 using protocol::FedValue;
 
 constexpr std::chrono::milliseconds kRound{100};
-// Values within this time share one line: a wake-up for each value would cost more than all other
+// Values within this time share one line: one wake-up per value would cost more than all other
 // work.
 constexpr std::chrono::milliseconds kGathering{20};
 constexpr std::chrono::minutes kBetweenComplaints{1};

@@ -12,8 +12,8 @@
 // the whole timeout its values are bad until its next message. Then they are valid again, unless
 // messages are missing.
 //
-// Limit: data of an edge node whose birth was before this connection can't be read until it is born
-// again.
+// Limit: data of an edge node that was born before this connection can't be read until its next
+// birth.
 #pragma once
 
 #include <cstdint>

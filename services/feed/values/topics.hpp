@@ -35,14 +35,12 @@ class Topics {
 
   explicit Topics(const std::vector<TopicRule>& rules);
 
-  // Appends the values of a message; a value that can't be read is bad. Faults are written to
-  // `complaint`.
+  // Appends the values of a message; an unreadable value is bad. `complaint` gets its faults.
   void take(const std::string& topic, std::string_view payload, bool retained, std::int64_t now_ms,
             std::vector<protocol::FedValue>& values, std::string& complaint);
   // Appends bad values for topics that have been silent longer than their time-out.
   void look(std::int64_t now_ms, std::vector<protocol::FedValue>& values);
-  // The broker is away, so messages may be missed. Appends bad values for all values received
-  // before.
+  // The broker is away, so messages may be missed. Appends bad values for all earlier values.
   void disconnected(std::vector<protocol::FedValue>& values);
 
   const Counts& counts() const noexcept { return counts_; }

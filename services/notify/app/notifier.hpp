@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connects all parts: the watcher's snapshots become events, events become messages, and workers
-// send them.
+// Connects all parts: snapshots of the watcher become events, then messages, which workers send.
 #pragma once
 
 #include <chrono>
@@ -20,8 +19,7 @@ namespace loopwarden::notify {
 
 class Notifier {
  public:
-  // Opens the store and the channels. Throws sqlite::Error, or std::runtime_error if a secret is
-  // missing.
+  // Opens store and channels. Throws sqlite::Error, or std::runtime_error if a secret is missing.
   explicit Notifier(NotifyConfig config);
   Notifier(const Notifier&) = delete;
   Notifier& operator=(const Notifier&) = delete;
@@ -58,7 +56,7 @@ class Notifier {
   std::string trouble_;
 };
 
-// Opens the database in the configuration's state directory. A damaged or foreign file is moved
+// Opens the database in the configuration's state directory. A damaged or foreign one is moved
 // aside.
 std::unique_ptr<Outbox> open_outbox(const std::string& state_directory);
 std::string outbox_file(const std::string& state_directory);

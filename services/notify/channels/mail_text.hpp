@@ -14,8 +14,7 @@ namespace loopwarden::notify {
 // Pictures of the message follow the text as separate parts, to be displayed with it.
 std::string mail_text(const Message& message, const Sender& sender, const EmailSettings& settings);
 
-// Returns a folded header field of unstructured text. Text that is not short plain ASCII becomes
-// encoded words.
+// Returns a folded field of unstructured text, as encoded words unless it is short plain ASCII.
 std::string header_field(std::string_view name, std::string_view text);
 // Returns base64 in one line.
 std::string base64(std::string_view bytes);

@@ -15,8 +15,7 @@ namespace loopwarden::notify {
 inline constexpr std::size_t kMostDatagramBytes = 2048;
 inline constexpr std::size_t kMostStreamBytes = 8192;
 
-// Returns header, structured data and text of one event. The text is cut to keep the whole within
-// `most_bytes`.
+// Returns header, structured data and text of one event. The text is cut to fit `most_bytes`.
 std::string syslog_line(const Event& event, const Message& message, const Sender& sender,
                         const SyslogSettings& settings, std::size_t most_bytes);
 

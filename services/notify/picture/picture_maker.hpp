@@ -23,7 +23,7 @@ inline constexpr std::size_t kMostPictureBytes = 200'000;  // per picture; typic
 // loop. Empty if they are too many to be listed one by one.
 std::vector<std::size_t> pictured(const Message& message);
 
-// Returns the displayed stretch: enough before the alarm to show the usual behaviour, and the time
+// Returns the displayed stretch: enough before the alarm to show normal behaviour, and the time
 // since.
 page::history::Stretch stretch_of(const Event& event, double sample_time_s, double accelerate,
                                   std::int64_t now_ms);

@@ -39,7 +39,7 @@ struct AlarmPicture {
   bool unacknowledged = false;
   std::int64_t times_raised = 0;
   std::optional<double> worst_percent{};  // since it was raised
-  // when it was raised, or became so severe that more channels report it
+  // When it was raised, or became so severe that more channels report it.
   std::int64_t since_ms = 0;
   std::int64_t reminded_ms = 0;  // reminders due until then were sent
 

@@ -9,8 +9,7 @@ namespace {
 
 constexpr std::int64_t kHour = 3'600'000;  // ms
 
-// Returns how many messages may be made now. Times in the future (the clock was set back) don't
-// count.
+// Returns how many messages may be made now. Times in the future (clock set back) don't count.
 std::size_t messages_left(const ChannelRule& channel, std::span<const std::int64_t> made_ms,
                           std::int64_t now_ms) {
   if (channel.most_per_hour == 0) return std::numeric_limits<std::size_t>::max();

@@ -24,7 +24,7 @@ struct QuietHours {
   int from_min = 0;  // of the local day
   int to_min = 0;    // as from_min or before it: on the next day; 1440: midnight
   std::array<bool, 7> begins_on{true, true, true, true, true, true, true};  // Monday first
-  // events from this severity on are sent all the same
+  // Events from this severity on are sent all the same.
   std::optional<double> override_severity_percent;
   std::vector<std::string> override_alarms;
 };

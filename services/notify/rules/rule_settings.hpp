@@ -37,8 +37,7 @@ struct ChannelRule {
   std::int64_t group_ms = 0;       // events within this time go into one message
   std::int64_t most_per_hour = 0;  // messages; 0: any number
   bool one_each = false;           // one message per event: logs
-  // Events of low priority wait for this minute of the local day; nullopt: they are sent as all
-  // others.
+  // Events of low priority wait for this minute of the local day; nullopt: they don't wait.
   std::optional<int> digest_min{};
   const date::time_zone* zone = nullptr;  // of that day
 };

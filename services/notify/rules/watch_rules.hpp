@@ -67,8 +67,7 @@ class WatchRules {
   // `all`: all readings, of which some may belong to the same incident.
   void look(const AlarmReading& reading, Readings all, std::span<const JournalLine> lines,
             std::int64_t now_ms, Step& step) const;
-  // Returns `channels` without those that report another alarm of the incident, or have reported
-  // it.
+  // Returns `channels` without those that report, or have reported, another alarm of the incident.
   ChannelNames without_its_others(ChannelNames channels, const Event& event,
                                   const AlarmReading& reading, Readings all,
                                   const Step& step) const;

@@ -7,8 +7,7 @@
 // the message may or may not have left. It is then sent again under its old number, and states
 // that. Every other message is sent exactly once.
 //
-// A message or waiting event that can't be read is not sent and reports so. The others are not
-// affected.
+// A message or waiting event that can't be read is not sent and reports so. No other is affected.
 //
 // Limits: at most kMostWaiting events per channel (the oldest are dropped and counted), kMostQueued
 // messages per channel (the caller makes no more) and kMostKept finished messages.

@@ -40,8 +40,7 @@ std::string headline(const Message& message, const Sender& sender);
 // Returns the page's address of the alarm or its incident; it contains no secret. Empty if no page
 // is configured or the event belongs to no loop.
 std::string page_of(const Event& event, const Sender& sender);
-// Returns text of several lines, each ending with \n: all listed events and, if they are few, the
-// actions.
+// Returns lines that end with \n: all listed events and, if they are few, the actions.
 std::string letter(const Message& message, const Sender& sender);
 
 nlohmann::json to_json(const Event& event);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts the answers of the daemon's status socket for the rules. Names and reasons become one
-// line each.
+// Converts answers of the daemon's status socket for the rules. Names and reasons become one line.
 #pragma once
 
 #include <map>

@@ -24,8 +24,7 @@ struct Snapshot {
   std::vector<JournalLine> journal;  // only if an alarm has changed since the last snapshot
 };
 
-// Replaces `older`, which was not taken, by `newer`. The reasons of its changes are kept, the
-// newest thousand.
+// Replaces `older`, which was not taken, by `newer`. The newest thousand of its reasons are kept.
 void keep_reasons(Snapshot& newer, Snapshot older);
 
 class Watcher {

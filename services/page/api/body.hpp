@@ -21,8 +21,7 @@ nlohmann::json object_of(const http::Request& request,
 void check_keys(const nlohmann::json& object, std::string_view name,
                 std::initializer_list<std::string_view> keys);
 
-// Return the value at `key`. Throw ApiError 400 if the key is missing or its value is of another
-// type.
+// Return the value at `key`. Throw ApiError 400 if it is missing or of another type.
 std::string text_at(const nlohmann::json& object, const char* key, std::size_t longest);
 std::string text_or(const nlohmann::json& object, const char* key, std::size_t longest,
                     std::string fallback);

@@ -16,8 +16,7 @@ http::Response response_of(std::shared_ptr<const std::string> answer) {
   return response;
 }
 
-// Returns the last known data with the reason: a page that was just opened has no other data to
-// show.
+// Returns the last data with the reason: a page that was just opened has no other data to show.
 http::Response with_last(const fleet::FleetDown& down,
                          const std::shared_ptr<const std::string>& last) {
   http::Response response;

@@ -14,8 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-// A report is a page with inline scripts. It gets a separate origin, which can't send requests to
-// this page.
+// A report has inline scripts. It gets a separate origin, which can't send requests to this page.
 constexpr const char* kReportPolicy =
     "sandbox allow-scripts allow-popups; default-src 'none'; style-src 'unsafe-inline'; "
     "script-src 'unsafe-inline'; img-src data:";

@@ -6,8 +6,7 @@
 
 namespace loopwarden::page::api {
 
-// Finds a request's handler, rejects requests without the required role, and turns exceptions into
-// answers.
+// Finds a request's handler, rejects senders without the required role, and answers exceptions.
 class Router final : public http::Handler {
  public:
   explicit Router(Context context) : context_(std::move(context)) {}

@@ -79,9 +79,8 @@ struct Attempt {
   Moment begun = std::chrono::steady_clock::now();
 };
 
-// With a directory, every refusal has this delay after its request, whatever the reason and whoever
-// checked it. The time then reveals neither names nor passwords, unless the directory itself takes
-// longer.
+// With a directory, every refusal takes this long, whatever its reason and whoever checked it. So
+// its time reveals neither names nor passwords, unless the directory itself takes longer.
 constexpr std::chrono::milliseconds kAnswerOfDirectory{1000};
 constexpr std::chrono::seconds kPatience{10};
 constexpr std::chrono::milliseconds kLook{50};
@@ -115,8 +114,7 @@ http::Response admitted(const Attempt& attempt, const User& user) {
   context.guard.right(attempt.name, request.network);
   spdlog::info("{} logged in from {}{}", attempt.name, request.peer,
                user.directory ? " by the directory" : "");
-  // Ends the earlier session, so that a cookie of before the log-in can't become a session (session
-  // fixation).
+  // Ends the earlier session, so that no cookie of before the log-in becomes a session (fixation).
   if (const auto old = request.cookies.find(kCookie); old != request.cookies.end()) {
     context.sessions.end(old->second);
   }

@@ -132,8 +132,7 @@ std::optional<plant::LoopModel> from_record(Context& context, const BoxState& st
 }  // namespace
 
 http::Response proposed_gains(Context& context, const Call& call) {
-  // One at a time: an identification keeps a processor busy for a while, and a thread that
-  // histories need.
+  // One at a time: an identification occupies a processor, and a thread that histories need.
   static std::mutex one_at_a_time;
   check_query(call.request, {"model", "form"});
   const auto state = context.now().state;

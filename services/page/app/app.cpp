@@ -33,7 +33,7 @@ constexpr std::chrono::milliseconds kPatienceAtEnd{2000};
 // Commands wait for the daemon's disk.
 constexpr std::chrono::milliseconds kOrderPatience{3000};
 
-// Returns the names of this box. Beyond this host only names that TLS proves are valid.
+// Returns the names in page.yaml and, with TLS, those of the certificate, which proves them.
 std::set<std::string> hosts_of(const PageSettings& settings) {
   std::set<std::string> hosts;
   for (const std::string& host : settings.hosts) hosts.insert(base::lower_case(host));

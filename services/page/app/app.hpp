@@ -14,8 +14,7 @@ class BadConfiguration : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Checks that certificate, key, users file and the directory's files can be used. Throws
-// BadConfiguration.
+// Checks that certificate, key, users file and directory files are usable. Throws BadConfiguration.
 void check_files(const PageSettings& settings);
 
 // Serves the page until SIGTERM or SIGINT; SIGHUP reads certificate and key again. `site`: a folder

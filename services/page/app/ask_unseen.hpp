@@ -5,8 +5,7 @@
 
 namespace loopwarden::page {
 
-// Returns a line typed at the terminal without echo. Throws std::runtime_error if there is no
-// terminal.
+// Returns a line typed at the terminal without echo. Throws std::runtime_error without a terminal.
 std::string ask_unseen(const char* prompt);
 
 }  // namespace loopwarden::page

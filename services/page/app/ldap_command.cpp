@@ -40,8 +40,7 @@ std::string password_of(const TestOptions& options) {
   return password;
 }
 
-// Warns that the users file has the same name: that user is let in by the file, whatever the
-// directory answers.
+// Warns if the users file has the name too: the page then lets the user in without the directory.
 void warn_of_local(const PageSettings& settings, const std::string& name) {
   UserDirectory users(settings.users);
   users.refresh();

@@ -17,8 +17,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
-// Sizes and times of alarms change without a change of state, so the alarms are read at least this
-// often.
+// Sizes and times of alarms change without a change of state: alarms are read at least this often.
 constexpr std::chrono::seconds kAlarmsAtLeast{5};
 
 std::vector<double> alarm_columns(const protocol::Overview& overview) {
@@ -58,8 +57,7 @@ json alarms_for_page(const protocol::Alarms& all) {
   json shown = json::array();
   std::map<std::string, std::pair<std::int64_t, std::size_t>> first;  // by loop: when, which
   for (const protocol::Alarm& alarm : all.alarms) {
-    // A suppressed alarm that is off was never raised. In a plant at rest these would be all
-    // alarms.
+    // A suppressed alarm that is off was not raised. In a plant at rest these would be all alarms.
     if (alarm.state == "normal" || (alarm.state == "suppressed" && !is_there(alarm))) continue;
     json one = alarm;
     one["first_out"] = false;

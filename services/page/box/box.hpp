@@ -50,7 +50,7 @@ class Box {
     bool up = false;
     std::int64_t since_ms = 0;  // UTC, of the last change
     std::string why;            // reason, if it is down
-    // null: never received; the last one if the daemon is down
+    // Null: never received. The last one if the daemon is down.
     std::shared_ptr<const BoxState> state;
     std::shared_ptr<const std::string> alarms;           // as /api/alarms
     std::int64_t now_ms = 0;                             // of the newest overview
@@ -83,8 +83,7 @@ class Box {
   Now now_;
   Sparklines sparklines_;
 
-  // Used only by the thread.
-  // of the newest overview: a change means that alarms have changed
+  // Used only by the thread. alarm_columns_: of the newest overview; they change with the alarms.
   std::vector<double> alarm_columns_;
   std::string alarm_list_;  // as published last
   std::chrono::steady_clock::time_point alarms_due_{};

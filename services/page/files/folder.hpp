@@ -13,8 +13,7 @@ class Folder {
  public:
   explicit Folder(std::filesystem::path path) : path_(std::move(path)) {}
 
-  // Returns the regular file at `parts`; nullopt if there is no such file, or it is larger than
-  // `most_bytes`.
+  // Returns the regular file at `parts`; nullopt if it is missing, or larger than `most_bytes`.
   std::optional<std::string> read(const std::vector<std::string>& parts,
                                   std::size_t most_bytes) const;
   // Returns its first bytes.

@@ -23,7 +23,7 @@ constexpr std::size_t kMostReportBytes = 32UL * 1024UL * 1024UL;
 constexpr std::size_t kMostEvidenceBytes = 8UL * 1024UL * 1024UL;
 constexpr std::size_t kHeadBytes = 4096;
 
-// Returns the FNV-1a hash, 64 bits. It is the same after every start, so links to a report stay
+// Returns the 64-bit FNV-1a hash. It is the same after every start, so links to a report stay
 // valid.
 std::string id_of(const std::string& path) {
   std::uint64_t hash = 14'695'981'039'346'656'037ULL;
@@ -77,8 +77,7 @@ std::pair<std::string, std::string> loop_and_kind(const std::vector<std::string>
   return {found[1], found[2]};
 }
 
-// Returns the kind by place and name, then by the beginning of the title, as the workbench writes
-// it.
+// Returns the kind by place and name, then by the beginning of the title from the workbench.
 std::string kind_of(const std::vector<std::string>& parts, std::string_view title) {
   const std::string& name = parts.back();
   const std::string asked = loop_and_kind(parts).second;

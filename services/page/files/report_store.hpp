@@ -48,8 +48,7 @@ class ReportStore {
     std::string type;
     std::string bytes;
   };
-  // Returns a file below the report's folder, by its path there. A page contains its stylesheets
-  // and scripts.
+  // Returns a file below the report's folder, by its path there. Pages include styles and scripts.
   std::optional<Content> read(const std::string& id, const std::vector<std::string>& below);
 
   // Return files of a piece of evidence, by name. Its folder may be inside another one's.

@@ -22,8 +22,7 @@ class SegmentRows {
   const record::SegmentHeader& header() const noexcept { return decoded_.header; }
   std::uint32_t places() const noexcept { return places_; }
 
-  // Calls `each` for the undamaged rows of the places [first, last), in order, until it returns
-  // false.
+  // Calls `each` for the undamaged rows of places [first, last), in order, until it returns false.
   using Each =
       std::function<bool(const record::RecordRow& row, std::int64_t utc_ms, std::uint32_t place)>;
   void read(std::uint32_t first, std::uint32_t last, const Each& each) const;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Summarises a segment's rows by ends and extremes, in blocks of two sizes, with a bounded store of
-// summaries.
+// Summarises a segment's rows by ends and extremes, in blocks of two sizes. A bounded store.
 #pragma once
 
 #include <array>

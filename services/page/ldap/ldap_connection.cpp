@@ -48,8 +48,7 @@ void set_tls(LDAP* handle, const LdapSettings& settings) {
 }
 
 LDAP* new_handle(const std::string& server) {
-  // Before libldap's first call, which would read these files. A service calls this before it
-  // starts threads.
+  // Before libldap's first call, which would read these files, and before a service starts threads.
   static const int no_files = ::setenv("LDAPNOINIT", "1", 1);
   if (no_files != 0) throw LdapTrouble("no memory");
   LDAP* handle = nullptr;

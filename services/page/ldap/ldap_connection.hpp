@@ -16,8 +16,7 @@
 
 namespace loopwarden::page::ldap {
 
-// The server can't be reached, is another one than expected, or refuses a request. what() has the
-// reason.
+// The server is unreachable, not the expected one, or refuses a request. what() has the reason.
 class LdapTrouble : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -30,7 +29,7 @@ class Connection {
   using Moment = std::chrono::steady_clock::time_point;
 
   // Connects to `server` (HOST:PORT) and starts TLS. This and each later request may take `limit`,
-  // and must end before `until`. The box's resolver may need additional time for HOST. Throws
+  // and must end before `until`. The box's resolver may need more time for HOST. Throws
   // LdapTrouble.
   Connection(const std::string& server, const LdapSettings& settings,
              std::chrono::milliseconds limit, Moment until);
@@ -42,7 +41,7 @@ class Connection {
   // Binds as `dn`. `password` must not be empty: servers take an empty one for an anonymous bind
   // and accept it. Returns the server's reason for a refusal; empty: bound. Throws LdapTrouble.
   std::string bind(const std::string& dn, const std::string& password);
-  // Returns the names of matching entries, two at most; nullopt if `base` does not exist. Throws
+  // Returns at most two names of matching entries; nullopt if `base` is missing. Throws
   // LdapTrouble.
   std::optional<std::vector<std::string>> find(const std::string& base, Depth depth,
                                                const std::string& filter);

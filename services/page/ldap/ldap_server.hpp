@@ -39,7 +39,7 @@ class Server {
   // must end before `until`. Throw only std::bad_alloc.
   Outcome log_in(const std::string& name, const std::string& password, const Tell& tell,
                  Moment until = Moment::max()) const;
-  // Returns the user's present role, without his password. The end is `wrong` only if he no longer
+  // Returns the user's present role without his password. It is `wrong` only if he no longer
   // exists.
   Outcome look_up(const std::string& name, Moment until = Moment::max()) const;
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The directory's thread. It handles log-ins and checks logged-in users again every quarter of an
-// hour.
+// The directory's thread: handles log-ins, and checks logged-in users again every 15 minutes.
 #pragma once
 
 #include <chrono>
@@ -23,7 +22,7 @@ class LogIns {
  public:
   virtual ~LogIns() = default;
   // Starts a log-in. The result is not valid() if too many wait. `whose`: the client, who may use
-  // half of the queue. `until`: the time after which the client no longer waits; the log-in is then
+  // half of the queue. `until`: the time at which the client stops waiting; the log-in is then
   // dropped.
   virtual std::shared_future<Outcome> begin(const std::string& name, const std::string& password,
                                             const std::string& whose, Moment until) = 0;

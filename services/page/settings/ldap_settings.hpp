@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Section ldap of page.yaml: a directory (OpenLDAP, Active Directory) of users in addition to the
-// users file.
+// Section ldap of page.yaml: a directory (OpenLDAP, Active Directory) of further users.
 #pragma once
 
 #include <filesystem>
@@ -29,8 +28,7 @@ struct LdapSettings {
   std::vector<std::string> domains;
 };
 
-// Returns why `url` is invalid. If it is valid, returns an empty string and appends its HOST:PORT
-// to `servers`.
+// Returns why `url` is invalid; empty if it is valid, and then appends its HOST:PORT to `servers`.
 std::string ldap_url_error(std::string_view url, bool start_tls, std::vector<std::string>& servers);
 
 // `file`: start of relative paths.

@@ -19,7 +19,7 @@ using Moment = std::chrono::steady_clock::time_point;
 
 struct SessionLimits {
   std::chrono::milliseconds longest{12 * 3'600'000};
-  // without input of a person; a display has no such limit
+  // Without input of a person. A display has no such limit.
   std::chrono::milliseconds idle{30 * 60'000};
   std::size_t most = 1000;     // in all
   std::size_t most_each = 20;  // of one user; then his least recently used session ends

@@ -76,8 +76,7 @@ std::string to_text(const Users& users) {
   return text;
 }
 
-// Keeps the owner and group of the existing file. For a new file written by root, the page's group
-// gets access.
+// Keeps owner and group of the existing file. A new file of root's gets the page's group.
 void keep_owner(int fd, const std::filesystem::path& path) {
   struct stat status {};
   uid_t user = ::geteuid();

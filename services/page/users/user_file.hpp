@@ -24,8 +24,7 @@ struct User {
 };
 using Users = std::map<std::string, User>;
 
-// Text: "file:line:column: error: ..." if the file is malformed; path and reason if it is
-// unreadable.
+// Its text is "file:line:column: error: ..." if malformed, path and reason if unreadable.
 class UserFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -54,8 +53,7 @@ class UserDirectory {
   // for each change.
   std::string refresh();
 
-  // Returns whether the file has the name, ignoring case. The file's user has priority over a
-  // directory's.
+  // Returns whether the file has the name, ignoring case. The file's user replaces a directory's.
   bool is_in_file(const std::string& name) const;
   // Adds a user of the directory, `name` in lower case, with his present role.
   void admit(const std::string& name, Role role, const std::string& dn);
