@@ -145,7 +145,7 @@ void add_extras(std::vector<MetricSpec>& specs) {
     specs.push_back(plain("alarm/" + alarm + "/state", DataType::string));
     specs.push_back(plain("alarm/" + alarm + "/since", DataType::date_time));
   }
-  // A process alarm has no size.
+  // Process alarms have no size.
   for (const monitor::AlarmKind kind : monitor::kValveAlarms) {
     specs.push_back(
         plain(fmt::format("alarm/{}/severity", to_text(kind)), DataType::float64, kOfSpan));

@@ -26,7 +26,7 @@ constexpr std::size_t kStalled = 500;
 // Births of a thousand loops go out at once.
 constexpr std::size_t kMostWaiting = 20'000;
 constexpr std::size_t kPartsALook = 8;
-constexpr std::chrono::seconds kGoodbye{3};  // the client's, and some
+constexpr std::chrono::seconds kGoodbye{3};  // that of the client, plus a reserve
 constexpr std::chrono::seconds kFirstConnection{2};
 
 mqtt::ClientSettings settings_of(const EdgeConfig& config) {

@@ -129,7 +129,7 @@ std::string quoted_printable(std::string_view text) {
       continue;
     }
     const bool ends_line = i + 1 == text.size() || text[i + 1] == '\n';
-    // A dot that begins a line is encoded too: then no transport has to double it.
+    // A dot that begins a line is encoded too, so that no transport has to double it.
     const bool plain = c > ' ' && c <= '~' && c != '=' && !(c == '.' && column == 0);
     const std::string shown =
         plain || (c == ' ' && !ends_line) ? std::string(1, c) : encoded_byte(c);

@@ -26,7 +26,7 @@ namespace history = page::history;
 
 constexpr std::size_t kStackBytes = 1024UL * 1024UL;  // fonts need more than the loops' threads do
 constexpr std::chrono::milliseconds kDaemonPatience{1000};
-constexpr std::size_t kPoints = 1600;  // about three a pixel
+constexpr std::size_t kPoints = 1600;  // about three per pixel
 constexpr std::int64_t kHour_ms = 3'600'000;
 
 bool asks(const Event& event) {

@@ -49,7 +49,7 @@ class PictureMaker {
 
   const date::time_zone* zone_;
   protocol::DaemonClient daemon_;
-  base::DiskErrand errand_;  // the last: its thread ends before the others go
+  base::DiskErrand errand_;  // last member: its thread ends before the others are destroyed
 };
 
 }  // namespace loopwarden::notify

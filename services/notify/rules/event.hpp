@@ -43,7 +43,7 @@ struct Event {
   std::string peer{};                        // who acknowledged or shelved it
   std::string reason{};
   std::string description{};    // of the loop
-  std::int64_t noticed_ms = 0;  // when it was read of the daemon; 0: at once
+  std::int64_t noticed_ms = 0;  // when it was read from the daemon; 0: at once
   std::string area{};           // of the loop
   std::string priority{};       // low, medium, high, critical; empty: not known
   bool of_incident = false;     // others may belong to the same one

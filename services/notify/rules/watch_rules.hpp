@@ -22,7 +22,7 @@ namespace loopwarden::notify {
 
 using Pictures = std::map<AlarmKey, AlarmPicture>;
 
-// A line of the daemon's journal: who did it and why.
+// A line of the daemon's journal, with its author and reason.
 struct JournalLine {
   std::int64_t id = 0;
   std::string kind;  // alarm, operator, ...
@@ -52,7 +52,7 @@ class WatchRules {
   WatchRules(const RuleSettings& settings, Pictures pictures)
       : settings_(settings), pictures_(std::move(pictures)) {}
 
-  // All alarms of the daemon, and the newest lines of its journal, newest first.
+  // Processes all alarms of the daemon and the newest lines of its journal, newest first.
   Step read(std::span<const AlarmReading> readings, std::span<const JournalLine> lines,
             std::int64_t now_ms) const;
   // `silent_ms`: time for which the daemon has not answered; 0: it answers.

@@ -14,7 +14,7 @@ class time_zone;
 
 namespace loopwarden::notify {
 
-// How texts name the box and the time.
+// The names of the box and the time zone in texts.
 struct Sender {
   std::string box;
   const date::time_zone* zone = nullptr;  // of times in texts for people

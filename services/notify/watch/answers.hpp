@@ -27,7 +27,7 @@ struct AlarmWords {
   std::string action{};
   std::string time_to_act{};
 };
-// `reading`: the alarm that was asked about.
+// `reading`: the alarm for which the explanation was requested.
 AlarmWords words_of(const protocol::Explained& told, const AlarmReading& reading);
 
 }  // namespace loopwarden::notify

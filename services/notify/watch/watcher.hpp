@@ -70,7 +70,7 @@ class Watcher {
              (!incident.empty() || times_raised == alarm.times_raised);
     }
   };
-  std::map<AlarmKey, Explained> words_;  // of the alarms that are there
+  std::map<AlarmKey, Explained> words_;  // of the active alarms
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports and evidence below the daemon's state directory.
+// Provides reports and evidence below the daemon's state directory.
 #pragma once
 
 #include <chrono>
