@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For sources: what was asked for as a struct.
+// Sends requests as structs and returns answers as structs. Include it in sources only.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 
 namespace loopwarden::protocol {
 
-// Throws DaemonError.
+// Returns `answer` as a struct. Throws DaemonError.
 template <class Answer>
 Answer read_answer(const nlohmann::json& answer) {
   try {

@@ -27,7 +27,7 @@ std::string_view field(const RequestHead& head, std::string_view name) {
   return {};
 }
 
-// Calls `each` for the parts between separators; stops where it says false, which it then returns.
+// Calls `each` for the parts between separators. Stops and returns false when `each` returns false.
 template <class Each>
 bool for_parts(std::string_view text, char separator, Each each) {
   while (!text.empty()) {
@@ -44,7 +44,8 @@ int hex_digit(char c) {
   return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-// A part that could lead out of its folder, or that another program would read as two.
+// Returns whether a part is safe. Parts that could leave their folder, or that another program
+// would split in two, are not.
 bool is_sound_part(const std::string& part) {
   return part != "." && part != ".." && part.find_first_of("/\\") == std::string::npos;
 }
@@ -94,7 +95,8 @@ std::map<std::string, std::string> cookies_of(std::string_view text) {
   return cookies;
 }
 
-// Of "gzip;q=0" and the like only what refuses it is looked at.
+// Returns whether the client accepts gzip. Of the quality values, only a refusal (q=0) is
+// evaluated.
 bool accepts_gzip(std::string_view text) {
   bool accepts = false;
   for_parts(text, ',', [&](std::string_view one) {
