@@ -139,7 +139,7 @@ void read_file(const std::string& file, std::string_view text, Report& report, H
   config::report_unknown_keys(*root, report);
 }
 
-// An error of the command line has no place in a file.
+// Reports an error of the command line, which has no position in a file.
 void complain(Report& report, std::string_view option, const std::optional<std::string>& error) {
   if (error) report.error({}, option, *error);
 }

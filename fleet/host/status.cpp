@@ -133,7 +133,7 @@ void DelayHistogram::add(double delay_s) noexcept {
   const auto* const bin = std::lower_bound(kEdgesS.begin(), kEdgesS.end(), delay_s);
   ++bins_[static_cast<std::size_t>(bin - kEdgesS.begin())];
   ++count_;
-  // An edge whose clock is ahead must not make the sum shrink: it is a counter.
+  // Negative delays count as 0. The clock of an edge may be ahead, but a counter must not decrease.
   sum_s_ += std::max(0.0, delay_s);
 }
 

@@ -35,16 +35,16 @@ INSERT INTO metric AS m (device_id, name, type, unit, low, high, alias)
     WHERE (m.type, m.unit, m.low, m.high, m.alias) IS DISTINCT FROM
           (excluded.type, excluded.unit, excluded.low, excluded.high, excluded.alias))";
 
-// What the newest birth doesn't have any more has no alias either.
+// Removes the aliases of metrics that the newest birth does not contain.
 constexpr const char* kForgetAliases = R"(
 UPDATE metric m SET alias = NULL WHERE device_id = ANY($1::integer[]) AND alias IS NOT NULL AND NOT EXISTS
   (SELECT FROM unnest($2::integer[], $3::text[]) AS born(device_id, name)
      WHERE born.device_id = m.device_id AND born.name = m.name))";
 
-// A value of a birth counts only where it is not the newest anyway; of one that has another live
-// value before it in its batch that is known without the table. The newest is the last of those
-// that came live, or else the one with the newest time. A birth says every value, so none that is
-// older than the newest birth counts as newest.
+// Inserts values. A value from a birth is stored only if it differs from the newest value. A value
+// that follows another live value in its batch needs no comparison with the table. The newest value
+// is the last live one; without a live one it is the one with the latest time. A birth contains all
+// values, so a value older than the newest birth is never the newest.
 constexpr const char* kInsertValues = R"(
 WITH sent AS MATERIALIZED (
   SELECT metric_id, to_timestamp(seconds) AS time, number, text, birth, historical, transient, n
@@ -69,10 +69,9 @@ newest AS (
            WHERE m.id = excluded.metric_id), '-infinity')))
 SELECT (SELECT count(*) FROM stored), (SELECT count(*) FROM changed WHERE NOT transient))";
 
-// Only what changes the state: compared with the newest before it, whether that is in the table or
-// came with it. Alarms begin as normal. The newest state of all, which may have changed nothing
-// when it came, is compared once more: an older message that comes after it may be what it differs
-// from.
+// Inserts changes of alarm states. Each state is compared with the previous one, in the table or in
+// the batch. Alarms start as normal. The newest state is compared again, even if it was no change
+// when it arrived: an older message that arrives later may differ from it.
 constexpr const char* kInsertAlarms = R"(
 WITH sent AS MATERIALIZED (
   SELECT DISTINCT ON (device_id, name, seconds) device_id, name, to_timestamp(seconds) AS time, state, severity
@@ -114,7 +113,7 @@ INSERT INTO request(device_id, metric, value, due)
       AND NOT EXISTS (SELECT FROM request r
         WHERE r.device_id = c.device_id AND r.metric = 'request/evidence' AND r.value = c.name AND r.due > c.time))";
 
-// Alarms that leave none on their box, as an array of text.
+// Returns the alarms without evidence on their box, as an array of text.
 std::string without_evidence() {
   ArrayText names;
   for (const monitor::AlarmKind kind : monitor::kProcessAlarms) {
@@ -147,7 +146,8 @@ UPDATE evidence e SET complete = CASE WHEN p.sha256 = e.sha256 THEN now() END, d
           FROM evidence_part WHERE evidence_id = $1) p
   WHERE e.id = $1 AND p.count = e.parts AND e.complete IS NULL)";
 
-// Once all files of the folder are here; of an edge node that does not say how many there are, with the first.
+// Answers a request when all files of the folder are stored. If the edge node does not give their
+// number, the first file answers it.
 constexpr const char* kAnswerRequest = R"(
 UPDATE request SET done = now(), answer = 'here'
   WHERE device_id = $1 AND metric = 'request/evidence' AND $2 IN ('', value) AND done IS NULL
@@ -228,7 +228,7 @@ class Writer::Transaction {
     ArrayText groups;
     ArrayText names;
     for (const auto& [name, state] : batch_.edges) {
-      // Whoever was never born may be anybody's invention.
+      // Skips edge nodes without a birth: any client could invent them.
       if (state.id != 0 || !state.tracker.bd_seq()) continue;
       groups.add(name.group);
       names.add(name.edge);
@@ -309,7 +309,7 @@ class Writer::Transaction {
   }
 
   void write_events() {
-    std::map<int, const LifeEvent*> devices;  // the newest of each
+    std::map<int, const LifeEvent*> devices;  // the newest event of each
     for (const LifeEvent& event : batch_.events) {
       if (!event.of_node) {
         devices[event.book->device_id] = &event;
@@ -319,7 +319,7 @@ class Writer::Transaction {
       work_.exec_params(kUpdateEdge, edge, event.online, in_seconds(event.received_ms),
                         in_seconds(event.born_ms));
       work_.exec_params(kInsertEdgeEvent, edge, event.online, in_seconds(event.received_ms));
-      // Each device's own birth must follow.
+      // Each device must send its own birth after this.
       work_.exec_params("UPDATE device SET online = false WHERE edge_id = $1 AND online", edge);
       std::erase_if(devices, [&](const auto& one) { return one.second->book->edge_id == edge; });
     }
@@ -346,7 +346,7 @@ class Writer::Transaction {
     ArrayText births;
     ArrayText historical;
     ArrayText transient;
-    std::unordered_map<int, const ValueRow*> live;  // by metric: the newest of this batch
+    std::unordered_map<int, const ValueRow*> live;  // by metric: newest live value of this batch
     for (const ValueRow& row : batch_.rows.values) {
       const int metric = row.book->metrics[row.metric].id;
       bool of_birth = row.of_birth;

@@ -45,7 +45,7 @@ SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.stat
   WHERE $1 IN ('', w.group_name) AND w.alarm <> ALL($3::text[])
   ORDER BY w.severity DESC NULLS LAST, w.group_name, w.edge, w.tag, w.alarm LIMIT $2)";
 
-// The view has all that is on; here are those that are no valve's.
+// The view has all active alarms. This query selects those that are not a valve's.
 constexpr const char* kFaulty = R"(
 SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.state,
        (extract(epoch FROM w.since) * 1000)::bigint AS since_ms, w.online,
@@ -61,7 +61,7 @@ SELECT group_name AS "group", edge, online, (extract(epoch FROM since) * 1000)::
        clock_offset_s, (extract(epoch FROM conflict) * 1000)::bigint AS conflict_ms, count(*) OVER () AS "all"
   FROM silent_box WHERE $1 IN ('', group_name) ORDER BY heard NULLS FIRST, group_name, edge LIMIT $2)";
 
-// A box that is new has no configuration before its first.
+// The first configuration of a new box is no change.
 constexpr const char* kDifferent = R"(
 WITH changed AS (
   SELECT d.edge_id, max(v.time) AS time, count(*) AS changes
@@ -95,7 +95,8 @@ SELECT (extract(epoch FROM r.time) * 1000)::bigint, l.edge || '/' || l.tag, r.na
   WHERE r.raised AND r.time >= to_timestamp($1::float8) AND $2 IN ('', l.group_name)
   ORDER BY r.time DESC LIMIT 50000)";
 
-// The register, which is 0 while the alarm is off; of other edges the alarm's own metric, which they leave out then.
+// Uses the register, which is 0 while the alarm is off. For other edges it uses the alarm's own
+// metric, which they omit while it is off.
 constexpr const char* kCurves = R"(
 WITH asked AS (
   SELECT p.place, (SELECT m.id FROM metric m
@@ -148,7 +149,7 @@ constexpr const char* kEvidence = R"(
 SELECT name, (extract(epoch FROM begun) * 1000)::bigint AS begun_ms, complete IS NOT NULL AS complete
   FROM evidence WHERE device_id = $1 ORDER BY begun DESC LIMIT 50)";
 
-// As an array of text.
+// Returns the process alarms as an array of text.
 std::string process_alarms() {
   ArrayText names;
   for (const monitor::AlarmKind kind : monitor::kProcessAlarms)
@@ -156,7 +157,7 @@ std::string process_alarms() {
   return names.text();
 }
 
-// Types of columns, as PostgreSQL numbers them.
+// Types of columns, as numbered by PostgreSQL.
 enum : pqxx::oid { kBool = 16, kInt8 = 20, kInt4 = 23, kFloat8 = 701, kJsonb = 3802 };
 
 json field_json(const pqxx::field& field) {
@@ -183,7 +184,7 @@ json rows_json(const pqxx::result& rows) {
   return list;
 }
 
-// Of rows that each tell how many there are.
+// Makes a bounded list of rows that each contain the total number.
 json limited(const pqxx::result& rows) {
   json list = rows_json(rows);
   json all = list.empty() ? json(0) : list.front()["all"];
