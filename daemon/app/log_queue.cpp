@@ -21,7 +21,7 @@ void write_all(int fd, std::string_view text) {
       pollfd room{fd, POLLOUT, 0};
       ::poll(&room, 1, -1);
     } else if (errno != EINTR) {
-      return;  // nobody to tell
+      return;  // a failed log can't be reported
     }
   }
 }

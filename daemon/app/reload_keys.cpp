@@ -49,14 +49,14 @@ const char* name_of(loopwarden::monitor::NormalMode mode) {
   return loopwarden::monitor::to_text(mode);
 }
 
-// Its mode has a row of its own.
+// normal_mode has a separate row.
 config::LoopAlarmConfig alarms_without_mode(const LoopConfig& loop) {
   config::LoopAlarmConfig alarms = loop.alarms;
   alarms.process.normal_mode = {};
   return alarms;
 }
 
-// A value as a person reads it; empty where that takes more than a few words.
+// Returns the value for a reader; empty if that takes more than a few words.
 template <class T>
 std::string shown(const T& value) {
   if constexpr (std::is_same_v<T, double>) {
@@ -228,7 +228,7 @@ Range co_range(const LoopConfig& loop) {
   return {loop.controller.pid.output_low, loop.controller.pid.output_high};
 }
 
-// A value of `io` that follows from another key in both states is no change of `io`.
+// Ignores a value of `io` that is derived from another key in both configurations.
 template <class T>
 void disregard(T& a, T& b, const T& a_follows, const T& b_follows) {
   if (a == a_follows && b == b_follows) a = b;
@@ -245,7 +245,7 @@ std::int64_t period_ns(const LoopConfig& loop) { return std::llround(loop.sample
 
 using Changes = std::vector<Change>;
 
-// Where the key of the change stands is where the operator has changed it: in links, or in io.
+// Reports the key where the operator changed it: in links or in io.
 void compare_link(hal::modbus::LinkSettings& a, const hal::modbus::LinkSettings& b,
                   Changes& changes) {
   if (a == b || a.name != b.name) return;
@@ -254,7 +254,8 @@ void compare_link(hal::modbus::LinkSettings& a, const hal::modbus::LinkSettings&
   a = b;
 }
 
-// The bus keeps max_age as at the start; the loop's own check takes the new one.
+// Ignores max_age of the bus, which keeps its value of the start. The loop's own check uses the new
+// one.
 void disregard_max_age(hal::modbus::PointSettings& a, const hal::modbus::PointSettings& b) {
   a.max_age_ns = b.max_age_ns;
 }
@@ -327,7 +328,8 @@ const char* backend_name(const config::Io& io) {
   return std::holds_alternative<hal::iio::AnalogSettings>(io) ? "analog" : "replay";
 }
 
-// Who controls: nothing of the loop means the same after that has changed.
+// Returns whether the controlling system has changed. Such a change alters the meaning of all
+// values of the loop.
 bool control_differs(const LoopConfig& a, const LoopConfig& b) {
   return config::is_watched(a.io) != config::is_watched(b.io);
 }

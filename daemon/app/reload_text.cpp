@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plan in words, and as the sockets answer it.
+// Formats a plan as text and as an answer of the sockets.
 #include <fmt/format.h>
 
 #include <utility>
