@@ -241,7 +241,7 @@ ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
           .ready = [&service] { service.ready(); }};
 }
 
-// Returns references. The console reads the data behind them at each request.
+// Returns references. The console reads the data at each request.
 console::Parts Assembly::console_parts() {
   return {
       .loops = loops.all(),

@@ -54,7 +54,7 @@ class SettingsOffers {
   struct Withdrawn {
     std::size_t loop = 0;      // index among the running loops
     std::uint32_t number = 0;  // number of the offer
-    std::uint32_t after = 0;   // number of the change that withdrew or replaced it
+    std::uint32_t after = 0;   // number of the withdrawal or of the replacing offer
     control::PidGains gains;
   };
   // Returns why a loop's settings wait.

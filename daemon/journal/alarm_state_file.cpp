@@ -77,7 +77,7 @@ std::optional<AlarmStates> AlarmStateFile::load(std::string& why) const {
       states.memories[{alarm.at("loop").get<std::string>(), alarm.at("alarm").get<std::string>()}] =
           memory_of(alarm);
     }
-    // A file of before there were incidents has none.
+    // Files from before incidents existed have no such key.
     const json incidents = j.value("incidents", json::object());
     for (const auto& [loop, state] : incidents.items()) {
       if (auto known = read_incident(state.get<std::string>())) {

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 The mode and set point that each loop was last ordered to, as
-// they are kept for the next start: a small text file of one checksum and one JSON object, replaced
-// whole.
+// SPDX-License-Identifier: Apache-2.0
+// Stores the last commanded mode and set point of each loop for the next start, in a small text
+// file of one checksum and one JSON object that is always replaced as a whole.
 #pragma once
 
 #include <cstdint>

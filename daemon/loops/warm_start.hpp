@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 How a loop begins after a restart: `start.after_restart` of
-// its file, applied to the orders from before it. When in doubt the loop waits in manual.
+// SPDX-License-Identifier: Apache-2.0
+// Decides how a loop starts after a restart: applies `start.after_restart` of its file to the
+// orders from before the restart. In case of doubt the loop waits in manual.
 #pragma once
 
 #include <optional>
