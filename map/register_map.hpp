@@ -7,7 +7,7 @@
 // the loops' files. All blocks of loops have the same layout. Input registers have a second, short
 // block per loop, after the space for all first blocks, because the first blocks are full. Holding
 // registers and coils have a third block per loop. These blocks start in the middle of the address
-// range. Registers of the third block are read-only unless writable() says otherwise. Addresses are
+// range. Registers of the third block are read-only unless writable() returns true. Addresses are
 // those on the wire, from 0. A field of type f32 or u32 takes two registers. Addresses between the
 // fields of a block are reserved and read 0.
 //
@@ -42,9 +42,9 @@ struct Layout {
   std::uint16_t box_size;              // block of the box, which starts at 0
   std::uint16_t first_loop;            // start of the first loop's block
   std::uint16_t loop_stride;           // size of a loop's block, and distance to the next one
-  std::uint16_t first_condition = 0;   // start of the first loop's second block; 0: none
+  std::uint16_t first_condition = 0;   // start of the first loop's second block; 0: no such block
   std::uint16_t condition_stride = 0;  // size of a second block, and distance to the next one
-  std::uint16_t first_third = 0;       // start of the first loop's third block; 0: none
+  std::uint16_t first_third = 0;       // start of the first loop's third block; 0: no such block
   std::uint16_t third_stride = 0;      // size of a third block, and distance to the next one
 };
 constexpr Layout layout(Table table) noexcept {

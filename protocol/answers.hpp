@@ -457,7 +457,7 @@ struct FeederStatus {
   bool connected = false;
   std::uint64_t lines = 0, bad_lines = 0, values = 0, unknown_names = 0;
   std::uint64_t doubled = 0, out_of_order = 0, connections = 0;
-  double silent_s = kNone;  // since its newest valid line; null: none yet
+  double silent_s = kNone;  // since its newest valid line; null: no line yet
   // how far its clock is behind this host's clock; null: it sends no time
   double clock_behind_s = kNone;
 };

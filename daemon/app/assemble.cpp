@@ -151,7 +151,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
 }
 
 // Makes the loops. A loop starts with the mode and set point from before the restart if its file
-// says so.
+// requests it.
 void Assembly::make_loops() {
   const LastOrdersFile file(std::filesystem::path(configuration.daemon.state_directory) /
                             "last-orders.json");

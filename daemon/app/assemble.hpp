@@ -38,7 +38,7 @@ struct Origin {
   std::filesystem::path configuration;            // absolute
   std::int64_t started_ns;                        // monotonic
   std::int64_t started_ms;                        // UTC
-  std::uint32_t model_hash;                       // hash of the specialists; 0: none are configured
+  std::uint32_t model_hash;                       // hash of the specialists; 0: not configured
   std::function<std::uint64_t()> log_lines_lost;  // may be empty
 };
 

@@ -54,7 +54,7 @@ class RealTimeLoops {
 
   // Returns the runner's status. From any thread.
   rt::RunnerStatus status() const;
-  // Returns the refused real-time rights in words; empty: none were refused.
+  // Returns the refused real-time rights in words; empty: all were granted.
   std::string rights_missing() const;
   std::uint64_t events_dropped() const noexcept { return events_.dropped(); }
 

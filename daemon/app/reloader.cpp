@@ -215,7 +215,7 @@ void Reloader::take(const ReadFiles& read) {
 }
 
 void Reloader::follow_offers() {
-  // Whether these settings came into force after their reload was reported as done.
+  // Whether these settings took effect after their reload was reported as done.
   const bool later = !current_.job || current_.job->state != State::taking;
   const SettingsOffers::Followed followed = offers_.follow(
       plan_, [this](std::size_t loop) { return output(loop); },

@@ -38,7 +38,7 @@ struct EvidenceStatus {
   std::uint64_t written = 0;  // since the start
   std::uint64_t waiting = 0;
   std::uint64_t lost = 0;     // did not fit into memory either
-  std::string error;          // why evidence is waiting; empty: none is waiting
+  std::string error;          // why evidence is waiting; empty: it is not
   std::string removal_error;  // why more than most_kept folders remain; empty: they don't
 };
 

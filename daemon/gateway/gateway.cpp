@@ -124,7 +124,7 @@ void Gateway::watch_master() {
                                     ? control::Mode::manual
                                     : control::Mode::automatic};
   for (std::size_t i = 0; i < loops_.loops(); ++i) {
-    // Manual also goes to loops that are being commissioned, because it is the safer mode.
+    // Manual is also sent to loops that are being commissioned, because it is the safer mode.
     const bool manual = order.mode == control::Mode::manual;
     if (manual ? loops_.controlled_elsewhere(i) : loops_.read_only(i)) continue;
     if (loops_.read(i).standing.mode == order.mode) continue;  // in force already: not a command

@@ -85,7 +85,7 @@ void SerialServer::open(std::int64_t now_ns) {
   auto fresh = std::make_unique<Line>();
   fresh->context.reset(modbus_new_rtu(line.device.c_str(), line.baud, parity_letter(line.parity),
                                       line.data_bits, line.stop_bits));
-  // libmodbus uses the address for its own frames only; none are sent here.
+  // libmodbus uses the address for its own frames only, which are not used here.
   if (!fresh->context || modbus_connect(fresh->context.get()) != 0) {
     close_line(std::generic_category().message(errno));
     return;

@@ -94,7 +94,7 @@ class SerialServer {
   std::int64_t last_byte_ns_ = 0;
   std::array<std::uint8_t, kMostFrame> to_send_{};
   std::size_t to_send_size_ = 0;
-  std::function<bool()> ready_;  // condition of a waiting answer; empty: none is waiting
+  std::function<bool()> ready_;  // condition of a waiting answer; empty: no answer waits
   SerialServerCounters counters_;
 };
 

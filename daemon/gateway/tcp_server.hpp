@@ -77,7 +77,7 @@ class TcpServer {
     std::array<std::uint8_t, kMostFrame> to_send{};
     std::size_t to_send_size = 0;
     std::size_t sent = 0;
-    std::function<bool()> ready;       // condition of a waiting answer; empty: none is waiting
+    std::function<bool()> ready;       // condition of a waiting answer; empty: no answer waits
     std::int64_t last_request_ns = 0;  // time of the last request, or of the connection
     bool asked = false;                // has sent a valid request
     double tokens = 0.0;               // requests it may send at once

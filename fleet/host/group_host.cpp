@@ -20,7 +20,7 @@ constexpr milliseconds kLongestWait{5000};
 constexpr milliseconds kBetweenSyncs{1000};
 constexpr const char* kTimeout =
     "57014";  // statement time-out; a retry with fewer messages may finish in time
-// Fill of the spool above which edges are told to store values, and below which they send again.
+// Fill of the spool above which edges must store values, and below which they send again.
 constexpr double kFull = 0.8;
 constexpr double kRoomAgain = 0.5;
 

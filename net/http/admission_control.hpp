@@ -17,7 +17,7 @@ using Moment = std::chrono::steady_clock::time_point;
 struct ClientLimits {
   std::size_t clients = 200;     // connections in all
   std::size_t per_address = 50;  // connections of one address other than this host
-  std::size_t loopback = 100;    // connections of this host, where a proxy may run
+  std::size_t loopback = 100;    // connections of this host, for example of a proxy
   double requests_per_s = 50.0;  // per address, on average; bursts of four seconds
 };
 
@@ -30,7 +30,7 @@ class AdmissionControl {
     std::optional<std::uint64_t> displaced = std::nullopt;  // connection to be closed
   };
   // Admits a connection. If all places are taken, it displaces the oldest connection that never
-  // sent a valid request. If there is none, it displaces the connection that has been silent
+  // sent a valid request. Without such a connection it displaces the one that has been silent
   // longest. A connection whose request is being answered is never displaced.
   Admission admit(const std::string& address, bool loopback, Moment now);
   void left(std::uint64_t id);

@@ -46,10 +46,10 @@ struct Subscription {
 struct ClientSettings {
   BrokerUrl broker;
   std::string client_id;  // unique at the broker
-  std::string user;       // empty: none
+  std::string user;       // empty: no user
   base::Secret password;
   std::string ca_file;           // for TLS; empty: the system's CAs
-  std::string certificate_file;  // the client's certificate; empty: none
+  std::string certificate_file;  // the client's certificate; empty: no certificate
   base::Secret key;
   std::chrono::seconds keep_alive{15};  // at least 5, a limit of libmosquitto
   std::chrono::milliseconds reconnect_min{1000};

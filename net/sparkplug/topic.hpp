@@ -31,8 +31,8 @@ std::string state_topic(std::string_view host);
 // Returns the host of a STATE topic; nullopt for other topics.
 std::optional<std::string> parse_state_topic(std::string_view text);
 
-// Most bytes in the name of a group, an edge node, a device or a host. is_identifier() also requires
-// UTF-8 that is not empty and has no / + # or control characters.
+// Most bytes in the name of a group, an edge node, a device or a host. is_identifier() also
+// requires UTF-8 that is not empty and has no / + # or control characters.
 inline constexpr std::size_t kMostIdentifierBytes = 200;
 bool is_identifier(std::string_view text) noexcept;
 // Converts a loop's tag into such a name. Each invalid character becomes '_'.
