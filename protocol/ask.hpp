@@ -17,7 +17,7 @@ Answer read_answer(const nlohmann::json& answer) {
     return answer.get<Answer>();
   } catch (const nlohmann::json::exception& e) {
     throw DaemonError(DaemonError::Kind::not_known,
-                      std::string("the daemon answers in another way than expected: ") + e.what());
+                      std::string("the daemon's answer is not as expected: ") + e.what());
   }
 }
 

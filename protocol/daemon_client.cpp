@@ -49,7 +49,7 @@ json DaemonClient::ask(const json& request) {
 json answer_in(const std::string& line) {
   json answer = json::parse(line, nullptr, false);
   if (!answer.is_object()) {
-    throw DaemonError(DaemonError::Kind::not_known, "what answers at the socket is no daemon");
+    throw DaemonError(DaemonError::Kind::not_known, "the program at the socket is not the daemon");
   }
   if (!answer.value("ok", false)) {
     throw DaemonError(DaemonError::Kind::refused,

@@ -270,7 +270,7 @@ void EvidenceFlow::resume_explanation(std::size_t loop, loopwarden::monitor::Ala
   if (!std::filesystem::exists(folder / "twin.yaml")) return;
   const PendingExplanation pending =
       read_pending(folder).value_or(PendingExplanation{.enough_s = commission::kEnough_s});
-  spdlog::info("loop {}: alarm {} is explained now: the restart came before",
+  spdlog::info("loop {}: alarm {}: the explanation continues after the restart",
                ends_.board.name(loop), loopwarden::monitor::to_text(alarm));
   const monitor::LoopWatch watch = ends_.board.watch(loop);
   const std::int64_t raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;

@@ -93,7 +93,7 @@ void App::start() {
                watched > 0 ? fmt::format(", {} of them controlled elsewhere", watched) : "",
                out > 0 ? fmt::format(", {} of them out of service", out) : "");
   if (loops > register_map::kMostLoops) {
-    spdlog::warn("the register map has blocks for the first {} loops alone",
+    spdlog::warn("the register map has blocks for the first {} loops only",
                  register_map::kMostLoops);
   }
   service_.ready();

@@ -97,7 +97,7 @@ void RealTimeLoops::start(const config::RealTime& rights) {
   if (refused.empty()) return;
   const std::lock_guard lock(status_mutex_);
   rights_missing_ += (rights_missing_.empty() ? "" : "; ") + refused +
-                     ": a busy machine may delay the loops; raise LimitRTPRIO";
+                     ": other load on the host may delay the loops; raise LimitRTPRIO";
 }
 
 bool RealTimeLoops::all_stopped() const noexcept {

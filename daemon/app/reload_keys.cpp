@@ -22,7 +22,7 @@ using config::DaemonConfig;
 using config::LoopConfig;
 
 constexpr const char* kRestart = "needs a restart";
-constexpr const char* kNextStart = "counts at the next start";
+constexpr const char* kNextStart = "applies at the next start";
 
 struct Range {
   double low = 0.0;

@@ -19,7 +19,8 @@ struct KeyChange {
 };
 
 // Why a key with the effect `meaning` waits.
-inline constexpr const char* kMeaning = "changes what the loop's numbers mean; needs a restart";
+inline constexpr const char* kMeaning =
+    "changes the meaning of the loop's numbers; needs a restart";
 
 // Return the keys with different values, in the order of the files.
 std::vector<KeyChange> compare(const config::LoopConfig& running, const config::LoopConfig& wanted);

@@ -227,7 +227,7 @@ void Reloader::follow_offers() {
         line.utc_ms = base::utc_ms();
         line.loop = loop;
         line.what = "reload";
-        line.result = "done: what had waited is in force";
+        line.result = "done: the waiting settings are in force";
         journal_.post(std::move(line));
       });
   if (followed.taken_after) {
@@ -254,7 +254,7 @@ void Reloader::finish_taking() {
   const std::uint64_t ticket = write_down(
       what_was_done(plan_) +
       (current_.job->kept.empty() ? "" : "; it had waited: " + current_.job->kept) +
-      (current_.replaces_gains ? "; the files' gains take the place of those that were not there"
+      (current_.replaces_gains ? "; the files' gains replace gains that were not in the files"
                                : ""));
   finish({.outcome = in_force ? "in_force" : "waits",
           .lines = std::move(lines),

@@ -86,7 +86,7 @@ int drive_to_stop_actions(const std::vector<config::StopOutput>& outputs) {
   int exit_code = kExitOk;
   for (const auto& [loop, why_not] : outputs) {
     if (!why_not.empty()) {
-      fmt::print(stderr, "{}: output NOT driven, since its files do not tell where to: {}\n",
+      fmt::print(stderr, "{}: output NOT driven, because its files give no valid stop action: {}\n",
                  loop.name, why_not);
       exit_code = kExitIo;
     } else if (loop.safety.on_stop.kind == control::OutputAction::Kind::hold) {

@@ -197,7 +197,7 @@ void EvidenceStore::write_first() {
     const base::DiskWait::Section waiting(wait_);
     const auto specialists = specialists_.find(first->specialists_folder);
     if (first->by_specialists() && specialists == specialists_.end())
-      throw evidence::EvidenceError("its specialists are not there");
+      throw evidence::EvidenceError("its specialists are missing");
     fs::create_directories(settings_.folder);
     folder = place_of(*first);
     if (!fs::exists(folder)) {

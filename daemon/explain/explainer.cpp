@@ -48,13 +48,13 @@ bool cut_short(const ExplainJob& job, const Explanation& explanation) {
 }
 
 void tell_no_room(const ExplainJob& job) {
-  spdlog::warn("explanation: no room to explain {} again", job.folder.string());
+  spdlog::warn("explanation: the queue is full; {} is not explained again", job.folder.string());
 }
 
 void tell_cut_short(const ExplainJob& job, Explanation& explanation) {
   explanation.sentence = fmt::format(
-      "Not explained: the daemon was restarted before the minutes were there that tell "
-      "({:.1f} min after the alarm, {:.1f} min were waited for). {}",
+      "Not explained: the restart of the daemon left too few minutes ({:.1f} min after the alarm, "
+      "{:.1f} min are required). {}",
       *job.resumed_s / 60.0, job.enough_s / 60.0, explanation.sentence);
   write_not_explained(explanation);
 }
@@ -101,7 +101,7 @@ void Explainer::post(ExplainJob job) {
     ++status_.failed;
   }
   if (job.repeat) return tell_no_room(job);  // the previous explanation stays
-  report_(job, nullptr, fmt::format("{} explanations wait already", settings_.most_waiting));
+  report_(job, nullptr, fmt::format("{} explanations are waiting already", settings_.most_waiting));
 }
 
 bool Explainer::make_room(const ExplainJob& job) {
@@ -281,7 +281,7 @@ std::string Explainer::run_child(const ExplainJob& job) {
     }
     if (quit_) return "the daemon ends";
     if (Clock::now() >= deadline) {
-      return fmt::format("not there after {} s", settings_.most_time.count());
+      return fmt::format("not finished within {} s", settings_.most_time.count());
     }
     changed_.wait_for(lock, kLook);
   }

@@ -71,7 +71,7 @@ Explanation read_explanation(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "explanation.json";
   try {
     std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw std::runtime_error("not there, or not to be read");
+    if (!stream) throw std::runtime_error("missing or unreadable");
     const json j = json::parse(stream);
     Explanation e;
     e.alarm = kind_of(j.at("alarm"));

@@ -111,7 +111,7 @@ void SerialServer::close_line(const std::string& why) {
   counters_.open = false;
   if (reported_ == why) return;
   reported_ = why;
-  spdlog::error("Modbus RTU slave: {}: {}; tried again each {} s", settings_.line.device, why,
+  spdlog::error("Modbus RTU slave: {}: {}; retried every {} s", settings_.line.device, why,
                 kRetry / 1'000'000'000);
 }
 

@@ -95,7 +95,7 @@ void TcpServer::listen_at_address() {
       fmt::format("Modbus server at {} port {}", settings_.address, settings_.port);
   sockaddr_storage address{};
   const socklen_t length = parse(settings_.address, settings_.port, address);
-  if (length == 0) throw std::runtime_error(where + ": no numeric address");
+  if (length == 0) throw std::runtime_error(where + ": not a numeric address");
   listener_ = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (listener_ < 0) throw failure(where, errno);
   const int on = 1;

@@ -65,7 +65,7 @@ std::optional<AlarmStates> AlarmStateFile::load(std::string& why) const {
   const std::optional<std::string> text = base::read_file(path_);
   if (!text) return std::nullopt;
   try {
-    if (text->size() < kChecksumLine) throw std::runtime_error("it is cut short");
+    if (text->size() < kChecksumLine) throw std::runtime_error("it is truncated");
     const std::string body = text->substr(kChecksumLine);
     if (text->compare(0, kChecksumLine, checksum_line(body)) != 0) {
       throw std::runtime_error("its checksum is wrong");

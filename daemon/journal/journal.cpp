@@ -237,7 +237,7 @@ bool Journal::replace_damaged(const std::string& why) {
   try {
     const std::int64_t now_ms = base::utc_ms();
     const std::filesystem::path aside = sqlite::move_aside(path(), now_ms);
-    spdlog::error("journal: damaged ({}); kept as {}, a new one begins", why, aside.string());
+    spdlog::error("journal: damaged ({}); kept as {}; a new file is started", why, aside.string());
     waiting_.push_back({.kind = JournalEntry::Kind::system,
                         .utc_ms = now_ms,
                         .loop = {},

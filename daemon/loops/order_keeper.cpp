@@ -117,7 +117,7 @@ bool OrderKeeper::look(std::int64_t now_ns) {
   }
   const std::string failed = file_.save(all);
   if (!failed.empty() && failed != reported_) {
-    spdlog::error("last orders: not written: {}; after a restart older ones count", failed);
+    spdlog::error("last orders: not written: {}; after a restart older orders apply", failed);
   }
   reported_ = failed;
   const std::lock_guard lock(mutex_);

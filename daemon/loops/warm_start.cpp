@@ -43,7 +43,7 @@ std::string why_not_set_point(const config::LoopConfig& loop, const LastOrder& l
 std::string why_manual(const config::LoopConfig& loop, const LastOrder& last) {
   if (last.commissioned) return "the loop was being commissioned";
   if (last.manual_after_fault) return "the loop had a fault after which it waits in manual";
-  if (!loop.start.output_is_told) return "nothing tells where the output stands";
+  if (!loop.start.output_is_told) return "the position of the output is unknown";
   return why_not_set_point(loop, last);
 }
 

@@ -61,7 +61,7 @@ std::string owner_of(const LinkSettings& link, const fs::path& folder) {
     }
     return {};
   } catch (const std::exception& e) {
-    return fmt::format("a daemon runs and does not say which links it has: {}", e.what());
+    return fmt::format("a daemon runs but does not report its links: {}", e.what());
   }
 }
 

@@ -136,8 +136,9 @@ void FeedServer::accept_peer() {
     refused_.fetch_add(1, std::memory_order_relaxed);
     if (Steady::now() < refusal_log_again_) return;
     refusal_log_again_ = Steady::now() + kBetweenWarnings;
-    spdlog::warn("feed.sock: uid {} is no feeder of loopwardend.yaml (so many since the start: {})",
-                 credentials.uid, refused());
+    spdlog::warn(
+        "feed.sock: uid {} is not a feeder in loopwardend.yaml ({} refused since the start)",
+        credentials.uid, refused());
     return;
   }
   Feeder& feeder = board_.feeder(right->feeder);
@@ -230,7 +231,7 @@ void FeedServer::bad_line(Peer& peer, const std::string& why) {
   ++bad.since_logged;
   if (Steady::now() < bad.log_again) return;
   bad.log_again = Steady::now() + kBetweenWarnings;
-  spdlog::warn("feeder {}: bad line: {} (so many since the last such line: {})", *peer.name, why,
+  spdlog::warn("feeder {}: bad line: {} ({} since the last such message)", *peer.name, why,
                std::exchange(bad.since_logged, 0));
 }
 

@@ -140,7 +140,7 @@ void FleetHost::renew(GroupHost& group, const std::map<std::string, int>& fewest
   const std::string name = lease_name(group);
   if (group.handed_over()) {
     release_lease(*leases_, name, owner_);
-    spdlog::info("group {}: given to another host", name);
+    spdlog::info("group {}: handed over to another host", name);
     return group.own(false);
   }
   const bool had = group.owned() || group.handing_over();
@@ -161,7 +161,8 @@ void FleetHost::share(const std::map<std::string, int>& fewest) {
     const auto other = fewest.find(lease_name(**group));
     if (!(*group)->owned() || other == fewest.end() || other->second + 2 > served()) continue;
     if ((*group)->behind()) continue;
-    spdlog::info("group {}: another host has fewer and is to have it", lease_name(**group));
+    spdlog::info("group {}: to be handed over to another host, which has fewer groups",
+                 lease_name(**group));
     return (*group)->hand_over();
   }
 }

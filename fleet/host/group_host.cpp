@@ -89,7 +89,7 @@ void GroupHost::ask_rebirth(const EdgeName& edge) {
     log_.info(name, "asked", name + ": a rebirth is asked for");
   } else {
     log_.warn(name, "not asked",
-              name + ": a rebirth is to be asked for, and the broker takes nothing now");
+              name + ": a rebirth is needed, but the broker accepts no message now");
   }
 }
 

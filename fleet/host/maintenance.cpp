@@ -84,7 +84,7 @@ void ask_due_requests(pqxx::connection& connection, const std::string& group,
                              row[6].as<std::string>()};
     if (row[1].as<int>() >= kMostTries) {
       work.exec_params(kGivenUp, id);
-      spdlog::warn("{}/{}/{}: {} {} was asked for {} times and never came", request.group,
+      spdlog::warn("{}/{}/{}: {} {} was requested {} times without an answer", request.group,
                    request.edge, request.device, request.metric, request.value, kMostTries);
     } else if (send(request)) {
       work.exec_params(kSent, id);

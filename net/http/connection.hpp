@@ -207,11 +207,11 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     if (error == Code::body_limit) return refuse({413, "a body has at most 64 KiB"});
     if (error == Code::end_of_stream || error == Code::partial_message) return close();
     if (error && error.category() == beast::http::make_error_code(Code::bad_method).category()) {
-      return refuse({400, "that is no HTTP"});
+      return refuse({400, "the request is not HTTP"});
     }
     if (error) return give_up(error);
     take_head();
-    if (parser_->get().version() != 11) return refuse({505, "HTTP/1.1 is spoken here"});
+    if (parser_->get().version() != 11) return refuse({505, "only HTTP/1.1 is supported"});
     if (const auto refusal = refusal_of(head_)) return refuse(*refusal);
     if (const unsigned wait = state_.admission.retry_after_s(peer_.network, Clock::now())) {
       return refuse({429, "too many requests"}, wait);
@@ -278,7 +278,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
   }
 
   static Response busy_response() {
-    Response response = error_response(503, "too much to do; try again");
+    Response response = error_response(503, "the server is busy; try again");
     response.headers.emplace_back("Retry-After", "1");
     return response;
   }

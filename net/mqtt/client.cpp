@@ -158,7 +158,7 @@ void Client::open(const std::optional<Message>& will) {
     // A new handle per connection. The user must publish again what an old connection did not
     // deliver.
     handle_ = mosquitto_new(settings_.client_id.c_str(), true, this);
-    if (handle_ == nullptr) throw std::runtime_error("no MQTT client to be had");
+    if (handle_ == nullptr) throw std::runtime_error("can't create an MQTT client");
     set_up(will);
   }
   demand(mosquitto_connect_async(handle_, settings_.broker.host.c_str(), settings_.broker.port,

@@ -51,7 +51,7 @@ bool is_plain_utf8(std::string_view text) {
 }
 
 const std::string& checked(const std::string& text, const char* what) {
-  if (!is_plain_utf8(text)) throw BadPayload(fmt::format("{} is no UTF-8 text", what));
+  if (!is_plain_utf8(text)) throw BadPayload(fmt::format("{} is not UTF-8 text", what));
   return text;
 }
 
@@ -300,7 +300,7 @@ Payload decode(std::string_view bytes) {
   }
   Wire in;
   if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    throw BadPayload("no Sparkplug B payload");
+    throw BadPayload("not a Sparkplug B payload");
   }
   if (static_cast<std::size_t>(in.metrics_size()) > kMostMetrics) {
     throw BadPayload(
