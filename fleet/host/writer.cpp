@@ -18,7 +18,8 @@ constexpr std::int64_t kBucketMs = 15LL * 60LL * 1000LL;
 
 constexpr const char* kInsertEdges = R"(
 INSERT INTO edge(group_name, name) SELECT * FROM unnest($1::text[], $2::text[])
-  ON CONFLICT (group_name, name) DO UPDATE SET name = excluded.name RETURNING group_name, name, id)";
+  ON CONFLICT (group_name, name) DO UPDATE SET name = excluded.name
+    RETURNING group_name, name, id)";
 
 constexpr const char* kInsertDevices = R"(
 INSERT INTO device(edge_id, name, tag) SELECT * FROM unnest($1::integer[], $2::text[], $3::text[])
@@ -27,17 +28,20 @@ INSERT INTO device(edge_id, name, tag) SELECT * FROM unnest($1::integer[], $2::t
 constexpr const char* kInsertMetrics = R"(
 INSERT INTO metric AS m (device_id, name, type, unit, low, high, alias)
   SELECT DISTINCT ON (device_id, name) device_id, name, type, nullif(unit, ''), low, high, alias
-    FROM unnest($1::integer[], $2::text[], $3::text[], $4::text[], $5::float8[], $6::float8[], $7::bigint[])
+    FROM unnest($1::integer[], $2::text[], $3::text[], $4::text[], $5::float8[], $6::float8[],
+      $7::bigint[])
       WITH ORDINALITY AS new(device_id, name, type, unit, low, high, alias, n)
     ORDER BY device_id, name, n DESC
   ON CONFLICT (device_id, name) DO UPDATE
-    SET type = excluded.type, unit = excluded.unit, low = excluded.low, high = excluded.high, alias = excluded.alias
+    SET type = excluded.type, unit = excluded.unit, low = excluded.low, high = excluded.high,
+      alias = excluded.alias
     WHERE (m.type, m.unit, m.low, m.high, m.alias) IS DISTINCT FROM
           (excluded.type, excluded.unit, excluded.low, excluded.high, excluded.alias))";
 
 // Removes the aliases of metrics that the newest birth does not contain.
 constexpr const char* kForgetAliases = R"(
-UPDATE metric m SET alias = NULL WHERE device_id = ANY($1::integer[]) AND alias IS NOT NULL AND NOT EXISTS
+UPDATE metric m SET alias = NULL WHERE device_id = ANY($1::integer[]) AND alias IS NOT NULL
+  AND NOT EXISTS
   (SELECT FROM unnest($2::integer[], $3::text[]) AS born(device_id, name)
      WHERE born.device_id = m.device_id AND born.name = m.name))";
 
@@ -48,14 +52,16 @@ UPDATE metric m SET alias = NULL WHERE device_id = ANY($1::integer[]) AND alias 
 constexpr const char* kInsertValues = R"(
 WITH sent AS MATERIALIZED (
   SELECT metric_id, to_timestamp(seconds) AS time, number, text, birth, historical, transient, n
-    FROM unnest($1::integer[], $2::float8[], $3::float8[], $4::text[], $5::boolean[], $6::boolean[], $7::boolean[])
+    FROM unnest($1::integer[], $2::float8[], $3::float8[], $4::text[], $5::boolean[], $6::boolean[],
+      $7::boolean[])
       WITH ORDINALITY AS v(metric_id, seconds, number, text, birth, historical, transient, n)),
 changed AS MATERIALIZED (
   SELECT s.* FROM sent s LEFT JOIN latest l ON s.birth AND l.metric_id = s.metric_id
     WHERE l.metric_id IS NULL OR (l.number, l.text) IS DISTINCT FROM (s.number, s.text)),
 stored AS (
   INSERT INTO value(metric_id, time, number, text)
-    SELECT DISTINCT ON (metric_id, time) metric_id, time, number, text FROM changed WHERE NOT transient
+    SELECT DISTINCT ON (metric_id, time) metric_id, time, number, text FROM changed
+      WHERE NOT transient
       ORDER BY metric_id, time, n DESC
     ON CONFLICT DO NOTHING RETURNING 1),
 newest AS (
@@ -63,7 +69,8 @@ newest AS (
     SELECT DISTINCT ON (metric_id) metric_id, time, number, text, historical FROM changed
       ORDER BY metric_id, historical, CASE WHEN NOT historical THEN n END DESC, time DESC
     ON CONFLICT (metric_id) DO UPDATE
-      SET time = excluded.time, number = excluded.number, text = excluded.text, historical = excluded.historical
+      SET time = excluded.time, number = excluded.number, text = excluded.text,
+        historical = excluded.historical
       WHERE NOT excluded.historical OR (l.time < excluded.time AND excluded.time > coalesce(
         (SELECT d.born FROM metric m JOIN device d ON d.id = m.device_id
            WHERE m.id = excluded.metric_id), '-infinity')))
@@ -74,7 +81,8 @@ SELECT (SELECT count(*) FROM stored), (SELECT count(*) FROM changed WHERE NOT tr
 // when it arrived: an older message that arrives later may differ from it.
 constexpr const char* kInsertAlarms = R"(
 WITH sent AS MATERIALIZED (
-  SELECT DISTINCT ON (device_id, name, seconds) device_id, name, to_timestamp(seconds) AS time, state, severity
+  SELECT DISTINCT ON (device_id, name, seconds) device_id, name, to_timestamp(seconds) AS time,
+    state, severity
     FROM unnest($1::integer[], $2::text[], $3::float8[], $4::text[], $5::float8[])
       WITH ORDINALITY AS s(device_id, name, seconds, state, severity, n)
     ORDER BY device_id, name, seconds, n DESC),
@@ -111,7 +119,8 @@ INSERT INTO request(device_id, metric, value, due)
   SELECT DISTINCT device_id, 'request/evidence', name, now() + $6::integer * interval '1 second'
     FROM changes c WHERE $7::boolean AND state = 'unacknowledged' AND name <> ALL($8::text[])
       AND NOT EXISTS (SELECT FROM request r
-        WHERE r.device_id = c.device_id AND r.metric = 'request/evidence' AND r.value = c.name AND r.due > c.time))";
+        WHERE r.device_id = c.device_id AND r.metric = 'request/evidence' AND r.value = c.name
+          AND r.due > c.time))";
 
 // Returns the alarms without evidence on their box, as an array of text.
 std::string without_evidence() {
@@ -133,16 +142,20 @@ INSERT INTO explanation(device_id, time, parts)
 
 constexpr const char* kInsertEvidence = R"(
 INSERT INTO evidence(device_id, name, sha256, parts, folder) VALUES($1, $2, $3, $4, nullif($5, ''))
-  ON CONFLICT (device_id, name, sha256) DO UPDATE SET parts = excluded.parts, folder = excluded.folder RETURNING id)";
+  ON CONFLICT (device_id, name, sha256) DO UPDATE SET parts = excluded.parts,
+    folder = excluded.folder RETURNING id)";
 
 constexpr const char* kInsertPart = R"(
 INSERT INTO evidence_part(evidence_id, part, bytes) SELECT $1, $2, decode($3, 'hex')
-  WHERE (SELECT coalesce(sum(octet_length(bytes)), 0) FROM evidence_part WHERE evidence_id = $1) < $4::bigint
+  WHERE (SELECT coalesce(sum(octet_length(bytes)), 0) FROM evidence_part
+    WHERE evidence_id = $1) < $4::bigint
   ON CONFLICT DO NOTHING)";
 
 constexpr const char* kCompleteEvidence = R"(
-UPDATE evidence e SET complete = CASE WHEN p.sha256 = e.sha256 THEN now() END, damaged = p.sha256 <> e.sha256
-  FROM (SELECT count(*) AS count, encode(sha256(string_agg(bytes, ''::bytea ORDER BY part)), 'hex') AS sha256
+UPDATE evidence e SET complete = CASE WHEN p.sha256 = e.sha256 THEN now() END,
+  damaged = p.sha256 <> e.sha256
+  FROM (SELECT count(*) AS count, encode(sha256(string_agg(bytes, ''::bytea ORDER BY part)),
+    'hex') AS sha256
           FROM evidence_part WHERE evidence_id = $1) p
   WHERE e.id = $1 AND p.count = e.parts AND e.complete IS NULL)";
 
@@ -172,20 +185,24 @@ INSERT INTO edge_event(edge_id, received, online)
   ON CONFLICT DO NOTHING)";
 
 constexpr const char* kUpdateDevices = R"(
-UPDATE device d SET online = e.online, born = CASE WHEN e.online THEN to_timestamp(e.seconds) ELSE born END
-  FROM unnest($1::integer[], $2::boolean[], $3::float8[]) AS e(id, online, seconds) WHERE d.id = e.id)";
+UPDATE device d SET online = e.online,
+  born = CASE WHEN e.online THEN to_timestamp(e.seconds) ELSE born END
+  FROM unnest($1::integer[], $2::boolean[], $3::float8[]) AS e(id, online, seconds)
+    WHERE d.id = e.id)";
 
 constexpr const char* kUpdatePositions = R"(
 INSERT INTO ingest_position(edge_id, bd_seq, seq, time, received)
   SELECT id, bd_seq, seq, to_timestamp(seconds), to_timestamp(received)
     FROM unnest($1::integer[], $2::smallint[], $3::smallint[], $4::float8[], $5::float8[])
       AS p(id, bd_seq, seq, seconds, received)
-  ON CONFLICT (edge_id) DO UPDATE SET bd_seq = excluded.bd_seq, seq = excluded.seq, time = excluded.time,
+  ON CONFLICT (edge_id) DO UPDATE SET bd_seq = excluded.bd_seq, seq = excluded.seq,
+    time = excluded.time,
     received = excluded.received)";
 
 constexpr const char* kInsertWaiting = R"(
 INSERT INTO history_waiting(edge_id, bucket)
-  SELECT id, to_timestamp(seconds) FROM unnest($1::integer[], $2::float8[]) AS w(id, seconds) ON CONFLICT DO NOTHING)";
+  SELECT id, to_timestamp(seconds) FROM unnest($1::integer[], $2::float8[]) AS w(id, seconds)
+    ON CONFLICT DO NOTHING)";
 
 double in_seconds(std::int64_t ms) { return static_cast<double>(ms) / 1e3; }
 
