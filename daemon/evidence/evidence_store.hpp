@@ -68,8 +68,8 @@ class EvidenceStore {
   void post(evidence::Evidence evidence);
   EvidenceStatus status() const;
   static constexpr std::size_t kMostJoined = 8;
-  // Returns the newest folder of this alarm on the disk: the folder of an incident whose first
-  // alarm it is, or a folder inside an incident. Waits for the disk.
+  // Returns the newest folder of this alarm on the disk. That is the folder of an incident that the
+  // alarm opened, or a folder inside an incident. Waits for the disk.
   std::optional<std::filesystem::path> newest(const std::string& loop,
                                               loopwarden::monitor::AlarmKind alarm) const;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A second copy of the stored alarm states, in case the journal's file is damaged: a small text
-// file of one checksum and one JSON object, always replaced as a whole.
+// A second copy of the stored alarm states, in case the journal's file is damaged. It is a small
+// text file of one checksum and one JSON object, always replaced as a whole.
 #pragma once
 
 #include <filesystem>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds repeated refusals, so that a master that repeats a refused command each second does not
-// fill the journal. A line repeats the newest refusal of the same command to the same loop by the
-// same peer if value and reason are the same and less than 30 s have passed. A command that is
+// fill the journal. A line is a repeat if the newest refusal of the same command to the same loop
+// by the same peer is less than 30 s old. Its value and reason must be the same. A command that is
 // done, another value or another reason ends the series.
 #pragma once
 

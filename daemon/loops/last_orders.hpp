@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stores the last commanded mode and set point of each loop for the next start, in a small text
-// file of one checksum and one JSON object that is always replaced as a whole.
+// Stores the last commanded mode and set point of each loop for the next start. The file is a small
+// text file of one checksum and one JSON object, always replaced as a whole.
 #pragma once
 
 #include <cstdint>

@@ -18,8 +18,8 @@ using OrderDone = std::function<void(const rt::Order&, const journal::JournalEnt
 orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal,
                           OrderDone done = {});
 
-// Returns the values that the sender's next order will find in force: those of the loop, changed by
-// the sender's orders that the loop has not taken yet.
+// Returns the values that the sender's next order will find in force. These are the loop's values,
+// changed by the sender's orders that the loop has not taken yet.
 rt::InForce in_force(const LoopRuntime& loop, orders::OrderDesk& desk);
 
 // Writes a line to the journal: this peer has started or ended a commissioning.

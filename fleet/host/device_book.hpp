@@ -37,8 +37,8 @@ struct DeviceBook {
   const MetricInfo* find(const sparkplug::Metric& metric) const noexcept;
 };
 
-// Makes the book of a birth's metrics. It leaves out a metric without name or type, and metrics
-// that share a name or alias, because later values could not be assigned to them.
+// Makes the book of a birth's metrics. A metric without name or type is left out. Metrics that
+// share a name or alias are left out too, because later values could not be assigned to them.
 std::shared_ptr<DeviceBook> book_of(const std::string& device,
                                     const std::vector<sparkplug::Metric>& metrics);
 

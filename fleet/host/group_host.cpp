@@ -41,8 +41,8 @@ mqtt::Message command(const EdgeName& edge, const std::string& device, const std
           .retain = false};
 }
 
-// Returns whether the data caused the error, so that each retry would fail: bad data, a broken
-// constraint, or a value that is too long for an index.
+// Returns whether the data caused the error, so that each retry would fail. Examples are bad data,
+// a broken constraint, and a value that is too long for an index.
 bool is_of_the_data(const pqxx::sql_error& error) {
   const std::string kind = error.sqlstate().substr(0, 2);
   return kind == "22" || kind == "23" || kind == "54";

@@ -13,8 +13,8 @@ WITH event AS (DELETE FROM edge_event WHERE received < now() - $1 * interval '1 
      asked AS (DELETE FROM request WHERE due < now() - interval '31 days')
 DELETE FROM evidence WHERE begun < now() - $2 * interval '1 day')";
 
-// Late values of a day whose partition was dropped are excluded: the history would consist of those
-// values only.
+// Takes the quarters of an hour that are due. Limit: if values arrive after the partition of their
+// day was dropped, the history of that quarter is made from those late values only.
 constexpr const char* kTakeWaiting = R"(
 DELETE FROM history_waiting w USING (
     SELECT edge_id, bucket FROM history_waiting h JOIN edge e ON e.id = h.edge_id

@@ -23,8 +23,8 @@ inline constexpr int kPartitionDaysAhead = 3;
 // work and the others return at once. Returns the number of dropped partitions.
 int keep_partitions(pqxx::connection& connection, const Retention& retention);
 
-// Decimates at most `most` quarters of an hour of edges of `group` (empty: all groups): those that
-// ended a minute ago, and those with late values. Returns their number.
+// Decimates at most `most` quarters of an hour of edges of `group` (empty: all groups). It takes
+// those that ended a minute ago, and those with late values. Returns their number.
 int decimate_history(pqxx::connection& connection, const std::string& group, int most);
 
 struct DueRequest {

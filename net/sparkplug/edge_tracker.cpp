@@ -94,7 +94,7 @@ Verdict EdgeTracker::take_data(Message message, std::int64_t now_ms, std::vector
   }
   const std::uint64_t time = time_of(message);
   if (time != 0 && times_[*seq] == time) return Verdict::duplicate;
-  // The window after the expected number is small. All other numbers count as earlier ones.
+  // A number up to `window` ahead waits. A number from 128 ahead on counts as an earlier, late one.
   if (distance <= settings_.window) return hold(distance, std::move(message), now_ms, ready);
   if (distance >= 128) {
     if (times_[*seq] != 0) ++conflicts_;
