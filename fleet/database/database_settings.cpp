@@ -38,7 +38,7 @@ DatabaseSettings read_database_settings(config::MapReader& in, config::Presence 
       in.error("database", *error);
     }
   }
-  return {url, config::read_secret_at(in, password_key, "of the database's user", file)};
+  return {url, config::read_secret_at(in, password_key, "password of the database's user", file)};
 }
 
 }  // namespace loopwarden::fleet
