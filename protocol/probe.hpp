@@ -26,9 +26,8 @@ struct Probe {
 };
 
 struct Probed {
-  std::string
-      // read; silent: no answer; error: the device's exception; refused: the request was not sent
-      state{};
+  // read; silent: no answer; error: the device's exception; refused: the request was not sent
+  std::string state{};
   std::string why{};
   std::vector<std::uint16_t> registers{};
   double raw = kNone;  // value of the registers by type and order; null: not a number
