@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden classify: the specialists' verdict on every window of a record.
+// loopwarden classify: prints the specialists' verdict on every window of a record.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -41,12 +41,12 @@ struct JudgedWindow {
   double from_s = 0.0;
   double to_s = 0.0;
   std::string verdict;
-  double probability = 0.0;       // NaN: the form has none
+  double probability = 0.0;       // NaN: not available in this form
   double severity_percent = 0.0;  // NaN: not known
   std::vector<NamedError> errors;
 };
 
-// One window after the other; calls row(first sample).
+// Judges one window after the other and calls row(first sample).
 template <class MakeRow>
 std::vector<JudgedWindow> walk(const record::Record& record, const ClassifyOptions& options,
                                MakeRow make_row) {

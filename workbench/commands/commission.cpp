@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden commission: from records of a loop that works to its twin, its specialists, and what they can see.
+// loopwarden commission: makes the twin and the specialists of a healthy loop from its records, and
+// measures their detection limits.
 #include "model/commission/commission.hpp"
 
 #include <fmt/format.h>
@@ -70,7 +71,7 @@ const char* advice(commission::Outcome outcome) {
              "--healthy-limit if this is how it has to be.";
     case commission::Outcome::not_explained:
       return "report.html shows what is left; `loopwarden gap` over shorter stretches (--from, "
-             "--to) says where it comes from.";
+             "--to) locates the cause.";
     case commission::Outcome::not_usable: break;
   }
   return "Nothing was written for the loop.";
@@ -140,7 +141,8 @@ void print_changes(const std::vector<commission::Change>& changes) {
   fmt::print("\n");
 }
 
-// In place of files what the recorder holds, kept beside the result; the longest makes the twin.
+// Takes the recorder's records in place of files and keeps them with the result. The longest makes
+// the twin.
 void take_from_recorder(CommissionOptions& options, OutputFiles& files) {
   const fs::path folder = fs::path(options.out) / "records";
   files.make_folder(folder);
@@ -152,11 +154,12 @@ void take_from_recorder(CommissionOptions& options, OutputFiles& files) {
 }
 
 std::pair<double, double> range_of(const char* option, const std::vector<double>& ends) {
-  if (!(ends[0] < ends[1])) fail(kExitUsage, "{}: the lower end comes first", option);
+  if (!(ends[0] < ends[1])) fail(kExitUsage, "{}: give the lower end first", option);
   return {ends[0], ends[1]};
 }
 
-// What the daemon knows of the loop; nothing where none runs here, or it has no such loop.
+// Returns the daemon's description of the loop; nullopt without a daemon, or if it does not have
+// the loop.
 std::optional<protocol::LoopDescription> described(const CommissionOptions& options) {
   if (options.input.loop().empty()) return std::nullopt;
   try {
@@ -169,8 +172,8 @@ std::optional<protocol::LoopDescription> described(const CommissionOptions& opti
   return std::nullopt;
 }
 
-// The loop's ranges: as they were given, or as the daemon has them. The daemon refuses a twin with
-// others.
+// Returns the given ranges of the loop, or those of the daemon. The daemon refuses a twin with
+// other ranges.
 analysis::KnownRanges known_ranges(const CommissionOptions& options,
                                    const std::optional<protocol::LoopDescription>& loop) {
   analysis::KnownRanges ranges;
@@ -183,7 +186,7 @@ analysis::KnownRanges known_ranges(const CommissionOptions& options,
   return ranges;
 }
 
-// A model that is given has ranges of its own.
+// Checks the ranges of a given model against those of the loop.
 void check_ranges(const std::string& file, const plant::LoopModel& model,
                   const analysis::KnownRanges& known) {
   const auto check = [&](const char* key, const std::optional<std::pair<double, double>>& range,
@@ -203,8 +206,8 @@ void check_ranges(const std::string& file, const plant::LoopModel& model,
   check("controller.output", known.co, pid.output_low, pid.output_high);
 }
 
-// Why the daemon would refuse a twin of this record for the loop; empty: it would not, or the loop
-// is not known.
+// Returns why the daemon would refuse a twin of this record; empty if it would accept it or the
+// loop is unknown.
 std::string why_no_twin_of(const std::optional<protocol::LoopDescription>& loop, double period_s) {
   constexpr double kApart = 0.01;
   if (!loop || std::abs(period_s - loop->sample_time_s) <= kApart * loop->sample_time_s) return {};
@@ -214,7 +217,7 @@ std::string why_no_twin_of(const std::optional<protocol::LoopDescription>& loop,
       loop->tag, loop->sample_time_s, period_s, loop->sample_time_s);
 }
 
-// What the twin's ranges were assumed to be; empty: they are known.
+// Returns the ranges that were assumed for the twin; empty if they are known.
 std::string assumed_text(const commission::Request& request, const plant::LoopModel& twin) {
   if (request.model || (request.ranges.pv && request.ranges.co)) return {};
   const control::PidSettings& pid = twin.controller.pid;

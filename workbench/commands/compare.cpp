@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden compare: the valve compensators side by side on a loop model.
+// loopwarden compare: compares the valve compensators on a loop model.
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/compare/comparison.hpp"
 

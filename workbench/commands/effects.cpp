@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden effects: the catalogue of effects, as text, JSON, or documents with pictures.
+// loopwarden effects: prints the catalogue of effects as text, JSON, or documents with pictures.
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/effects.hpp"
 
@@ -155,7 +155,7 @@ std::string effects_markdown() {
   std::string text =
       "# Effects\n\n"
       "<!-- Generated: `loopwarden effects --out docs` renews it and its pictures. -->\n\n"
-      "What a loop may have that its model lacks. `loopwarden gap` looks for them, model files "
+      "Effects that a loop may have and its model lacks. `loopwarden gap` finds them, model files "
       "and\n"
       "simulations take them, and `loopwarden effects` prints this list (`--json` for "
       "programs).\n\n"

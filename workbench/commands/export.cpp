@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden export: what the daemon recorded on the box, as CSV records.
+// loopwarden export: writes CSV records from the daemon's recorder on the box.
 #include <fmt/format.h>
 
 #include <filesystem>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden register-map: the Modbus map as a document, an address list or a master's configuration.
+// loopwarden register-map: writes the Modbus map as a document, an address list or a master's
+// configuration.
 #include <fmt/format.h>
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden tune: controller settings for a loop model by named rules, with what each would do.
+// loopwarden tune: computes controller settings for a loop model by named rules, with their
+// predicted effects.
 #include <fmt/format.h>
 
 #include <cmath>

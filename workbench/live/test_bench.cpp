@@ -73,8 +73,8 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
   }
   if (start_ < limits_.co_low || start_ > limits_.co_high || start_pv_ < limits_.pv_low ||
       start_pv_ > limits_.pv_high) {
-    throw TestAborted(fmt::format("{} is outside of the limits given: CO {:.4g}, PV {:.4g}",
-                                  loop_, start_, start_pv_));
+    throw TestAborted(fmt::format("{} is outside of the limits given: CO {:.4g}, PV {:.4g}", loop_,
+                                  start_, start_pv_));
   }
   watch_interrupts();
   next_period_ = cycle.period + 1;
