@@ -66,7 +66,7 @@ void RecorderInput::add_options(Command& command, const char* kept) {
                                 "2026-11-26T10:00:00Z",
                                 is_utc);
   since.excludes(last);
-  command.option("--until", until_, "beside --since: up to then", is_utc).needs(since);
+  command.option("--until", until_, "end of the time from --since", is_utc).needs(since);
   command.socket(socket_);
   add_background(command, background_);
 }
@@ -78,7 +78,7 @@ bool RecorderInput::asked(bool files, const std::string& loop) const {
     return false;
   }
   if (files) require("either records or --last or --since");
-  if (loop.empty()) require("--loop beside --last or --since");
+  if (loop.empty()) require("--loop with --last or --since");
   return true;
 }
 
@@ -107,7 +107,7 @@ Recorded RecorderInput::take(
     recorded.records.push_back({one.path.string(), one.rows});
   }
   if (recorded.records.empty()) {
-    fail(kExitData, "{}: the recorder holds nothing of {} in this time{}", found->folder, loop,
+    fail(kExitData, "{}: the recorder has no samples of {} in this time{}", found->folder, loop,
          found->recording ? "" : "; its recording is not enabled");
   }
   const Recorded::Record longest = recorded.longest();

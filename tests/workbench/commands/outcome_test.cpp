@@ -84,7 +84,7 @@ TEST_CASE("a site's rules make loops of names that tell nothing", "[rules][impor
       loopwarden("survey " + site.path("e.csv") + " --out " + site.path("n"));
   CHECK(without.exit_code == 65);
   CHECK_THAT(without.text, Contains("9 columns or tags belong to no loop") &&
-                               Contains("--rules RULES.yaml tells whose they are"));
+                               Contains("--rules RULES.yaml assigns them to loops"));
   const ShellOutcome made = loopwarden(site.survey());
   INFO(made.text);
   REQUIRE(made.exit_code == 0);
