@@ -103,7 +103,7 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
     if (is_new) {
       list.tags.push_back(std::move(tag));
     } else {
-      note(row, fmt::format("{} stands in line {} as well, which counts", base::in_quotes(tag.name),
+      note(row, fmt::format("{} is already in line {}, which is used", base::in_quotes(tag.name),
                             known->second));
     }
   }
