@@ -349,8 +349,8 @@ int run_journal(const Options& options) {
 }  // namespace
 
 void add_alarms(Program& program) {
-  const auto made =
-      program.command("alarms", "a running daemon's alarms: list, ack, shelve, explain", run_list);
+  const auto made = program.command(
+      "alarms", "list, acknowledge, shelve and explain a running daemon's alarms", run_list);
   Command command = made.command;
   Options& o = made.options;
   command.socket(o.socket);
@@ -387,11 +387,11 @@ void add_alarms(Program& program) {
   action("calm", "calm", "begin the planned moves that a stiction alarm offers, in shadow first");
   action("explain", "explain", "what an alarm means, what was measured, and its history");
 
-  Command list = command.verb("list", "the alarms, or how each is meant",
+  Command list = command.verb("list", "list the alarms, or the design of each",
                               [&o] { return o.rationalised ? run_rationalised(o) : run_list(o); });
   list.flag("--rationalised", o.rationalised,
             "CSV for the plant's own alarm book: limits, delays, cause, consequence, what to do");
-  Command figures = command.verb("figures", "how the alarms did: rate, floods, chattering, stale",
+  Command figures = command.verb("figures", "print alarm figures: rate, floods, chattering, stale",
                                  [&o] { return run_figures(o); });
   figures.setting("--hours", o.hours, "to now", between(1, 720));
 
@@ -405,8 +405,8 @@ void add_alarms(Program& program) {
     verb.option("--reason", o.reason, "why, for the journal");
   }
 
-  Command journal =
-      command.verb("journal", "the newest lines of the journal", [&o] { return run_journal(o); });
+  Command journal = command.verb("journal", "print the newest lines of the journal",
+                                 [&o] { return run_journal(o); });
   journal.option("loop", o.loop, "tag of a loop; every loop without it");
   journal.setting("--lines", o.lines, "how many", between(1, 200));
 }

@@ -105,7 +105,8 @@ int run_autotune(const AutotuneOptions& options) {
 
 void add_autotune(Program& program) {
   auto [command, o] = program.command(
-      "autotune", "controller settings from a relay experiment, simulated or live", run_autotune);
+      "autotune", "find controller settings by a relay experiment, simulated or live",
+      run_autotune);
   add_bench_options(command, o.bench);
   command.option("--amplitude", o.amplitude, "CO units, of the relay; 5 % of the range",
                  above_zero());

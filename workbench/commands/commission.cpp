@@ -328,7 +328,8 @@ int run_commission(const CommissionOptions& given) {
 
 void add_commission(Program& program) {
   auto [command, o] = program.command(
-      "commission", "from a healthy record the loop's twin, its specialists, and what they can see",
+      "commission",
+      "make a loop's twin and specialists from a healthy record, with their detection limits",
       run_commission);
   command.option("records", o.records,
                  "records of the loop while it works, CSV: time, sp, pv, co, and where known "

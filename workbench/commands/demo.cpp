@@ -374,7 +374,7 @@ int run_demo(const DemoOptions& options) {
 }  // namespace
 
 void add_demo(Program& program) {
-  auto [command, o] = program.command("demo", "the demonstration that ./demo shows", run_demo);
+  auto [command, o] = program.command("demo", "run the demonstration of ./demo", run_demo);
   command.socket(o.socket);
   command.setting("--loop", o.loop, "tag of the demonstrated loop");
   const Option page =

@@ -215,7 +215,8 @@ int run_diagnose(const DiagnoseOptions& options) {
 
 void add_diagnose(Program& program) {
   auto [command, o] = program.command(
-      "diagnose", "valve effect or other cause, from records and no model", run_diagnose);
+      "diagnose", "find a valve effect or another cause from records, without a model",
+      run_diagnose);
   command.option(
       "record", o.records,
       "routine records of one loop in the order of time, CSV: time, pv, co, and sp if known");

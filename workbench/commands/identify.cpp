@@ -255,7 +255,7 @@ int run_identify(const IdentifyOptions& options) {
 
 void add_identify(Program& program) {
   auto [command, o] = program.command(
-      "identify", "process model from a record, in open or closed loop, with intervals",
+      "identify", "identify a process model from a record, in open or closed loop, with intervals",
       run_identify);
   command.required("record", o.record, "record with co and pv, CSV; in closed loop also sp");
   command.option("--out", o.out, "picture to write, SVG");

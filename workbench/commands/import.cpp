@@ -294,7 +294,8 @@ int run_import(const ImportCommand& options) {
 }  // namespace
 
 void add_import(Program& program) {
-  auto [command, o] = program.command("import", "any historian's export as records", run_import);
+  auto [command, o] =
+      program.command("import", "convert any historian's export to records", run_import);
   command.required(
       "file", o.files,
       "exports: text, also gzip; .xlsx; .zip and folders of them; - for standard input");

@@ -350,7 +350,7 @@ int run_limit_cycle(const LimitCycleOptions& options) {
 
 void add_limit_cycle(Program& program) {
   auto [command, o] = program.command(
-      "limit-cycle", "the limit cycle that stiction or backlash makes: predicted and simulated",
+      "limit-cycle", "predict and simulate the limit cycle due to stiction or backlash",
       run_limit_cycle);
   command.required("model", o.model, "loop model, YAML");
   Option s = command.option("--s", o.s, "CO units, stiction of this S instead of the model's",

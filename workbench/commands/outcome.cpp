@@ -358,7 +358,7 @@ int run_outcome(const OutcomeCommand& options) {
 
 void add_outcome(Program& program) {
   auto [command, o] = program.command(
-      "outcome", "what a fitter found at a loop that a survey named, for the next survey",
+      "outcome", "record what a fitter found at a loop that a survey named, for the next survey",
       run_outcome);
   command.option("tag", o.tag, "tag of the loop");
   command.option("--found", o.found, "what was found at the valve; other: not the valve",

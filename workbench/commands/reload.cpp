@@ -95,7 +95,7 @@ int run_reload(const ReloadOptions& options) {
 
 void add_reload(Program& program) {
   auto [command, o] =
-      program.command("reload", "have the running daemon read its configuration again", run_reload);
+      program.command("reload", "make the running daemon read its configuration again", run_reload);
   command.socket(o.socket);
   command.flag("--dry-run", o.dry_run, "print the result that a reload would have");
   command.flag("--take-file", o.take_file,

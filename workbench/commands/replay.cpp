@@ -374,7 +374,7 @@ int run_replay(const ReplayOptions& options) {
 
 void add_replay(Program& program) {
   auto [command, o] =
-      program.command("replay", "the daemon's monitor and alarms over a record", run_replay);
+      program.command("replay", "run the daemon's monitor and alarms over a record", run_replay);
   command.required(
       "record", o.record,
       "record, CSV: time, pv, co, and where known sp, stem; or the folder of an alarm's evidence");

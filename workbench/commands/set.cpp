@@ -103,8 +103,8 @@ int run_set(const SetOptions& options) {
 }  // namespace
 
 void add_set(Program& program) {
-  auto [command, o] =
-      program.command("set", "set point, mode, output or jacket of a running loop", run_set);
+  auto [command, o] = program.command(
+      "set", "set the set point, mode, output or jacket of a running loop", run_set);
   command.required("loop", o.loop, "tag of the loop");
   command.socket(o.socket);
   command.option("--sp", o.set_point, "set point, PV units");

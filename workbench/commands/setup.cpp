@@ -152,7 +152,7 @@ int run_setup(const SetupOptions& options) {
 
 void add_setup(Program& program) {
   auto [command, o] = program.command(
-      "setup", "from a new loop to a commissioned one, step by step, at a terminal", run_setup);
+      "setup", "set up and commission a new loop, step by step, at a terminal", run_setup);
   command.option("tag", o.tag, "tag of the loop; setup asks for it if it is missing");
   command.setting("--config", o.config, "the daemon's configuration folder");
   command.socket(o.socket);

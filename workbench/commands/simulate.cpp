@@ -119,8 +119,8 @@ int run_simulate(const SimulateOptions& options) {
 }  // namespace
 
 void add_simulate(Program& program) {
-  auto [command, o] =
-      program.command("simulate", "closed-loop run of a loop model into a record", run_simulate);
+  auto [command, o] = program.command(
+      "simulate", "simulate a loop model in closed loop and write a record", run_simulate);
   command.required("model", o.model, "loop model, YAML");
   command.required("--out", o.out, "record to write, CSV");
   command.option("--duration", o.duration_s, "s, instead of the scenario's", between(0.0, 1e9));

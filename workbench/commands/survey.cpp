@@ -275,7 +275,8 @@ int run_survey(const SurveyCommand& given) {
 
 void add_survey(Program& program) {
   auto [command, o] = program.command(
-      "survey", "all loops of a plant, ranked: which are sick, and what to do next", run_survey);
+      "survey", "rank all loops of a plant by need of attention, with the next step for each",
+      run_survey);
   command.option("path", o.paths,
                  "exports with any number of loops, .xlsx, .zip and folders of them");
   command.required(

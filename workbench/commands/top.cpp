@@ -137,7 +137,7 @@ int run_top(const TopOptions& options) {
 }  // namespace
 
 void add_top(Program& program) {
-  auto [command, o] = program.command("top", "live view of a running daemon", run_top);
+  auto [command, o] = program.command("top", "show a live view of a running daemon", run_top);
   command.option("loop", o.loop, "tag of the loop to begin with; with --once, to say more of");
   command.socket(o.socket);
   command.flag("--once", o.once, "print the state once, without the live view");

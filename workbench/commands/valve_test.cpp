@@ -204,7 +204,7 @@ int run_valve_test(const ValveTestOptions& options) {
 
 void add_valve_test(Program& program) {
   auto [command, o] = program.command(
-      "valve-test", "step, ramp, resolution, scans and sines on a valve, simulated or live",
+      "valve-test", "run step, ramp, resolution, scan and sine tests of a valve, simulated or live",
       run_valve_test);
   add_bench_options(command, o.bench);
   std::vector<std::string> names;

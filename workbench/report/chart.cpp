@@ -22,8 +22,7 @@ constexpr double kBottom = 34.0;
 constexpr double kLegendLine = 15.0;
 constexpr std::size_t kMostPoints = 1400;  // of a line; the least and the greatest of more
 
-// Unit of path coordinates: tenths of the picture's unit. Points closer than one unit to the drawn
-// line are dropped.
+// Paths use tenths of the picture's unit. Points within kTolerance of the drawn line are dropped.
 constexpr double kTenths = 10.0;
 constexpr double kTolerance = 2.0;
 

@@ -217,7 +217,7 @@ class Page {
     if (result_.remainder) {
       tile("Left on the held-back part", plain_number(result_.remainder->rmse),
            result_.remainder->depends_on.empty()
-               ? "PV units; does not follow SP or CO"
+               ? "PV units; not seen to follow SP or CO"
                : "PV units; it follows " + depends_on_words(*result_.remainder));
     }
     if (result_.load_intensity > 0.0) {

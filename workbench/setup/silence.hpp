@@ -19,7 +19,7 @@ class Silence {
 
   // Adds a value, with the time since the last command. NaN: no valid value.
   void see(double time_s, double value) noexcept;
-  // Returns when the move started that lasted to the end.
+  // Returns the start of the move that lasted to the end, in s after the last command.
   std::optional<double> moved_after_s() const noexcept { return away_since_s_; }
   // Returns why this is no evidence of a watchdog; empty: it is.
   std::string why_not() const;

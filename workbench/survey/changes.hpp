@@ -51,8 +51,8 @@ struct Comparing {
 // A finding is a valve effect or another cause. A finding that is held back does not count. CHANGE
 // is one of:
 // - new
-// - worse, better: the size is kGrown times the earlier size, or less than 1 / kGrown of it. The size
-//   of another cause is the rms of SP - PV.
+// - worse, better: the size is kGrown times the earlier size, or less than 1 / kGrown of it. The
+//   size of another cause is the rms of SP - PV.
 // - same
 // - gone: healthy now
 // - rejected: held back now

@@ -8,7 +8,7 @@
 namespace loopwarden::workbench {
 
 // Returns the explanation of a transition under `alarm`, as `replay --twin` prints it. `first_s`:
-// the record's time at the first sample of the transition.
+// time of the record's first sample.
 nlohmann::json explanation_json(const commission::Explanation& explanation,
                                 monitor::AlarmKind alarm, double first_s, double period_s);
 

@@ -339,7 +339,7 @@ TEST_CASE("a file that is there keeps what setup did not write", "[setup]") {
       s.person.lines.insert(s.person.lines.end(), {"no"});
       CHECK(write_files(s.all) == Outcome::done);
     } else {
-      CHECK_THROWS_WITH(write_files(s.all), Catch::Contains("Nothing was written"));
+      CHECK_THROWS_WITH(write_files(s.all), Catch::Contains("was not changed"));
     }
     CHECK(s.person.told("-   kc: 0.45"));
     CHECK(tests::read_file(s.all.loop_file()) == live);
