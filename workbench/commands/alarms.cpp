@@ -41,7 +41,7 @@ std::string describe(const protocol::Alarm& alarm, std::int64_t now_ms) {
     text += fmt::format(", {} min left", (left_ms + 59'999) / 60'000);
   }
   if (alarm.consequence) text += ", consequence of " + alarm.consequence_of;
-  if (alarm.first_out) text += ", came first";
+  if (alarm.first_out) text += ", first out";
   if (alarm.flaps > 1) text += fmt::format(", flaps: {} times", alarm.flaps);
   return text;
 }
@@ -385,12 +385,12 @@ void add_alarms(Program& program) {
   action("shelve", "shelve", "put an alarm aside for a limited time");
   action("unshelve", "unshelve", "take an alarm off the shelf");
   action("calm", "calm", "begin the planned moves that a stiction alarm offers, in shadow first");
-  action("explain", "explain", "what an alarm means, what was measured, and its history");
+  action("explain", "explain", "print an alarm's meaning, its measurements and its history");
 
   Command list = command.verb("list", "list the alarms, or the design of each",
                               [&o] { return o.rationalised ? run_rationalised(o) : run_list(o); });
   list.flag("--rationalised", o.rationalised,
-            "CSV for the plant's own alarm book: limits, delays, cause, consequence, what to do");
+            "CSV for the plant's own alarm book: limits, delays, cause, consequence, action");
   Command figures = command.verb("figures", "print alarm figures: rate, floods, chattering, stale",
                                  [&o] { return run_figures(o); });
   figures.setting("--hours", o.hours, "to now", between(1, 720));

@@ -245,7 +245,7 @@ void add_batch(Program& program) {
                    "a command line a row, with or without 'loopwarden'; # begins a comment");
   command.option("--out", o.out,
                  "folder for exit codes and outputs; default JOBS.results; an earlier run in it is "
-                 "gone on with");
+                 "continued");
   command.option("--shard", o.shard, "k/N: of N shares the k-th, by row");
   command.setting("--jobs", o.jobs, "commands at a time; most use all cores by themselves",
                   between(1, 1024));

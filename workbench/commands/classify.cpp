@@ -181,7 +181,7 @@ void add_classify(Program& program) {
       "classify", "print the specialists' verdict on every window of a record", run_classify);
   command.required("record", o.record, "record, CSV: time, pv, and co for the explaining form");
   command.required("--specialists", o.specialists, "folder with manifest.yaml");
-  command.setting("--form", o.form, "auto: explaining where folder and record allow it",
+  command.setting("--form", o.form, "auto: explaining if folder and record allow it",
                   one_of({"auto", "explaining", "signature"}));
   command.setting("--every", o.every_s, "s from window to window; 0: half a window",
                   between(0.0, 1e9));

@@ -65,16 +65,17 @@ const char* advice(commission::Outcome outcome) {
   switch (outcome) {
     case commission::Outcome::commissioned: return "";
     case commission::Outcome::not_enough_movement:
-      return "Nothing was written for the loop; record it again while the set point moves.";
+      return "The twin was not written; record the loop again while the set point moves.";
     case commission::Outcome::not_healthy:
       return "A fault is never learned as normal: repair the valve, then record it again, or raise "
              "--healthy-limit if this is how it has to be.";
     case commission::Outcome::not_explained:
-      return "report.html shows what is left; `loopwarden gap` over shorter stretches (--from, "
+      return "report.html shows the remaining error; `loopwarden gap` over shorter stretches "
+             "(--from, "
              "--to) locates the cause.";
     case commission::Outcome::not_usable: break;
   }
-  return "Nothing was written for the loop.";
+  return "The twin was not written.";
 }
 
 void print_result(const commission::Commissioning& c, const CommissionSight& seen_here,
@@ -332,7 +333,7 @@ void add_commission(Program& program) {
       "make a loop's twin and specialists from a healthy record, with their detection limits",
       run_commission);
   command.option("records", o.records,
-                 "records of the loop while it works, CSV: time, sp, pv, co, and where known "
+                 "records of the healthy loop, CSV: time, sp, pv, co, and if known "
                  "mode, stem; 20 to 60 minutes with a few set-point moves. The first makes the "
                  "twin, the others must agree with it");
   o.recorder.add_options(command,
@@ -343,8 +344,8 @@ void add_commission(Program& program) {
                      "loop model to start from, YAML, however rough; without it one is identified");
   command
       .option("--again", o.again,
-              "twin.yaml of an earlier commissioning to start from: what has changed since is "
-              "shown. It is left as it is")
+              "twin.yaml of an earlier commissioning to start from: changes since then are "
+              "shown. The file is not changed")
       .excludes(model);
   command.required("--out", o.out,
                    "folder for twin.yaml, specialists, commission.json, report.html");
@@ -360,7 +361,7 @@ void add_commission(Program& program) {
       between(0.0, 20.0));
   command.flag("--accept-short", o.accept_short,
                "take less than 20 minutes too, and with --model a record without CO");
-  command.setting("--plant", o.plant, "what the specialists' names begin with");
+  command.setting("--plant", o.plant, "prefix of the specialists' names");
   command.setting("--seed", o.seed, "of all random numbers");
   command.setting("--windows", o.windows, "simulated windows that the specialists learn from",
                   between(700, 1000000));

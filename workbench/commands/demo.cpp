@@ -72,8 +72,8 @@ std::vector<Phase> phases() {
        .worth_a_look = true},
       {.name = "sticking", .story = "Limit cycle: CO a saw-tooth, PV square.", .lasts_s = 500.0},
       {.name = "",
-       .story = "The twin explains the alarm, and planned moves run in shadow until what they gain "
-                "is known.",
+       .story = "The twin explains the alarm, and planned moves run in shadow until their "
+                "benefit is known.",
        .lasts_s = 3600.0,
        .until_calm = true},
       {.name = "planned moves",
@@ -153,7 +153,7 @@ class Demo {
   }
 
   void print_table() const {
-    fmt::print("\n{}\n", coloured("What the record says", Colour::bold));
+    fmt::print("\n{}\n", coloured("Results of the record", Colour::bold));
     fmt::print("{:<18} {:>12} {:>12} {:>12} {:>10} {:>12} {:>12}\n", "", "rms SP-PV", "mean SP-PV",
                "PV swing +-", "period", "stem travel", "reversals");
     fmt::print("{:<18} {:>12} {:>12} {:>12} {:>10} {:>12} {:>12}\n", "", "L/min", "L/min", "L/min",
@@ -379,8 +379,8 @@ void add_demo(Program& program) {
   command.setting("--loop", o.loop, "tag of the demonstrated loop");
   const Option page =
       command.option("--page", o.page, "address of a loopwarden-page that shows this daemon");
-  command.flag("--open", o.open_page, "open it where the valve begins to stick").needs(page);
-  command.flag("--keep", o.keep, "go on watching until q is pressed");
+  command.flag("--open", o.open_page, "open it when the valve begins to stick").needs(page);
+  command.flag("--keep", o.keep, "continue to watch until q is pressed");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer("Example: ./demo (starts the daemon, then this)");
 }

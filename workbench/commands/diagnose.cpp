@@ -181,7 +181,7 @@ int run_diagnose(const DiagnoseOptions& options) {
   loop.co_range = options.co_range.empty() ? std::vector<double>{0.0, 100.0} : options.co_range;
   std::vector<TimedLoop> compared;
   if (options.recorder.asked(!options.records.empty(), options.input.loop())) {
-    if (!options.neighbours.empty()) fail(kExitUsage, "--neighbours: only beside files");
+    if (!options.neighbours.empty()) fail(kExitUsage, "--neighbours: only with files");
     diagnose_recorded(options, loop);
   }
   for (const std::string& path : options.records) {
@@ -225,8 +225,8 @@ void add_diagnose(Program& program) {
                  "what the loop controls; default: from a tag such as FIC101 in the file's name",
                  one_of({"flow", "pressure", "level", "temperature", "unknown"}));
   command.option("--neighbours", o.neighbours,
-                 "exports of other loops with the same time base: which of them push this one; "
-                 "only beside files");
+                 "exports of other loops with the same time base: finds those that disturb this "
+                 "one; only with files");
   command.option("--co-range", o.co_range, "lower and upper end of CO, default 0 100").takes(2);
   command.option("--report", o.report, "write a page with pictures here, HTML");
   command.flag("--json", o.json, "print the result as JSON");

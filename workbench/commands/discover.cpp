@@ -265,21 +265,21 @@ void add_discover(Program& program) {
           .excludes(opcua);
   command.setting("--feed-config", o.feed_config, "of loopwarden-feed: the broker, ask_rebirth")
       .needs(sparkplug);
-  command.setting("--seconds", o.seconds, "that births are waited for", between(1, 3600))
+  command.setting("--seconds", o.seconds, "time to wait for births", between(1, 3600))
       .needs(sparkplug);
-  command.option("--rules", o.rules, "what the site's names mean, YAML: docs/import.md");
+  command.option("--rules", o.rules, "rules for the site's names, YAML: docs/import.md");
   command.option("--feeder", o.feeder,
-                 "who brings the values, as loopwardend.yaml calls it: opcua, or mqtt with "
+                 "feeder of the values, by its name in loopwardend.yaml: opcua, or mqtt with "
                  "--sparkplug");
   command.option("--sample-time", o.sample_time_s, "of all loops, s; default 1, as a guess",
                  between(0.001, 3600.0));
   command.option(
       "--nodes", o.nodes,
-      "also write what the feeder asks for, `nodes` of opcua.yaml or `metrics` of feed.yaml, "
-      "to this file, which must not be there");
+      "also write the feeder's requests, `nodes` of opcua.yaml or `metrics` of feed.yaml, "
+      "to this new file");
   command.required("--out", o.out,
                    "folder for TAG.yaml, and TAG.yaml.incomplete if a unit or range is not "
-                   "known; files that are there stay as they are");
+                   "known; existing files are not changed");
   command.flag("--json", o.json, "print JSON");
   command.footer(
       "Exit code 65: no file was written; 74: also no birth was heard; 78: also a server whose "

@@ -63,7 +63,7 @@ int run_export(const ExportOptions& options) {
                  result.damaged_rows, result.torn_bytes);
     }
     if (result.records.empty()) {
-      fmt::print(stderr, "{}: nothing recorded\n", options.folder);
+      fmt::print(stderr, "{}: no recordings\n", options.folder);
     }
     return exit_code_of(result);
   } catch (const record::RecordError& e) {

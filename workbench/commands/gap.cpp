@@ -539,7 +539,7 @@ int run_any_gap(const GapOptions& given) {
 void add_gap(Program& program) {
   auto [command, o] = program.command(
       "gap", "find the effect that a model lacks, and correct the model", run_any_gap);
-  command.option("record", o.record, "measured record, CSV: time, pv, and where known sp, co");
+  command.option("record", o.record, "measured record, CSV: time, pv, and if known sp, co");
   o.recorder.add_options(command,
                          "; a model that is identified gets PV's and CO's range from the daemon's "
                          "loop. The record is kept in the folder records of --out");
@@ -560,8 +560,8 @@ void add_gap(Program& program) {
   command.flag("--json", o.json, "print gap.json");
   command
       .option("--pv-range", o.pv_range,
-              "what PV and SP in the record are at the ends of the model's range, where units "
-              "differ: 0 100 for %")
+              "PV and SP of the record at the ends of the model's range, if the units differ: "
+              "0 100 for %")
       .takes(2);
   command.option("--co-range", o.co_range, "the same for CO: 0 1 for a share, 4 20 for mA")
       .takes(2);

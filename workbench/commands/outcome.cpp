@@ -100,7 +100,7 @@ int list_outcomes(const OutcomeCommand& options) {
     fmt::print("no answers yet\n");
     return kExitOk;
   }
-  fmt::print("{:<10}  {:<24} {:<10} {:<24} {}\n", "answered", "loop", "found", "the survey said",
+  fmt::print("{:<10}  {:<24} {:<10} {:<24} {}\n", "answered", "loop", "found", "survey's finding",
              "note");
   for (const FitterAnswer& o : outcomes) {
     constexpr std::size_t kDay = 10;
@@ -371,7 +371,7 @@ void add_outcome(Program& program) {
               "of a loop of the daemon, such as /run/loopwardend/control.sock: its journal "
               "receives the answer")
       .excludes(survey);
-  command.flag("--list", o.list, "print what was answered, and how often the survey was right");
+  command.flag("--list", o.list, "print the answers, and how often the survey was right");
   command.option(
       "--export", o.out,
       "folder for an anonymous record a loop (times from 0, values in % of their ranges, no "

@@ -377,13 +377,14 @@ void add_replay(Program& program) {
       program.command("replay", "run the daemon's monitor and alarms over a record", run_replay);
   command.required(
       "record", o.record,
-      "record, CSV: time, pv, co, and where known sp, stem; or the folder of an alarm's evidence");
+      "record, CSV: time, pv, co, and if known sp, stem; or the folder of an alarm's evidence");
   command.option("--specialists", o.specialists,
                  "folder with manifest.yaml; evidence has its own. Without it only routine "
-                 "evidence is weighed");
-  command.option("--twin", o.twin,
-                 "twin.yaml of `loopwarden commission`: the alarm model_gap is watched for, and "
-                 "every alarm is explained");
+                 "evidence is used");
+  command.option(
+      "--twin", o.twin,
+      "twin.yaml of `loopwarden commission`: adds the alarm model_gap and an explanation "
+      "of every alarm");
   command.flag("!--no-explain", o.explain, "leave the explanations out");
   command.setting("--jobs", o.jobs, "threads of the explanations; 0: one a core");
   command.option("--pv-range", o.pv_range, "PV units, without specialists").takes(2);
@@ -393,7 +394,7 @@ void add_replay(Program& program) {
   command.flag("--json", o.json, "print the transitions as JSON");
   o.input.add_options(command);
   command.footer(
-      "A row without pv and co is a missing cycle; one without pv alone is a bad PV.\n"
+      "A row without pv and co is a missing cycle; a row with co but without pv is a bad PV.\n"
       "Of evidence: exit code 0 if the verdict is the same, 65 if it is not.\n"
       "Example: loopwarden replay run.csv --specialists data/specialists/plant1 --json");
 }

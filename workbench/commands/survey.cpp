@@ -281,7 +281,7 @@ void add_survey(Program& program) {
                  "exports with any number of loops, .xlsx, .zip and folders of them");
   command.required(
       "--out", o.out,
-      "folder for survey.html, survey.csv, survey.json; an earlier run in it is gone on with");
+      "folder for survey.html, survey.csv, survey.json; an earlier run in it is continued");
   command.setting("--window", o.window_h,
                   "hours that each row of figures is about; verdicts do not depend on it",
                   between(0.01, 10000.0));

@@ -290,7 +290,7 @@ void add_train(Program& program) {
   command.option("--signatures", o.signatures,
                  "folder of measured signatures with labels.csv: file, class, plant, role");
   command.required("--out", o.out, "folder for the specialists");
-  command.setting("--plant", o.plant, "what their names begin with; of --signatures, which to use",
+  command.setting("--plant", o.plant, "prefix of their names; with --signatures, the plant to use",
                   checked([](const std::string& name) {
                     const bool good = !name.empty() && name.size() <= 16 &&
                                       std::all_of(name.begin(), name.end(), [](char c) {

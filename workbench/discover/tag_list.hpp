@@ -27,8 +27,8 @@ struct TagList {
 
 // Reads columns in any order: tag or name, address, node or node_id, data_type, unit, low, high,
 // description. Other columns are ignored.
-// The name is the first of tag, name, address and node that contains a loop and a signal. If none
-// does, it is the first of them that is filled in.
+// The name is the first of tag, name, address and node that contains a loop and a signal.
+// Otherwise it is the first of them that is filled in.
 // Tags whose data type is not a number (text, times) are left out. A range with only one end, or
 // without a span, counts as missing.
 // Throws CommandError with FILE:LINE:COLUMN if the list has no tag, an end is not a number, or a

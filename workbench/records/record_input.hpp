@@ -63,7 +63,7 @@ std::size_t telling_part(const record::Record& record, std::size_t length);
 void keep_telling_part(record::Record& record, std::size_t most, const std::string& name);
 
 // Returns a text about names that belong to no loop, with examples and the option that helps. The
-// text also lists each rule without effect. Empty if there is nothing to report.
+// text also lists each rule without effect. May be empty.
 std::string rules_text(const record::Importer& importer, bool with_rules);
 
 // Returns the findings and corrections as lines. Empty if the record is in the fixed format and

@@ -54,7 +54,7 @@ void RecorderInput::add_options(Command& command, const char* kept) {
   });
   const Option last = command.option(
       "--last", last_,
-      std::string("no files: so much of what the daemon's recorder holds of --loop, such as 4h, "
+      std::string("in place of files: this much of the daemon's record of --loop, such as 4h, "
                   "90min, 2d") +
           kept,
       checked([](const std::string& text) {
@@ -62,11 +62,11 @@ void RecorderInput::add_options(Command& command, const char* kept) {
                                 : "must be a time such as 4h, 90min or 2d (got '" + text + "')";
       }));
   Option since = command.option("--since", since_,
-                                "in place of --last: what was recorded from then on, such as "
+                                "in place of --last: start of the time, such as "
                                 "2026-11-26T10:00:00Z",
                                 is_utc);
   since.excludes(last);
-  command.option("--until", until_, "end of the time from --since", is_utc).needs(since);
+  command.option("--until", until_, "end of the time that starts at --since", is_utc).needs(since);
   command.socket(socket_);
   add_background(command, background_);
 }

@@ -380,8 +380,9 @@ class Page {
     };
     std::stable_sort(rows.begin(), rows.end(),
                      [&](const auto* a, const auto* b) { return rank(a) > rank(b); });
-    add("<h2>What was tried</h2>\n<p class=\"note\">Each effect of the catalogue, fitted alone to "
-        "what the model lacks. Score: log likelihood less a penalty for its parameters, over the "
+    add("<h2>Tried effects</h2>\n<p class=\"note\">Each effect of the catalogue, fitted separately "
+        "to "
+        "the error of the model. Score: log likelihood less a penalty for its parameters, over the "
         "model as given.</p>\n<div class=\"wide\"><table "
         "class=\"tried\"><thead><tr><th>effect</th><th>block</th>"
         "<th>fitted</th><th class=\"n\">RMS</th><th>score</th><th class=\"n\"></th>"

@@ -49,8 +49,8 @@ Answers read_answers(const std::string& file) {
       const config::YamlNode& value = root->values[i];
       if (std::find(ids.begin(), ids.end(), key.text) == ids.end()) {
         report.error(key.place, key.text,
-                     "is no question that a file may answer (what moves a valve is asked each "
-                     "time)" +
+                     "is no question that a file may answer (questions that move a valve are asked "
+                     "each time)" +
                          config::suggestion(key.text, ids));
       } else if (value.kind != config::YamlNode::Kind::scalar) {
         report.error(value.place, key.text, "must be text on one line");

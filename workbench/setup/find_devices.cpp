@@ -275,8 +275,8 @@ Outcome find_by_opcua(Setup& setup) {
                       " is not among the files: a file TAG.yaml.incomplete lists its missing keys, "
                       "and a loop of another tag is set up by that");
   }
-  setup.dialogue.say(fmt::format("  The feeder asks for what {} lists: it belongs into opcua.yaml",
-                                 nodes.string()));
+  setup.dialogue.say(
+      fmt::format("  {} lists the feeder's requests: add it to opcua.yaml", nodes.string()));
   return Outcome::done;
 }
 

@@ -36,11 +36,11 @@ bool agreed(Setup& setup, const std::string& what_moves) {
   DaemonClient daemon(setup.socket);
   check_in_force(setup, daemon);
   dialogue.say("  " + what_moves);
-  const std::string typed =
-      dialogue.ask_now(fmt::format("  Type {} to go on, or Enter to leave this step", setup.tag),
-                       [&](const std::string& answer) -> std::string {
-                         return answer.empty() || answer == setup.tag ? "" : "the tag, or nothing";
-                       });
+  const std::string typed = dialogue.ask_now(
+      fmt::format("  Type {} to go on, or Enter to leave this step", setup.tag),
+      [&](const std::string& answer) -> std::string {
+        return answer.empty() || answer == setup.tag ? "" : "type the tag, or only Enter";
+      });
   return !typed.empty();
 }
 

@@ -69,8 +69,8 @@ inline constexpr std::array kChanges{Change{"new", "New"},
                                      Change{"worse", "Worse"},
                                      Change{"better", "Better"},
                                      Change{"gone", "Gone"},
-                                     Change{"rejected", "Rejected: nothing was found"},
-                                     Change{"unknown", "Can't be told now"},
+                                     Change{"rejected", "Rejected: no fault was found"},
+                                     Change{"unknown", "Undecided now"},
                                      Change{"same", "As before"}};
 
 std::string changes_text(const nlohmann::json& changes);

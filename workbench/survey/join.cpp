@@ -80,8 +80,9 @@ NextStep next_step(const json& loop) {
                        loop["likely_source"] != loop.at("tag");
   if (is(loop, "verdict", "other_cause")) {
     if (is(loop, "cause", "tuning")) {
-      return {"tune",
-              "the loop swings by itself and the valve follows: identify it, then tune it slower"};
+      return {
+          "tune",
+          "the loop oscillates by itself and the valve follows: identify it, then tune it slower"};
     }
     if (is(loop, "cause", "saturation")) {
       return {
