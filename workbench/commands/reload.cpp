@@ -103,9 +103,8 @@ void add_reload(Program& program) {
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
       "Each loop takes all that can be applied. A loop whose unit, range, sample time or io\n"
-      "differs is not changed. The valve does not move by it. Exit code 0: everything in the "
-      "files\n"
-      "is in force;\n"
+      "differs is not changed. A reload does not move the valve.\n"
+      "Exit code 0: everything in the files is in force;\n"
       "75: something waits for a restart, or for CO to be inside new limits; 78: the files have\n"
       "errors and were refused; 65: the files would change gains that a person has set and no\n"
       "file has, so they were refused without --take-file; or a loop is being commissioned, and "

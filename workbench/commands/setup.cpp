@@ -165,11 +165,10 @@ void add_setup(Program& program) {
   command.flag("--show", o.show, "print the progress, without questions");
   command.flag("--json", o.json, "with --show as JSON");
   command.footer(
-      "Answers are kept in DIR/setup/TAG.json; after an interruption, setup continues there. "
-      "Every step that moves\n"
-      "a valve asks each time for the tag and the limits, and refuses if the daemon does not run "
-      "the\n"
-      "file as it is. `back` asks the question before. Lines of a loop file that setup did not "
+      "Answers are kept in DIR/setup/TAG.json; after an interruption, setup continues there.\n"
+      "Every step that moves a valve asks each time for the tag and the limits. It refuses if the\n"
+      "daemon does not run the file as it is. `back` asks the question before. Lines of a loop "
+      "file that setup did not "
       "write\n"
       "stay, unless you agree. Exit code 75: steps are left, or something waits for a restart.\n"
       "Example: loopwarden setup FIC-101");
