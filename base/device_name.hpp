@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One spelling for names that several spellings reach: whether two links lead to one device.
+// Returns one spelling for a name that can be spelled in several ways, to find out whether two
+// links lead to one device.
 #pragma once
 
 #include <string>
@@ -11,8 +12,7 @@ namespace loopwarden::base {
 // no address is returned in lower case.
 std::string address_name(const std::string& name);
 
-// Returns the path of the device file with symbolic links followed, also where the file is absent
-// at present.
+// Returns the path of the device file with symbolic links followed. The file itself may be absent.
 std::string device_name(const std::string& path);
 
 }  // namespace loopwarden::base
