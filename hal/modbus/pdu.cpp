@@ -64,7 +64,7 @@ ReplyCheck check_reply(const Request& request, std::span<const std::uint8_t> byt
   if (bytes[1] != request.function) return ReplyCheck::mismatch;
 
   if (!request.read) {
-    // Function 6 gives the whole request back, function 16 its address and count.
+    // Function 6 returns the whole request, function 16 its address and count.
     constexpr std::size_t kEchoBytes = 6;
     const bool echoed =
         bytes.size() == kEchoBytes && std::equal(bytes.begin(), bytes.end(), request.bytes.begin());
