@@ -21,9 +21,9 @@ constexpr auto kPriorities = std::to_array<Choice<Priority>>({{"low", Priority::
                                                               {"high", Priority::high},
                                                               {"critical", Priority::critical}});
 
-// What is far outside must be told sooner than what is a little outside.
+// A large deviation is reported sooner than a small one.
 constexpr double kFarDelay_s = 2.0;
-// Dead bands, where none is given.
+// Default dead bands.
 constexpr double kBandOfSpan = 0.01;
 constexpr double kBandOfLimit = 0.1;
 constexpr double kTimeConstants = 3.0;
@@ -73,7 +73,7 @@ class Reader {
     }
   }
 
-  // What all have stands in the reference once.
+  // The keys that all alarms share appear once in the reference.
   void describe(MapReader& in) {
     in.maybe_section("ALARM", "an alarm by its name, such as bad_pv or pv_high: docs/alarms.md",
                      [&](MapReader& alarm) { read_common(alarm, AlarmKind::bad_pv); });
@@ -172,7 +172,7 @@ class Reader {
                                   to_text(range.place), brief(at)));
   }
 
-  // Low-low below low below high below high-high, each with its dead band.
+  // Checks low-low < low < high < high-high, each with its dead band.
   void check_order(MapReader& in) {
     if (in.describing()) return;
     constexpr std::array kRising{AlarmKind::pv_low_low, AlarmKind::pv_low, AlarmKind::pv_high,

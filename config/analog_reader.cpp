@@ -18,7 +18,7 @@ constexpr double kHighestMa = 22.0;
 constexpr double kLiveZeroMa = 4.0;
 constexpr double kSpanMa = 16.0;
 
-// Returns the converter's numbers at 4 mA and at 20 mA, where they are stated.
+// Returns the converter's numbers at 4 mA and at 20 mA, if they are stated.
 Value<std::pair<double, double>> read_channel(MapReader& in, hal::iio::ChannelSettings& channel) {
   channel.device = in.need_text("device", "name or label of the IIO device");
   channel.channel = in.need_text("channel", "as in the file names: voltage0, current1");
@@ -56,7 +56,7 @@ Value<std::pair<double, double>> read_channel(MapReader& in, hal::iio::ChannelSe
   return raw;
 }
 
-// range: [at 4 mA, at 20 mA].
+// Reads a range as [at 4 mA, at 20 mA].
 std::pair<double, double> read_scale(MapReader& in, const char* unit,
                                      const Value<std::pair<double, double>>& fallback,
                                      const char* fallback_text) {
@@ -142,10 +142,11 @@ void read_output(MapReader& in, const IoContext& context, IoSection& section,
        "put out by the I/O thread when commands cease to come", "the last output stays"},
       output.safe_ma);
   section.output_known = in.report().error_count() == errors;
-  // A watchdog relay on the alive line, or one in the output module: both are set up outside.
+  // Both protections are set up outside: a watchdog relay on the alive line, or one in the output
+  // module.
   read_comm_loss(in, "{timeout, set_by: device} or none_accepted", nullptr);
   const std::size_t errors_in_keys = in.report().error_count();
-  in.close();  // a key that is misspelt may be the scale
+  in.close();  // an unknown key may be a misspelt scale
   if (in.report().error_count() != errors_in_keys) section.output_known = false;
   const double steps = raw.given && raw.valid
                            ? raw.value.second - raw.value.first

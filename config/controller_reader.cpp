@@ -142,7 +142,7 @@ control::JacketSettings read_jacket(MapReader& in) {
   return jacket;
 }
 
-// s or j with its interval.
+// Reads s or j with its interval.
 void read_stick_size(MapReader& in, const char* key, const char* meaning, double& value,
                      double& low, double& high) {
   const Value<double> size = in.need_number(key, {"CO units", above(0.0), meaning});

@@ -48,7 +48,7 @@ void read_tcp(MapReader in, LinkSettings& link) {
 
 void read_rtu(MapReader in, LinkSettings& link) { read_serial_line(in, link); }
 
-// `addressed`: whether the device can be reached as the file says, whatever else is wrong.
+// `addressed`: set if the keys that locate the device have no error, even if others have.
 LinkSettings read_link(MapReader& in, const std::string& name, bool& addressed) {
   LinkSettings link;
   link.name = name;
@@ -89,12 +89,12 @@ LinkSettings read_link(MapReader& in, const std::string& name, bool& addressed) 
   const std::size_t errors = in.report().error_count();
   if (in.describing() || (known && transport == Transport::tcp)) read_tcp(in.variant("tcp"), link);
   if (in.describing() || (known && transport == Transport::rtu)) read_rtu(in.variant("rtu"), link);
-  in.close();  // a key that is misspelt may be the port
+  in.close();  // an unknown key may be a misspelt port
   addressed = transport.given && transport.valid && in.report().error_count() == errors;
   return link;
 }
 
-// Two links on one serial line would talk across each other, and a link and a slave as well.
+// Two links on one serial line, or a link and a slave, would disturb each other.
 void refuse_shared_device(MapReader& in, const DaemonFile& daemon, const LinkSettings& link) {
   if (link.transport != Transport::rtu || link.device.empty()) return;
   const std::string device = base::device_name(link.device);
@@ -125,7 +125,7 @@ void read_real_time(MapReader& in, RealTime& real_time) {
   real_time.lock_memory = in.flag("lock_memory", "keep all memory in RAM (mlockall)", true);
 }
 
-// A user of this host, by name.
+// Reads a user of this host, by name.
 FeederUser read_feeder(MapReader& in, const DaemonFile& daemon) {
   FeederUser feeder;
   const Value<std::string> user =
@@ -155,7 +155,7 @@ SocketRights read_rights(MapReader& in) {
   return rights;
 }
 
-// The kernel takes paths of sockets up to a length, below a folder.
+// The kernel limits the length of socket paths, which includes this folder.
 void check_runtime_directory(MapReader& in, const Value<std::string>& directory,
                              const std::string& resolved) {
   if (in.describing() || !directory.valid) return;

@@ -26,7 +26,7 @@ bool may_stand_in(const Descriptor& info, Block block) {
   return std::find(info.blocks.begin(), info.blocks.end(), block) != info.blocks.end();
 }
 
-// The effect's name; null if it is missing or unknown, or does not belong into `block`.
+// Returns the named effect; null if the name is missing, unknown or not allowed in `block`.
 const Descriptor* read_name(MapReader& in, std::optional<Block> block) {
   const Value<std::string> name = in.need_text("effect", "name, see the table of effects");
   if (in.describing()) return nullptr;
@@ -47,7 +47,8 @@ const Descriptor* read_name(MapReader& in, std::optional<Block> block) {
   return info;
 }
 
-// `curve: butterfly`, `curve: {name: equal_percentage, rangeability: 30}` or `table: [[x, q], ...]`.
+// Reads `curve: butterfly`, `curve: {name: equal_percentage, rangeability: 30}` or `table: [[x, q],
+// ...]`.
 void read_curve(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   const char* meaning = info.options.front().meaning;
   std::vector<std::string> names;
@@ -96,7 +97,7 @@ void read_parameters(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   }
 }
 
-// What no single key shows, by the catalogue's own check.
+// Checks the keys against each other, with the check of the catalogue.
 void check(MapReader& in, const EffectSpec& spec, Block block,
            const effects::EffectContext& context) {
   try {
@@ -120,7 +121,7 @@ void read_table(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   }
 }
 
-// Two lists of equal length, side by side.
+// Reads two lists of equal length.
 void read_columns(MapReader& in, EffectSpec& spec, const char* first, const char* second,
                   const char* unit, const char* meaning_first, const char* meaning_second) {
   const Value<std::vector<double>> a = in.maybe_numbers(first, unit, meaning_first);
@@ -141,7 +142,7 @@ void read_columns(MapReader& in, EffectSpec& spec, const char* first, const char
   }
 }
 
-// By its form: a table, thresholds and weights, or a transfer function.
+// Reads a learned effect by its form: a table, thresholds and weights, or a transfer function.
 void read_learned(MapReader& in, EffectSpec& spec) {
   const bool all = in.describing();
   const std::string form = spec.options.contains("form") ? spec.options.at("form") : "static";

@@ -34,7 +34,7 @@ constexpr auto kIoFaults =
                                           {"output_lost", IoFault::Kind::output_lost},
                                           {"enable_open", IoFault::Kind::enable_open}});
 
-// The model must be of the loop that it stands for.
+// Checks that the model belongs to this loop.
 void check_model(MapReader& in, const IoContext& context, const plant::LoopModel& model,
                  const std::string& model_file) {
   if (context.sample_time.valid && model.sample_time_s != context.sample_time) {
@@ -99,7 +99,7 @@ void read_simulated(MapReader in, const IoContext& context, IoSection& section) 
 
 void read_replay(MapReader in, const IoContext& context, IoSection& section) {
   hal::replay::ReplaySettings replay;
-  section.has_read_back = true;  // the record's column `stem`, where it has one
+  section.has_read_back = true;  // the record's column `stem`, if it has one
   const Value<std::string> record =
       in.need_text("record", "CSV record with the loop's sample time; relative to this file");
   replay.repeat = in.flag("repeat", "begin again at the end, where PV otherwise goes bad", false);

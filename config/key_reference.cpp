@@ -24,7 +24,7 @@ std::string cell(const std::string& text) {
   return escaped;
 }
 
-// The mappings of a reference, each once, in the order of its keys.
+// Returns the mappings of a reference, each once, in the order of its keys.
 std::vector<std::string> sections_of(const KeyReference& reference) {
   std::vector<std::string> sections;
   for (const KeyDescription& key : reference.keys()) {

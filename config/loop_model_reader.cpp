@@ -17,7 +17,7 @@ namespace {
 
 using plant::Block;
 
-constexpr double kMostDeadTimeSamples = 1e6;  // what the delay line holds
+constexpr double kMostDeadTimeSamples = 1e6;  // limit of the delay line
 constexpr auto kProcessKinds = std::to_array<Choice<plant::ProcessKind>>(
     {{"self_regulating", plant::ProcessKind::self_regulating},
      {"integrating", plant::ProcessKind::integrating}});
@@ -65,7 +65,7 @@ class ModelReader {
   }
 
  private:
-  // A section, or the word none.
+  // Reads a section, or the word none.
   std::optional<MapReader> read_valve() {
     constexpr const char* kMeaning =
         "between CO and flow; `valve: none` states that nothing can stick (a heater, a pump, a "
@@ -124,7 +124,7 @@ class ModelReader {
     controller.output = {.low = controller.pid.output_low, .high = controller.pid.output_high};
     if (rate.given) controller.output.rate_per_s = rate;
     controller.output.deadband = deadband;
-    // A set point beyond the transmitter's range can't be met.
+    // A set point outside the transmitter's range can't be reached.
     controller.set_point = {.low = model_.transmitter.low, .high = model_.transmitter.high};
   }
 

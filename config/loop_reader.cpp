@@ -46,7 +46,8 @@ constexpr auto kReadBack = std::to_array<Choice<bool>>({{"read_back", true}});
 
 bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
 
-// ISA-5.1: one to five capitals, a number of one to five digits, perhaps a suffix: FIC-101A.
+// Checks a tag of ISA-5.1: one to five capitals, a number of one to five digits, an optional
+// suffix: FIC-101A.
 bool is_isa_tag(std::string_view tag) {
   const auto count = [&](auto is_wanted) {
     const auto end = std::find_if_not(tag.begin(), tag.end(), is_wanted);
@@ -112,7 +113,7 @@ class LoopReader {
     if (jacket) check_jacket(*jacket, io);
     if (compensator_) check_compensator(*compensator_, io);
     if (corrective_) check_corrective_io(*corrective_, config().monitor.corrective, io);
-    // What the converter and the deadband hold back is no windup.
+    // Output that the converter and the deadband withhold does not count as windup.
     config().controller.pid.tolerance = config().controller.output.deadband + io.output_resolution;
     config().io = std::move(io.io);
     read_alarms(std::move(alarms));
@@ -157,7 +158,7 @@ class LoopReader {
             .link_uses = &loop_.link_uses};
   }
 
-  // What would act on a loop that is only watched.
+  // Refuses keys that would act on a loop that is only watched.
   void refuse(MapReader& in, std::initializer_list<std::string_view> keys) {
     for (const std::string_view key : keys) {
       if (in.describing() || !in.given(key)) continue;
@@ -248,7 +249,7 @@ class LoopReader {
     }
   }
 
-  // Returns the jacket's section for what depends on the backend.
+  // Returns the jacket's section, for later checks that depend on the backend.
   std::optional<MapReader> read_controller(MapReader& in) {
     control::ControllerSettings& controller = config().controller;
     controller.pid.action = in.need_one_of("action", kActions, "reverse: PV up, output down");
@@ -281,7 +282,7 @@ class LoopReader {
     return range.value.second - range.value.first;
   }
 
-  // A narrower range inside `outer`, or `outer` itself where none is given.
+  // Returns a narrower range inside `outer`; `outer` itself if the key is absent.
   RangeValue read_limits(MapReader& in, const char* unit, const RangeValue& outer,
                          const char* fallback, const char* meaning) {
     RangeValue limits = in.maybe_range("limits", {unit, any_number(), meaning, fallback});
@@ -362,7 +363,7 @@ class LoopReader {
     if (!section->given("model")) section->error("missing key 'model' (list of valve effects)");
   }
 
-  // `hold` or a value within the output's limits.
+  // Reads `hold` or a value within the output's limits.
   OutputAction read_action(MapReader& in, std::string_view key, Presence presence,
                            const char* meaning) {
     if (!in.declare(key, "`hold` or number, CO units", presence, "hold", meaning)) return {};
@@ -488,7 +489,7 @@ class LoopReader {
     if (corrective_) read_corrective_action(*corrective_, config().controller, monitor);
   }
 
-  // After io: what there is follows from how the loop is wired.
+  // Called after io, because the available alarms depend on the wiring.
   void read_alarms(std::optional<MapReader> in) {
     config().alarms =
         read_loop_alarms(std::move(in), {.pv_range = pv_range_,
@@ -497,7 +498,8 @@ class LoopReader {
                                          .has_enable = has_enable(config().io)});
   }
 
-  // Without a read-back only a stated value or the operator can tell where the output stands.
+  // Checks that the present output is known. Without a read-back it needs a stated value or an
+  // operator.
   void check_start(MapReader& in, const IoSection& io) {
     config().start.output_is_told =
         io.has_read_back || config().start.output.kind != OutputAction::Kind::hold;
@@ -554,7 +556,7 @@ class LoopReader {
     }
   }
 
-  // A pulse has to reach its amplitude before it ends.
+  // A pulse must reach its amplitude before it ends.
   void check_pulse(MapReader& in) {
     const control::CompensatorSettings& c = config().controller.compensator;
     const double rate_per_s = config().controller.output.rate_per_s;
@@ -609,7 +611,7 @@ class LoopReader {
   MapReader& in_;
   const DaemonConfig& daemon_;
   LoopFile loop_;
-  bool watched_ = false;     // another controller has the loop
+  bool watched_ = false;     // another controller runs the loop
   bool stop_known_ = false;  // the stop action has no error
   Value<double> sample_time_;
   Value<double> max_age_;

@@ -53,7 +53,7 @@ constexpr const char* kCommLoss =
 
 bool is_whole_number(RegisterType type) { return type < RegisterType::f32; }
 
-// What the register itself can hold.
+// Returns the range that the register type can hold.
 std::pair<double, double> raw_range(RegisterType type) {
   const auto limits = []<class T>(T) {
     return std::pair{static_cast<double>(std::numeric_limits<T>::lowest()),
@@ -72,8 +72,7 @@ std::pair<double, double> raw_range(RegisterType type) {
 
 enum class Use { read, read_mode, write };
 
-// Words of other systems. None is taken in place of ours: an int or a word is not the same
-// everywhere.
+// Type names of other systems. They are refused, because an int or a word differs between systems.
 constexpr auto kOtherTypes = std::to_array<OtherWord>(
     {{"uint16", "u16"}, {"uint", "u16"},  {"word", "u16"},   {"ushort", "u16"}, {"int16", "i16"},
      {"int", "i16"},    {"short", "i16"}, {"uint32", "u32"}, {"udint", "u32"},  {"dword", "u32"},
@@ -81,8 +80,8 @@ constexpr auto kOtherTypes = std::to_array<OtherWord>(
      {"float", "f32"},  {"real", "f32"},  {"single", "f32"}, {"real32", "f32"}, {"float64", "f64"},
      {"double", "f64"}, {"lreal", "f64"}, {"real64", "f64"}});
 
-// What a register's number in a device's manual means: 40201, 400201 and 4x0201 are holding
-// register 200 counted from 0, 30011 is input register 10.
+// Meaning of a register number in a device's manual: 40201, 400201 and 4x0201 are holding register
+// 200 counted from 0, 30011 is input register 10.
 struct ManualNumber {
   bool holding = false;
   std::int64_t address = 0;
@@ -118,8 +117,8 @@ Value<std::int64_t> read_address(MapReader& in) {
                                                             .meaning = kAddress,
                                                             .hexadecimal = true,
                                                             .advice = advice_on_address<use>});
-  // Devices with registers up there exist, and a decimal number that was meant works as ever. In
-  // hexadecimal no manual's number is written.
+  // Devices with such high addresses exist, so a decimal number is accepted with a warning. Manuals
+  // don't print these numbers in hexadecimal, so hexadecimal addresses get no warning.
   if (!address.given || !address.valid) return address;
   const std::string advice = advice_on_address<use>(in.word("address"));
   if (!advice.empty()) {
@@ -135,7 +134,7 @@ struct Register {
   Value<std::pair<double, double>> eu;  // engineering values that the device states, if given
 };
 
-// scale and offset, or raw and eu.
+// Reads scale and offset, or raw and eu.
 void read_scaling(MapReader& in, const char* unit, const Value<RegisterType>& type, Register& reg) {
   RegisterSpec& spec = reg.spec;
   const Value<double> scale = in.number(
@@ -227,7 +226,7 @@ Register read_register(MapReader& in, const char* unit) {
   return reg;
 }
 
-// What the device states for its register should reach as far as the loop does.
+// Warns if the engineering range of the register does not cover the loop's range.
 void check_eu(MapReader& in, const Register& reg, const char* what,
               const Value<std::pair<double, double>>& needed) {
   if (!reg.eu.given || !reg.eu.valid || !needed.valid) return;
@@ -260,7 +259,7 @@ std::optional<StatusRegister> read_status(MapReader& point, std::string_view key
   return status;
 }
 
-// link and unit of a device. The link is null if it is not there.
+// Reads link and unit of a device. Returns null if the link does not exist.
 const LinkSettings* read_device(MapReader& in, const IoContext& context, std::uint8_t& unit) {
   const Value<std::string> name = in.need_text("link", "name of a link in loopwardend.yaml");
   const Value<std::int64_t> number = in.need_integer(
@@ -288,7 +287,7 @@ const LinkSettings* read_device(MapReader& in, const IoContext& context, std::ui
   return &link->second;
 }
 
-// A value that is read, with the device that has it; `what` has `wanted` as its range.
+// Reads a value to be read and its device. `wanted` is the range of `what`.
 template <Use use>
 void read_point(MapReader& in, const IoContext& context, hal::modbus::SourcePoint& read_from,
                 const char* meaning, const char* unit, const char* what,
@@ -313,7 +312,7 @@ void read_transmitter(MapReader& in, const IoContext& context, LoopModbusSetting
   settings.process_variable = transmitter.point;
 }
 
-// The command's register must be able to say what the loop may ask for.
+// Checks that the command's register can represent all outputs of the loop.
 void check_command(MapReader& in, const IoContext& context, const RegisterSpec& spec) {
   if (!context.output_range.valid || spec.scale == 0.0) return;
   const auto [raw_low, raw_high] = raw_range(spec.type);
@@ -321,7 +320,7 @@ void check_command(MapReader& in, const IoContext& context, const RegisterSpec& 
   const double at_high = raw_high * spec.scale + spec.offset;
   const auto [low, high] = context.output_range.value;
   const double step = is_whole_number(spec.type) ? std::abs(spec.scale) : 0.0;
-  constexpr double kRounding = 0.5;        // of a step, which the device rounds away
+  constexpr double kRounding = 0.5;        // of a step that the device rounds
   constexpr double kCoarsestShare = 0.01;  // of the output's span
   if (low < std::min(at_low, at_high) - kRounding * step ||
       high > std::max(at_low, at_high) + kRounding * step) {
@@ -388,7 +387,7 @@ void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings
       check_command(in, context, command.reg);
       check_eu(*reg, written, "output range", context.output_range);
     }
-    reg->close();  // a key that is misspelt may be the scale
+    reg->close();  // an unknown key may be a misspelt scale
   }
   section.output_known = link != nullptr && in.report().error_count() == errors_at_first;
   if (std::optional<MapReader> reg =
@@ -413,7 +412,7 @@ void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings
   settings.comm_loss = read_protection(in, command, watchdog_timeout);
 }
 
-// The watchdog must not act while all is well.
+// Checks that the watchdog does not act during normal operation.
 void check_timeout(MapReader& in, const Value<double>& timeout, const Value<double>& poll_period,
                    const LinkSettings& link) {
   if (!timeout.given || !timeout.valid || !poll_period.valid) return;

@@ -18,7 +18,7 @@ enum class Backend { modbus, feed };
 constexpr auto kBackends =
     std::to_array<Choice<Backend>>({{"modbus", Backend::modbus}, {"feed", Backend::feed}});
 
-// NAME:VALUE, of a feeder that loopwardend.yaml knows.
+// Reads FEEDER:NAME with a feeder of loopwardend.yaml.
 hal::feed::FeedName read_name(MapReader& in, const IoContext& context) {
   const Value<std::string> text = in.need_text(
       "feed", "FEEDER:NAME, a feeder of loopwardend.yaml and the name it gives the value");
@@ -66,7 +66,7 @@ void read_feed(MapReader in, const IoContext& context, IoSection& section) {
 
 hal::ModeValues read_mode_values(MapReader& mode, ModeForm form) {
   const bool words = form == ModeForm::numbers_and_words;
-  // By value, so that a doubled one is named as it is written.
+  // By value, so that a duplicate is reported as it is written.
   std::map<double, std::string> said;
   const auto read = [&](const char* key, const char* meaning) {
     std::vector<double> values;

@@ -25,7 +25,7 @@ enum class Form { explaining, signature };
 constexpr auto kForms =
     std::to_array<Choice<Form>>({{"explaining", Form::explaining}, {"signature", Form::signature}});
 
-// "31-10-10-31"; nothing if it is none.
+// Parses "31-10-10-31"; nullopt if the text has another form.
 std::optional<NetworkShape> parse_layers(std::string_view text) {
   std::array<std::size_t, 4> sizes{};
   for (std::size_t i = 0; i < sizes.size(); ++i) {
@@ -41,7 +41,7 @@ std::optional<NetworkShape> parse_layers(std::string_view text) {
   return NetworkShape{sizes[0], sizes[1], sizes[2], sizes[3]};
 }
 
-// A plain name: nothing that could lead out of the folder.
+// Returns whether a name is plain, so that it can't refer to a file outside the folder.
 bool is_plain_name(std::string_view name) {
   return !name.empty() && name.size() <= 64 && name.front() != '.' &&
          std::all_of(name.begin(), name.end(), [](char c) {
@@ -246,7 +246,7 @@ class ManifestReader {
   std::filesystem::path folder_;
   std::vector<Diagnostic>& of_weights_;
   SpecialistFolder result_;
-  std::size_t inputs_ = specialist::kNetworkInputs;  // of the explaining networks on the disk
+  std::size_t inputs_ = specialist::kNetworkInputs;  // of the explaining networks in the file
   bool explaining_ = false;
   std::set<Condition> seen_;
 };
