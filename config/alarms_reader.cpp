@@ -91,12 +91,15 @@ class Reader {
       monitor::ProcessRule& rule = process(kind);
       constexpr Interval kDelays = between(0.0, 3600.0);
       in.set_number("on_delay",
-                    {"s", kDelays, "without a break before it comes; not of a valve alarm",
+                    {"s", kDelays,
+                     "duration of the condition before the alarm is raised; not for valve alarms",
                      in.describing() ? "10; deviation 60, pv_high_high and pv_low_low 2" : ""},
                     rule.on_delay_s);
-      in.set_number("off_delay",
-                    {"s", kDelays, "without a break before it goes; not of a valve alarm"},
-                    rule.off_delay_s);
+      in.set_number(
+          "off_delay",
+          {"s", kDelays,
+           "duration without the condition before the alarm clears; not for valve alarms"},
+          rule.off_delay_s);
     }
     AlarmTexts& texts = alarms_.texts[at];
     const auto text = [&](const char* key, const char* meaning, std::string& value) {
@@ -120,10 +123,11 @@ class Reader {
     limit.limit = at;
     if (of_range) require_in_range(in, at);
     const double usual = of_range ? kBandOfSpan * span() : kBandOfLimit * limit.limit;
-    limit.dead_band = in.number("dead_band",
-                                {unit, at_least(0.0), "so far within the limit before it goes",
-                                 of_range ? "1 % of PV's span" : "a tenth of limit"},
-                                usual);
+    limit.dead_band =
+        in.number("dead_band",
+                  {unit, at_least(0.0), "distance inside the limit at which the alarm clears",
+                   of_range ? "1 % of PV's span" : "a tenth of limit"},
+                  usual);
     if (!of_range && at.valid && limit.dead_band >= limit.limit && at.given) {
       in.error("dead_band", fmt::format("must be less than limit = {} (got {})", brief(at),
                                         brief(limit.dead_band)));
@@ -193,7 +197,8 @@ class Reader {
                                            to_text(lower), brief(low.limit), brief(high.limit)));
     } else if (lower == AlarmKind::pv_low && upper == AlarmKind::pv_high &&
                low.limit + low.dead_band >= high.limit - high.dead_band) {
-      in.error(to_text(upper), "its dead band and that of pv_low leave nothing between them");
+      in.error(to_text(upper),
+               "its dead band and that of pv_low leave no normal range. Reduce a dead band");
     }
   }
 

@@ -41,7 +41,7 @@ Value<std::pair<double, double>> read_channel(MapReader& in, hal::iio::ChannelSe
     if (!raw.given || !other->given) continue;
     in.report().error(
         other->place, other->key,
-        fmt::format("stands beside raw (at {}); give raw alone, or units_per_ma, scale and offset",
+        fmt::format("conflicts with raw (at {}); give only raw, or units_per_ma, scale and offset",
                     to_text(raw.place)));
   }
   if (scale.given) channel.scale = scale;
@@ -130,11 +130,10 @@ void read_output(MapReader& in, const IoContext& context, IoSection& section,
   if (raw.given && raw.valid && lowest.valid && highest.valid &&
       (raw.value.first < static_cast<double>(lowest.value) ||
        raw.value.second > static_cast<double>(highest.value))) {
-    in.error(
-        "raw",
-        fmt::format("must lie within lowest_raw = {} and highest_raw = {}, beyond which "
-                    "the converter takes nothing (got [{}, {}])",
-                    lowest.value, highest.value, brief(raw.value.first), brief(raw.value.second)));
+    in.error("raw", fmt::format("must lie within lowest_raw = {} and highest_raw = {}, the range "
+                                "that the converter accepts (got [{}, {}])",
+                                lowest.value, highest.value, brief(raw.value.first),
+                                brief(raw.value.second)));
   }
   in.maybe_number(
       "safe_current",

@@ -46,7 +46,7 @@ void refuse_both(MapReader& in, const Value<double>& a, const char* a_name, cons
                  const char* b_name) {
   if (!a.given || !b.given) return;
   in.error(b_name,
-           fmt::format("stands beside {} (at {}); give one of them", a_name, to_text(a.place)));
+           fmt::format("conflicts with {} (at {}); give one of them", a_name, to_text(a.place)));
 }
 
 }  // namespace
@@ -90,8 +90,9 @@ control::PidGains read_gains(MapReader& in, std::optional<double> pv_span,
     if (!kp.given && !ki.given) {
       in.error(fmt::format("gains are missing: {}", kForms));
     } else if (!kp.given || !ki.given) {
-      in.error(fmt::format("missing key '{}' (the parallel form takes kp and ki; 0 for none)",
-                           kp.given ? "ki" : "kp"));
+      in.error(
+          fmt::format("missing key '{}' (the parallel form needs kp and ki; 0 switches a term off)",
+                      kp.given ? "ki" : "kp"));
     } else if (kp.valid && ki.valid && kp == 0.0 && ki == 0.0) {
       in.error("kp", fmt::format("kp and ki (at {}) are both 0: the output would never move",
                                  to_text(ki.place)));
@@ -134,8 +135,8 @@ control::JacketSettings read_jacket(MapReader& in) {
   in.set_number("dead_zone", {"CO units", at_least(0.0), "above the error of the valve position"},
                 jacket.dead_zone);
   in.maybe_number("max_mean_error",
-                  {"PV units", above(0.0), "mean error above which the jacket stands back",
-                   "none; required where the jacket acts on hardware"},
+                  {"PV units", above(0.0), "mean error above which the jacket is suspended",
+                   "none; required if the jacket acts on hardware"},
                   jacket.max_mean_error);
   in.set_number("mean_error_time", {"s", above(0.0), "time constant of that mean"},
                 jacket.mean_error_time_s);
@@ -211,14 +212,14 @@ control::CompensatorSettings read_compensator(MapReader& in) {
   in.set_flag("shadow", "compute and record it, without acting", c.shadow);
   in.maybe_number(
       "limit",
-      {"CO units", above(0.0), "most that it may add", "none; required where it acts on hardware"},
+      {"CO units", above(0.0), "most that it may add", "none; required if it acts on hardware"},
       c.limit);
   if (c.kind == Kind::planned_moves && in.given("limit"))
     in.error("limit", "is not of planned_moves; use max_move");
   const auto chosen = [&](Kind kind) { return in.describing() || c.kind == kind; };
   const auto noise_band = [&](MapReader& keys) {
     c.noise_band = keys.number(
-        "noise_band", {"CO units", at_least(0.0), "reversals of CO below it are none"}, 0.0);
+        "noise_band", {"CO units", at_least(0.0), "smaller reversals of CO are ignored"}, 0.0);
   };
   if (chosen(Kind::knocker)) {
     MapReader keys = in.variant("knocker");
@@ -241,7 +242,7 @@ control::CompensatorSettings read_compensator(MapReader& in) {
                     c.factor);
     keys.set_number("move_time", {"s", above(0.0), "of the first move"}, c.move_time_s);
     const Value<double> most = keys.need_number(
-        "max_mean_error", {"PV units", above(0.0), "mean error above which it stands back"});
+        "max_mean_error", {"PV units", above(0.0), "mean error above which it is suspended"});
     if (most.given) c.max_mean_error = most;
     keys.set_number("mean_error_time", {"s", above(0.0), "time constant of that mean"},
                     c.mean_error_time_s);
@@ -249,7 +250,7 @@ control::CompensatorSettings read_compensator(MapReader& in) {
   if (chosen(Kind::reinforcement)) {
     MapReader keys = in.variant("reinforcement");
     c.amplitude = keys.need_number(
-        "amplitude", {"CO units", above(0.0), "added in the direction in which CO goes"});
+        "amplitude", {"CO units", above(0.0), "added in the direction of CO's movement"});
     noise_band(keys);
   }
   if (chosen(Kind::backlash)) {
@@ -270,7 +271,7 @@ control::CompensatorSettings read_compensator(MapReader& in) {
     if (width.given) c.width = width;
     if (offset.given) c.offset = offset;
     if (!in.describing() && width.given == offset.given) {
-      keys.error(width.given ? "offset stands beside width; give one of them"
+      keys.error(width.given ? "offset conflicts with width; give one of them"
                              : "missing key 'width' (or 'offset')");
     }
   }

@@ -44,7 +44,7 @@ void check_moves_form(MapReader& in, const control::ControllerSettings& controll
     in.error("form", "planned_moves takes the place of controller.compensator; remove that");
   }
   if (controller.jacket.form != control::JacketForm::off && !controller.jacket.shadow) {
-    in.error("form", "planned_moves can't act beside the jacket; set shadow: true there");
+    in.error("form", "planned_moves can't act together with the jacket. Set shadow: true there");
   }
 }
 
@@ -60,7 +60,7 @@ void read_corrective_action(MapReader& in, const control::ControllerSettings& co
                               CorrectiveForm::jacket);
   in.set_number("allowed_mean_error",
                 {"% of PV span", between(0.0, 100.0),
-                 "mean of SP - PV that the jacket may leave, where it was less before"},
+                 "mean of SP - PV that the jacket may cause, if it was smaller before"},
                 corrective.allowed_mean_error_percent);
   in.set_flag("on_order", "planned_moves are offered, and begin when a person orders them",
               corrective.on_order);

@@ -134,9 +134,9 @@ FeederUser read_feeder(MapReader& in, const DaemonFile& daemon) {
   if (!user.given || !user.valid) return feeder;
   feeder.uid = base::user_id(user);
   if (!feeder.uid && !in.describing()) {
-    in.warning("user", fmt::format("there is no user '{}' on this host, so nobody can write what "
-                                   "this feeder brings",
-                                   quotable(user.value)));
+    in.warning("user",
+               fmt::format("there is no user '{}' on this host, so this feeder can't write values",
+                           quotable(user.value)));
   }
   for (const auto& [name, other] : daemon.config.feeders) {
     if (other.user != feeder.user && (!feeder.uid || other.uid != feeder.uid)) continue;
@@ -213,14 +213,15 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   for (const std::string& name : certificates.value) {
     config.certificates.push_back(resolve(file, name));
   }
-  in.maybe_section(
-      "page", "what loopwarden-page may order; nothing: it only reads", [&](MapReader& page) {
-        config.page = read_rights(page);
-        config.page.tuning = page.flag("tuning", "gains of loops that are controlled here", false);
-        config.page.reports =
-            page.flag("reports", "have reports made of what is recorded of a loop", false);
-      });
-  in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads",
+  in.maybe_section("page", "commands permitted to loopwarden-page; without this key it only reads",
+                   [&](MapReader& page) {
+                     config.page = read_rights(page);
+                     config.page.tuning =
+                         page.flag("tuning", "gains of loops that are controlled here", false);
+                     config.page.reports = page.flag(
+                         "reports", "have reports made of what is recorded of a loop", false);
+                   });
+  in.maybe_section("edge", "commands permitted to loopwarden-edge; without this key it only reads",
                    [&](MapReader& edge) { config.edge = read_rights(edge); });
   for (auto& [name, section] : in.maybe_named_sections(
            "feeders", "name", "who brings values of watched loops to feed.sock")) {

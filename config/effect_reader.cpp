@@ -59,7 +59,7 @@ void read_curve(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   const Value<std::vector<std::pair<double, double>>> table =
       in.maybe_points("table", info.table.form, info.table.meaning);
   if (table.given && in.given("curve")) {
-    in.error("table", fmt::format("stands beside curve (at {}); give one of them",
+    in.error("table", fmt::format("conflicts with curve (at {}); give one of them",
                                   to_text(in.place("curve"))));
     return;
   }
@@ -165,7 +165,7 @@ void read_learned(MapReader& in, EffectSpec& spec) {
       in.error("needs a table: [[in, out], ...]");
     }
   }
-  const Value<std::string> description = in.text("description", "what it says to an engineer", "");
+  const Value<std::string> description = in.text("description", "description for engineers", "");
   if (description.given) spec.options["description"] = description;
 }
 
@@ -207,7 +207,7 @@ plant::ScheduledFault read_fault(MapReader& in, const effects::EffectContext& co
   const Descriptor* info = read_name(in, std::nullopt);
   if (info != nullptr) fault.effect = read_effect(in, *info, context);
   const Block usual_block = info != nullptr ? info->blocks.front() : Block::valve;
-  fault.block = in.one_of("block", kBlocks, "where the effect may stand in several", usual_block);
+  fault.block = in.one_of("block", kBlocks, "for effects that several blocks permit", usual_block);
   if (info == nullptr || !effects::has_own_times(*info)) read_schedule(in, fault.schedule);
   if (info != nullptr && in.report().error_count() == errors_before) {
     check(in, fault.effect, fault.block, context);
@@ -233,10 +233,10 @@ std::vector<EffectSpec> read_effects(MapReader& in, std::string_view key, Block 
 std::vector<plant::ScheduledFault> read_faults(MapReader& in,
                                                const effects::EffectContext& context) {
   std::vector<plant::ScheduledFault> faults;
-  for (MapReader& item : in.maybe_list("faults",
-                                       "effects that come and go; one of them is an effect "
-                                       "with its parameters and these keys, but for from, to "
-                                       "and ramp where from and to are its own")) {
+  for (MapReader& item :
+       in.maybe_list("faults",
+                     "scheduled effects; each is an effect with its parameters and these keys, "
+                     "except from, to and ramp if the effect has its own from and to")) {
     faults.push_back(read_fault(item, context));
   }
   return faults;

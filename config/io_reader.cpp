@@ -66,7 +66,7 @@ void read_simulated(MapReader in, const IoContext& context, IoSection& section) 
   const Value<std::string> model = in.need_text("model", "loop model file; relative to this file");
   sim.output_resolution =
       in.number("output_resolution",
-                {"CO units", at_least(0.0), "step of the simulated converter, 0: none"}, 0.0);
+                {"CO units", at_least(0.0), "step of the simulated converter; 0: continuous"}, 0.0);
   section.output_resolution = sim.output_resolution;
   for (MapReader& item : in.maybe_list("io_faults", "faults between plant and controller")) {
     IoFault fault;
@@ -102,11 +102,11 @@ void read_replay(MapReader in, const IoContext& context, IoSection& section) {
   section.has_read_back = true;  // the record's column `stem`, if it has one
   const Value<std::string> record =
       in.need_text("record", "CSV record with the loop's sample time; relative to this file");
-  replay.repeat = in.flag("repeat", "begin again at the end, where PV otherwise goes bad", false);
-  replay.output_resolution = in.number(
-      "output_resolution",
-      {"CO units", at_least(0.0), "step of the converter that the record stands for, 0: none"},
-      0.0);
+  replay.repeat =
+      in.flag("repeat", "start again at the end; otherwise PV becomes bad there", false);
+  replay.output_resolution =
+      in.number("output_resolution",
+                {"CO units", at_least(0.0), "step of the recorded converter; 0: continuous"}, 0.0);
   section.output_resolution = replay.output_resolution;
   section.record = record.place;
   replay.sample_time_s = context.sample_time;
@@ -129,10 +129,8 @@ IoSection read_io(MapReader& in, const IoContext& context) {
   IoSection section;
   section.command = in.place();
   if (!in.describing() && in.word("backend") == "feed") {
-    in.error(
-        "backend",
-        "feed is for a loop with `control: elsewhere` alone: what a feeder says must not move a "
-        "valve from here");
+    in.error("backend",
+             "feed needs `control: elsewhere`, because values of a feeder must not move a valve");
     in.ignore_rest();
     return section;
   }
@@ -193,7 +191,7 @@ CommLoss read_comm_loss(MapReader& in, const char* value_text,
     in.error(
         fmt::format("missing key 'comm_loss' ({}). When the link is down, or this process is "
                     "killed or stopped, only the device's own watchdog can bring the valve to a "
-                    "safe place: state which one does, or accept that none does",
+                    "safe place: state the protection, or accept that the device has none",
                     value_text));
     in.declare(kKey, value_text, Presence::optional, "", kMeaning);
     return loss;
@@ -221,7 +219,7 @@ CommLoss read_comm_loss(MapReader& in, const char* value_text,
   }
   if (read_register && (!by_device || watchdog->given("register"))) {
     if (by_device) {
-      watchdog->error("register", fmt::format("stands beside set_by (at {}); give one of them",
+      watchdog->error("register", fmt::format("conflicts with set_by (at {}); give one of them",
                                               to_text(watchdog->place("set_by"))));
     }
     read_register(*watchdog);

@@ -68,7 +68,8 @@ class ModelReader {
   // Reads a section, or the word none.
   std::optional<MapReader> read_valve() {
     constexpr const char* kMeaning =
-        "between CO and flow; `valve: none` states that nothing can stick (a heater, a pump, a "
+        "between CO and flow; `valve: none` states that the actuator can't stick (a heater, a "
+        "pump, a "
         "drive)";
     if (root_.word("valve") != "none") return root_.maybe_section("valve", kMeaning);
     root_.declare("valve", "mapping, or none", Presence::optional, "", kMeaning);
@@ -79,8 +80,8 @@ class ModelReader {
   void read_transmitter(MapReader& in) {
     plant::TransmitterParameters& transmitter = model_.transmitter;
     pv_range_ = in.need_range("range", {"PV units", any_number(), "of the transmitter"});
-    const Value<double> resolution =
-        in.number("resolution", {"PV units", at_least(0.0), "step of the converter, 0: none"}, 0.0);
+    const Value<double> resolution = in.number(
+        "resolution", {"PV units", at_least(0.0), "step of the converter; 0: continuous"}, 0.0);
     transmitter.resolution = resolution;
     transmitter.noise = in.number("noise", {"PV units", at_least(0.0), "standard deviation"}, 0.0);
     const std::optional<double> span = span_of(pv_range_);
@@ -131,7 +132,7 @@ class ModelReader {
   void read_process(MapReader& in) {
     plant::ProcessParameters& process = model_.process;
     process.kind =
-        in.one_of("kind", kProcessKinds, "integrating: PV goes on while CO is off balance",
+        in.one_of("kind", kProcessKinds, "integrating: PV keeps changing while CO is off balance",
                   plant::ProcessKind::self_regulating);
     const Value<double> gain =
         in.need_number("gain", {"PV units/CO unit", any_number(),
@@ -183,8 +184,8 @@ class ModelReader {
       process.time_constant_s = in.need_number("time_constant", rule);
     } else if (in.maybe_number("time_constant", rule).given) {
       in.error("time_constant",
-               "does not go with `kind: integrating`; a lag beside the integrator is "
-               "second_time_constant");
+               "does not go with `kind: integrating`; use second_time_constant for a lag in "
+               "addition to the integrator");
     }
     process.second_time_constant_s =
         in.number("second_time_constant", {"s", at_least(0.0), "of a second lag, 0: none"}, 0.0);
@@ -201,7 +202,7 @@ class ModelReader {
             "watch", "what the healthy record showed: limits of model_gap and load_outside")) {
       twin.largest =
           watch->number("change", {"", at_least(0.0), "largest statistic, 0: not known"}, 0.0);
-      const NumberRule old{"", at_least(0.0), "of twins made before; of no account"};
+      const NumberRule old{"", at_least(0.0), "accepted from older twins and ignored"};
       watch->number("size", old, 0.0);
       watch->number("colour", old, 0.0);
       const NumberRule any{"PV units", {}, "of the healthy record's PV"};

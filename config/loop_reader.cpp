@@ -40,7 +40,8 @@ constexpr auto kRecoveries = std::to_array<Choice<Recovery>>(
 constexpr auto kUncertain = std::to_array<Choice<bool>>({{"bad", false}, {"good", true}});
 constexpr auto kControls = std::to_array<Choice<bool>>({{"here", false}, {"elsewhere", true}});
 constexpr const char* kControlMeaning =
-    "who controls the loop; elsewhere: another controller does, and nothing of it is ever written";
+    "controller of the loop; elsewhere: another controller, and Loopwarden never writes to the "
+    "loop";
 constexpr const char* kAlarmsMeaning = "alarms of this loop: limits, delays, priorities, texts";
 constexpr auto kReadBack = std::to_array<Choice<bool>>({{"read_back", true}});
 
@@ -163,8 +164,8 @@ class LoopReader {
     for (const std::string_view key : keys) {
       if (in.describing() || !in.given(key)) continue;
       in.declare(key, "", Presence::optional, "", "");
-      in.error(key, fmt::format("is refused: nothing of this loop is ever written, since another "
-                                "controller has it (control: elsewhere, at {})",
+      in.error(key, fmt::format("is refused: Loopwarden never writes to this loop, because another "
+                                "controller runs it (control: elsewhere, at {})",
                                 to_text(in_.place("control"))));
     }
   }
@@ -200,7 +201,8 @@ class LoopReader {
                                       "with a letter or digit (got '{}')",
                                       quotable(tag.value)));
       } else if (tag.value == monitor::kBox) {
-        in_.error("loop", "'box' stands for the box itself where alarms are named");
+        in_.error("loop",
+                  "'box' is reserved: it names the box itself in alarms. Choose another tag");
       } else if (!is_isa_tag(tag.value)) {
         in_.warning("loop", fmt::format("'{}' is no tag in the manner of ISA-5.1, such as FIC-101",
                                         tag.value));
@@ -256,9 +258,9 @@ class LoopReader {
     in.need_section("output", "CO and its limits", [&](MapReader& output) { read_output(output); });
     controller.pid.gains = read_gains(in, span(pv_range_), span(output_range_));
     if (controller.pid.gains.kd > 0.0 && controller.pid.gains.derivative_filter_s <= 0.0) {
-      in.warning(in.given("kd") ? "kd" : "td",
-                 "derivative without derivative_filter: noise of PV "
-                 "goes straight to the valve");
+      in.warning(
+          in.given("kd") ? "kd" : "td",
+          "derivative without derivative_filter: noise of PV passes unfiltered to the valve");
     }
     read_anti_windup(in, control::AntiWindup::back_calculation, controller.pid);
     sp_limits_ = pv_range_;
@@ -375,16 +377,15 @@ class LoopReader {
 
   void read_start(MapReader& in) {
     Start& start = config().start;
-    start.mode = in.need_one_of("mode", kStartModes, "in which the loop comes up");
+    start.mode = in.need_one_of("mode", kStartModes, "at the start of the loop");
     const Value<double> set_point =
         in.need_number("set_point", {"PV units", any_number(), "to begin with"});
     start.set_point = set_point;
     require_within(in, set_point, sp_limits_, "the set point's limits");
     read_after_restart(in);
-    start.output = read_action(
-        in, "output", Presence::optional,
-        "the CO to begin with where there is no read-back; `hold`: nothing is written, a "
-        "watchdog register neither, until an operator sets an output");
+    start.output = read_action(in, "output", Presence::optional,
+                               "the first CO if there is no read-back; `hold`: neither CO nor a "
+                               "watchdog register is written until an operator sets an output");
   }
 
   void read_after_restart(MapReader& in) {
@@ -416,7 +417,7 @@ class LoopReader {
     safety.on_enable_open =
         need("enable_open", "the enable contact is open; not a safety function");
     safety.on_late_cycle = read_action(in, "late_cycle", Presence::optional,
-                                       "a cycle came more than late_cycle_periods late");
+                                       "a cycle started more than late_cycle_periods late");
     safety.on_not_finite =
         read_action(in, "not_finite", Presence::optional, "the law's result is no number");
     safety.uncertain_is_good =
@@ -425,7 +426,8 @@ class LoopReader {
         in.integer("late_cycle_periods", {1, 1000, "", "see late_cycle"}, 3));
     safety.recovery =
         in.one_of("recovery", kRecoveries, "mode once the trouble is over", Recovery::manual);
-    in.set_number("recovery_delay", {"s", at_least(0.0), "without trouble before the loop goes on"},
+    in.set_number("recovery_delay",
+                  {"s", at_least(0.0), "time without a fault before the loop resumes"},
                   safety.recovery_delay_s);
   }
 
@@ -477,8 +479,8 @@ class LoopReader {
     }
     const Value<std::string> twin =
         in.text("twin",
-                "file twin.yaml that `loopwarden commission` made: the alarm model_gap comes when "
-                "the loop no longer behaves so",
+                "file twin.yaml from `loopwarden commission`; the alarm model_gap is raised if the "
+                "loop no longer behaves like it",
                 "");
     loop_.twin = twin.place;
     if (twin.given && twin.valid) monitor.twin = resolve(config().file, twin.value);
@@ -508,10 +510,8 @@ class LoopReader {
     if (config().start.mode == Mode::automatic) {
       in.error("mode",
                fmt::format("automatic can't begin: output is hold{} and the io section (at {}) has "
-                           "no read_back, so "
-                           "nothing tells where the output stands; add a read_back, state the CO "
-                           "to begin with as "
-                           "start.output, or start in manual",
+                           "no read_back, so the present output is unknown. Add a read_back, set "
+                           "start.output to the first CO, or start in manual",
                            in.given("output") ? "" : " (its default)", to_text(in_.place("io"))));
       return;
     }
@@ -520,8 +520,7 @@ class LoopReader {
     in.note(
         "output",
         fmt::format(
-            "hold{} without a read_back: nothing is written to the device until an operator sets "
-            "an "
+            "hold{} without a read_back: the device is not written until an operator sets an "
             "output{}",
             in.given("output") ? "" : " (the default)",
             arms ? "; only then is its watchdog register written, before the first command" : ""));
@@ -581,8 +580,9 @@ class LoopReader {
     if (jacket.form != control::JacketForm::off && jacket_acts) {
       in.error(
           "kind",
-          fmt::format("{} can't act beside the jacket, which {}; set shadow: true for one of them",
-                      to_text(c.kind), jacket.shadow ? "corrective_action switches on" : "acts"));
+          fmt::format(
+              "{} can't act together with the jacket, which {}; set shadow: true for one of them",
+              to_text(c.kind), jacket.shadow ? "corrective_action switches on" : "acts"));
     }
     if (!io.known) return;
     const Backing backing = backing_of(io.io);

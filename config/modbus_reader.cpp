@@ -122,8 +122,8 @@ Value<std::int64_t> read_address(MapReader& in) {
   if (!address.given || !address.valid) return address;
   const std::string advice = advice_on_address<use>(in.word("address"));
   if (!advice.empty()) {
-    in.warning("address", fmt::format("is taken as it stands, but reads like a number out of a "
-                                      "manual. {}. If {} counted from 0 is meant, write 0x{:04X}",
+    in.warning("address", fmt::format("is used as written, but looks like a number from a manual. "
+                                      "{}. If {} counted from 0 is meant, write 0x{:04X}",
                                       advice, address.value, address.value));
   }
   return address;
@@ -154,11 +154,11 @@ void read_scaling(MapReader& in, const char* unit, const Value<RegisterType>& ty
   for (const Value<double>* other : {&scale, &offset}) {
     if (!other->given) continue;
     in.report().error(other->place, other->key,
-                      fmt::format("stands beside {} (at {}); give raw and eu, or scale and offset",
+                      fmt::format("conflicts with {} (at {}); give raw and eu, or scale and offset",
                                   raw.given ? "raw" : "eu", to_text((raw.given ? raw : eu).place)));
   }
-  if (!raw.given) in.error("eu", "needs raw beside it: the register's values at these two");
-  if (!eu.given) in.error("raw", "needs eu beside it: the engineering values at these two");
+  if (!raw.given) in.error("eu", "needs raw as well: the register's values at these two");
+  if (!eu.given) in.error("raw", "needs eu as well: the engineering values at these two");
   if (!raw.given || !eu.given || !raw.valid || !eu.valid) return;
   const auto [raw_low, raw_high] = raw.value;
   if (type.valid) {
@@ -241,7 +241,7 @@ void check_eu(MapReader& in, const Register& reg, const char* what,
 
 std::optional<StatusRegister> read_status(MapReader& point, std::string_view key) {
   std::optional<MapReader> in = point.maybe_section(
-      key, "register that tells whether the value can be trusted: (register & mask) == value");
+      key, "register that shows whether the value is valid: (register & mask) == value");
   if (!in) return std::nullopt;
   StatusRegister status;
   status.table = in->need_one_of("table", kTables, "which registers");

@@ -28,9 +28,10 @@ void read_client(MapReader& in, ModbusServer& server) {
   if (!peer.given || !peer.valid) return;
   const std::optional<base::Network> network = base::parse_network(peer.value);
   if (!network) {
-    in.error("peer", fmt::format("must be a numeric address, or a network without bits behind its "
-                                 "length (got '{}')",
-                                 quotable(peer.value)));
+    in.error("peer",
+             fmt::format(
+                 "must be a numeric address, or a network without bits after its length (got '{}')",
+                 quotable(peer.value)));
     return;
   }
   server.clients.push_back({*network, may_write});
@@ -75,19 +76,21 @@ ModbusServer read_modbus_server(MapReader& in) {
   in.set_one_of("word_order", kByteOrders,
                 "of 32-bit values, in either case; abcd: most significant first", server.word_order,
                 {.any_case = true});
-  in.set_integer("max_clients",
-                 {1, 500, "",
-                  "connections; when all are taken, the one goes that has been silent for longest"},
-                 server.most_clients);
+  in.set_integer(
+      "max_clients",
+      {1, 500, "",
+       "connections; if all are in use, a new one replaces the one that was silent for longest"},
+      server.most_clients);
   in.set_number("idle_timeout", {"s", between(1.0, 86400.0), "without a sound request"},
                 server.idle_timeout_s);
   in.set_number("request_rate", {"1/s", between(1.0, 10000.0), "of one client; more waits"},
                 server.requests_per_second);
-  in.set_flag("writes", "true: clients whose entry says so may write; false: nobody",
+  in.set_flag("writes",
+              "true: clients may write if their entry permits it; false: all writes are refused",
               server.writes);
   const bool listed = in.given("clients");
   for (MapReader& client :
-       in.maybe_list("clients", "who may connect; default: this host alone, without writes")) {
+       in.maybe_list("clients", "permitted clients; default: this host only, without writes")) {
     read_client(client, server);
   }
   if (!listed) {
@@ -119,7 +122,7 @@ Alarms read_alarms(MapReader& in) {
       alarms.severe_percent);
   in.set_integer(
       "evidence",
-      {0, 100'000, "", "alarms whose evidence is kept, the newest, about 200 kB each; 0: none"},
+      {0, 100'000, "", "number of newest alarms whose evidence is kept, about 200 kB each"},
       alarms.most_evidence);
   return alarms;
 }

@@ -114,7 +114,7 @@ std::string fault_of_number(const YamlNode& node, const NumberRule& rule) {
   // The usual cause is a unit after the number, "5 s".
   const std::string_view rest = magnitude(node.text);
   if (!rest.empty() && is_digit(rest.front()) && *rule.unit != '\0') {
-    return fmt::format("{} alone, its unit is {} (got '{}')", expected, rule.unit, got);
+    return fmt::format("{} only, its unit is {} (got '{}')", expected, rule.unit, got);
   }
   return fmt::format("{} (got '{}')", expected, got);
 }

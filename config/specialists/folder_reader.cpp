@@ -235,7 +235,7 @@ class ManifestReader {
     if (!text) return fail();
     const std::string found = base::sha256_hex(*text);
     if (found != sum) {
-      report.error({}, "", fmt::format("has another sha256 than the manifest says: {}", found));
+      report.error({}, "", fmt::format("sha256 differs from the manifest: {}", found));
       return fail();
     }
     std::optional<Weights> weights = parse_weights(*text, shape, target, report);
