@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden_fleet_boxes: many simulated boxes in one program, for bench/fleet.
 //
-// Each second a line of JSON: {"live", "sent", "again", "stored", "births"}. On SIGTERM, or after --seconds, no more
-// samples are taken; what is stored is sent, and the last line has the number that each loop counted to.
+// Prints a line of JSON each second: {"live", "sent", "again", "stored", "births"}. On SIGTERM, or
+// after --seconds, it takes no more samples and sends the stored ones. The last line has the final
+// count of each loop.
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

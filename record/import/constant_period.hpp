@@ -8,7 +8,7 @@
 //   stored   all others: values as an archive keeps them, on the scan period of their times or on a
 //            period derived from their density. They are filled by the rule of the archive
 //            (model/analysis/archive.hpp): the last value, or straight lines. If no rule is found,
-//            CO holds its last value, as controllers do. PV is interpolated linearly, and `pv_drawn`
+//            CO holds its last value, as controllers do. PV is interpolated linearly; `pv_drawn`
 //            marks these samples
 //
 // A value that the export marks as bad is missing, and so are the samples up to the next good one.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study calm: the tables of calm_study.hpp, as text or JSON.
+// loopwarden-study calm: prints the tables of calm_study.hpp as text or JSON.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -77,7 +77,7 @@ nlohmann::json json_of(const StickyStudy& study) {
   return {{"load", name_of(study.load)}, {"rows", rows}};
 }
 
-// The last of three hours of one loop: plant 1 with a wandering load and a sticking valve.
+// Draws the last of three hours of one loop: plant 1 with a wandering load and a sticking valve.
 std::string hour_of_a_loop() {
   plant::LoopModel model;
   model.controller.pid = {.gains = {.kp = 0.25, .ki = 0.06}, .output_high = 10.0};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study compare: what `loopwarden compare` does, with slower plants beside the model's own.
+// loopwarden-study compare: runs `loopwarden compare` with slower plants in addition to the model's
+// own.
 #include <memory>
 
 #include "studies/program/studies.hpp"

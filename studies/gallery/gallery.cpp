@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study gallery: closed-loop trends, CO-PV correlation and signatures of plant 1 for every fault of
-// the thesis's chapter 7, with the measures that its statements are about; and measured loops.
+// loopwarden-study gallery: draws closed-loop trends, CO-PV correlation and signatures of plant 1
+// for each fault of the thesis's chapter 7, with the measures that its statements refer to. It also
+// draws measured loops.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -82,8 +83,8 @@ plant::LoopModel model_of(const Exhibit& exhibit) {
 }
 
 struct Figures {
-  double dead_time_s = 0.0;  // until PV has moved by 2 % of the step
-  double reach_s = 0.0;      // until PV first meets 95 % of the set point
+  double dead_time_s = 0.0;  // time until PV has moved by 2 % of the step
+  double reach_s = 0.0;      // time until PV first reaches 95 % of the set point
   double offset = 0.0;       // mean SP - PV of the last window, L/min
   double pv_swing = 0.0;     // of the last 600 s, L/min
   double co_swing = 0.0;     // V
@@ -150,7 +151,8 @@ std::string picture(const Exhibit& exhibit, const analysis::LoopRecord& r) {
   return workbench::chart_sheet(exhibit.title, charts, 3);
 }
 
-// Figure 7.17: CO from 2 to 4 V and back, with 0.7 V added while it falls. Steps of PV up and down.
+// Figure 7.17: CO from 2 to 4 V and back, with 0.7 V added while it falls. Returns the steps of PV
+// up and down.
 std::pair<double, double> open_loop_steps(const std::vector<plant::EffectSpec>& after) {
   plant::LoopModel model = model_of({"", "", {effect_of("hysteresis", {{"offset", 0.7}})}});
   model.transmitter.noise = 0.0;
@@ -250,7 +252,7 @@ nlohmann::json figures_json(const std::vector<MeasuredLoop>& measured) {
   return {{"plant1", std::move(exhibits_json)}, {"measured", std::move(measured_json)}};
 }
 
-// Of the same build.
+// Returns the path of `loopwarden` of the same build.
 std::string program_beside() {
   return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "loopwarden").string();
 }

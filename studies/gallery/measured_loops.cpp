@@ -27,7 +27,7 @@ struct DrawnLoop {
   const char* record;  // below the data's folder
   const char* loop;
   const char* what;
-  double from_s;  // what is drawn
+  double from_s;  // drawn part
   double to_s;
   const char* seen;
 };
@@ -73,7 +73,7 @@ constexpr std::array kDrawnLoops{
         "that integrates. The plant calls the valve sticky; this window does not show it."},
 };
 
-// What the program prints.
+// Returns the output of the program.
 std::string printed(const std::filesystem::path& program,
                     const std::vector<std::string>& arguments) {
   std::array<int, 2> ends{};
@@ -94,7 +94,7 @@ std::string printed(const std::filesystem::path& program,
   return *text;
 }
 
-// The verdict, why, and what would settle it.
+// Returns the verdict, its reasons, and the advice to settle it.
 std::string said(const std::string& text) {
   std::string result = text.substr(0, text.find('\n'));
   for (const std::string_view wanted : {"because: ", "what would settle it: "}) {

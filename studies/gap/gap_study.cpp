@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kHeldOut = 100000;
 
-// A program of the same build.
+// Returns the path of a program of the same build.
 std::string beside(const char* name) {
   return (fs::read_symlink("/proc/self/exe").parent_path() / name).string();
 }
@@ -59,7 +59,7 @@ struct Options {
   std::string calibrate;
 };
 
-// Gone afterwards.
+// A temporary folder that is removed at the end.
 class WorkFolder {
  public:
   WorkFolder() {
@@ -89,7 +89,7 @@ void generate(const Options& options, bool load, std::uint64_t seed, const fs::p
                     folder);
 }
 
-// The folders to score; those that are generated stand under `work`.
+// Returns the folders to score; generated ones are created under `work`.
 std::vector<fs::path> folders_of(const Options& options, const fs::path& work) {
   std::vector<fs::path> folders(options.folders.begin(), options.folders.end());
   if (options.generate == 0) return folders;
@@ -138,7 +138,7 @@ cases::StudyPart run_part(const Options& options, const std::vector<fs::path>& f
         fmt::print(stderr, "{}: {} of {}\n", part.name, done, found.size());
       }
     };
-    // Folders may use the same ids.
+    // Different folders may use the same ids.
     const fs::path results = out / fmt::format("{}{}", load ? "load" : "no-load", place++);
     const cases::GapProgram program{.path = options.gap,
                                     .time_limit_s = options.time_limit_s,
@@ -174,7 +174,7 @@ std::uint64_t last_seed(const Options& options) {
   return options.seed + options.generate * (options.load ? 2U : 1U) - 1U;
 }
 
-// What has to be said to make these names again, and when they were made.
+// Returns the command that makes these names again, and the date.
 std::vector<std::string> made_by(const Options& options, std::size_t cases) {
   std::string command = "loopwarden-study gap --gap " + options.gap;
   for (const std::string& word : options.gap_options) command += " --gap-option=" + word;
@@ -215,7 +215,7 @@ int use_given(const Options& options) {
   return 0;
 }
 
-// Of all parts, to the files that were asked for.
+// Writes the names of all parts to the requested files.
 void write_names(const std::vector<cases::StudyPart>& parts, const Options& options) {
   cases::NamesFile names;
   std::size_t count = 0;
@@ -228,7 +228,7 @@ void write_names(const std::vector<cases::StudyPart>& parts, const Options& opti
   if (!options.names.empty()) {
     write_text(options.names, cases::names_csv(names.made_by, names.names));
   }
-  // From what stands in the file, rounded as there: the same table comes of it later.
+  // Computed from the rounded text of the file, so that the file gives the same table later.
   if (!options.calibrate.empty()) {
     write_text(
         options.calibrate,
@@ -320,7 +320,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--given", options.given, "files of --names, for --calibrate in place of a run");
 }
 
-// With the exit code of what is wrong.
+// Returns the exit code of the error.
 int run_study(const Options& options) {
   try {
     return study(options);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study identify: how often the intervals of `loopwarden identify` hold the truth.
+// loopwarden-study identify: measures how often the intervals of `loopwarden identify` contain the
+// truth.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study plant: exports of a simulated plant for the survey, and how well it ranks them.
+// loopwarden-study plant: exports a simulated plant for the survey, and scores the survey's
+// ranking.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -75,7 +76,7 @@ int write_plant(const PlantOptions& options) {
       [&](std::size_t done) { progress.update(done); });
   std::string all = "tag,truth,size\n";
   for (const std::string& lines : truth) all += lines;
-  // Not among the exports: it is none.
+  // Written outside the folder of exports, because it is no export.
   workbench::write_output(options.out + ".truth.csv", all);
   fmt::print("{} loops, {} days, {} files in {}; what is wrong with them: {}.truth.csv\n",
              options.plant.loops, options.plant.days, units * options.plant.days, options.out,
@@ -83,7 +84,7 @@ int write_plant(const PlantOptions& options) {
   return kExitOk;
 }
 
-// Rows: what is wrong; columns: what the survey said.
+// Prints a table with the true faults as rows and the survey's verdicts as columns.
 int score(const PlantOptions& options) {
   std::ifstream truth_file(options.out + ".truth.csv");
   std::ifstream survey_file(fs::path(options.score) / "survey.json");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study plant1: the table and the pictures of docs/plant1.md.
+// loopwarden-study plant1: writes the table and the pictures of docs/plant1.md.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,7 +58,7 @@ std::vector<Plant1Record> read_records(const std::filesystem::path& folder) {
   return records;
 }
 
-// "deadband 12.4, ..." behind what every record has.
+// Returns "deadband 12.4, ...", the parameters after those that all records have.
 std::string parameters_of(const Plant1Trial& trial) {
   const std::vector<FitBound>& bounds = plant1_candidate(trial.label).bounds;
   std::string text;
@@ -69,7 +69,7 @@ std::string parameters_of(const Plant1Trial& trial) {
   return text;
 }
 
-// A stiction made on the cam counts as found under either name.
+// A stiction made with the cam counts as correct under both names.
 bool named_right(const Plant1Outcome& row) {
   const std::string& name = row.trials.front().name;
   if (row.record.condition == "no_fault") return name == "none";
