@@ -6,7 +6,7 @@
  * - a disk that is slow for some of the daemon's files: each opening, renaming and syncing is
  *   delayed.
  * - a disk that hangs: opening, writing, syncing and renaming of some of the daemon's files wait.
- * - attributes of IIO devices, represented by plain files with the sticky bit. Without its name (the
+ * - attributes of IIO devices, as plain files with the sticky bit. Without its name (the
  *   device is gone), a file returns ENODEV as sysfs does. Without its owner's right to read or
  *   write, it returns EIO. Without its group's right to write, it discards writes. Without the
  *   others' right to read, a read waits. Written values are recorded.
@@ -62,7 +62,7 @@ __attribute__((constructor)) static void attach(void) {
   if (map != MAP_FAILED) switches = map;
 }
 
-#define REAL(name) \
+#define REAL(name)               \
   static __typeof__(&name) real; \
   if (!real) real = (__typeof__(&name))dlsym(RTLD_NEXT, #name)
 
@@ -77,9 +77,9 @@ static void note(int64_t source, int64_t value) {
   __atomic_store_n(&deed->number, number, __ATOMIC_RELEASE);
 }
 
-static const char* const kHanging[] = {"/segments", "/records",      "/journal.sqlite", "/alarm-state",
-                                       "/evidence", "/metrics.prom", "/log",            "/store.sqlite",
-                                       "/notifications.sqlite"};
+static const char* const kHanging[] = {"/segments",    "/records",      "/journal.sqlite",
+                                       "/alarm-state", "/evidence",     "/metrics.prom",
+                                       "/log",         "/store.sqlite", "/notifications.sqlite"};
 static const int kBit[] = {0, 1, 2, 2, 3, 4, 5, 6, 7};
 
 static int64_t mask_of(const char* path) {

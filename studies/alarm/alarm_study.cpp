@@ -312,7 +312,8 @@ void add_alarm(CLI::App& app, int& exit_code) {
   sub->add_option("--windows", o->windows, "for which each is watched")
       ->check(CLI::Range(3, 1000))
       ->capture_default_str();
-  sub->add_option("--days", o->days, "of healthy operation; 0: none")->capture_default_str();
+  sub->add_option("--days", o->days, "of healthy operation; 0: skip this part")
+      ->capture_default_str();
   sub->add_option("--seed", o->seed, "of all chance; training has others")->capture_default_str();
   sub->add_option("--missing", o->missing_percent,
                   "share of cycles that come too late, in stretches of 1 to 4, %")

@@ -267,20 +267,18 @@ void add_calm(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(std::size_t{1}, std::size_t{100000}));
   sub->add_option("--seed", options->seed, "of everything random")->capture_default_str();
-  sub->add_option(
-      "--only", options->only,
-      "only contestants whose name begins so; 'commissioned' takes most of a minute a loop");
-  sub->add_flag("--troubles", options->troubles,
-                "planned_moves when something goes wrong while they act, and nothing else");
+  sub->add_option("--only", options->only,
+                  "only compensators whose name begins with this; 'commissioned' takes most of a "
+                  "minute per loop");
+  sub->add_flag("--troubles", options->troubles, "only planned_moves with a fault while they act");
   sub->add_flag("--rate-limits", options->rate_limits,
-                "planned_moves with the bounds of hardware behind outputs with a rate limit, and "
-                "with a slow read-back, and nothing else");
+                "only planned_moves with the limits of hardware, with a rate limit of the output "
+                "and with a slow read-back");
   sub->add_flag("--friction", options->friction,
-                "valves with friction, air and process at 1 ms in the place of a law of sticking");
+                "valves with friction, air and process at 1 ms instead of a law of stiction");
   sub->add_option("--threads", options->threads, "the result does not depend on it")
       ->check(CLI::Range(1U, 1024U));
-  sub->add_option("--picture", options->picture,
-                  "draw one hour of a loop into this file, and nothing else");
+  sub->add_option("--picture", options->picture, "only draw one hour of a loop into this file");
   sub->add_flag("--json", options->json, "print the result as JSON, with the factor of each case");
   sub->footer("Example: loopwarden-study calm --cases 100 --seed 1");
   sub->callback([options, &exit_code] { exit_code = run_calm_study(*options); });

@@ -910,14 +910,13 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   CLI::Option* records = sub->add_option(
       "--records", options->records,
       "folders of records with labels.csv (file, loop, sticky; plant, kind), instead");
-  CLI::Option* compare =
-      sub->add_flag("--compare", options->compare_too,
-                    "the evidence of the simulated loops beside that of the records, and whether a "
-                    "classifier tells them apart")
-          ->needs(records);
+  CLI::Option* compare = sub->add_flag("--compare", options->compare_too,
+                                       "compare the evidence of simulated loops and records, also "
+                                       "with a classifier that separates them")
+                             ->needs(records);
   sub->add_option("--gap-examples", options->gap_examples,
                   "folders with truth.json and the records it names, instead: valve effects found, "
-                  "and false alarms where the truth is another effect");
+                  "and false alarms if the truth is another effect");
   sub->add_option("--weights", options->weights,
                   "fit the weights of the decision to simulated loops and the records, and write "
                   "them here")
@@ -931,7 +930,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
                 "records, too")
       ->needs(records);
   sub->add_flag("--unknown-kind", options->unknown_kind,
-                "do not tell the kind of the simulated loops");
+                "withhold the kind of the simulated loops");
   sub->add_option("--evidence", options->evidence,
                   "write the evidence of each loop, CSV; with --compare all of both populations");
   std::vector<std::string> names{kEveryIngredient};

@@ -5,8 +5,8 @@
 //           score a plant were not trained on it. AUC is the share of the simulated loops with a
 //           lower score than a measured one, averaged over the measured loops. 0.5: not
 //           distinguishable; 1: always distinguishable. If each loop is left out instead of each
-//           plant, the other loops of its plant are used for training. Differences between plants affect
-//           only this second value.
+//           plant, the other loops of its plant are used for training. Differences between plants
+//           affect only this second value.
 //   energy  distance of the two, E = 2 E|x - y| - E|x - x'| - E|y - y'| over 2 E|x - y|, with each
 //           number divided by its deviation; 0: the same distribution. p: share of permutations of
 //           the loops with an E at least as large

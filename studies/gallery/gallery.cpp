@@ -173,16 +173,15 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
   std::string text =
       "# Gallery of faults\n\n"
       "<!-- Generated: `loopwarden-study gallery --out docs` renews it and its pictures. -->\n\n"
-      "[Simulated](#plant-1), each fault alone, and [measured](#measured-loops).\n\n"
+      "[Simulated](#plant-1) records with one fault each, and [measured](#measured-loops) "
+      "records.\n\n"
       "## Plant 1\n\n"
       "Plant 1 of the thesis (gain 1.2264, time constant 1.694 s, dead time 2.626 s, PI with kp "
       "0.3494 "
       "and\nki 0.04 1/s, noise 0.01 L/min) on a step of the set point from 0 to 5 L/min, with each "
-      "fault of its\nchapter 7 in two sizes. Left the window of 961 samples that specialists look "
-      "at, "
-      "then 600 s, then PV\nover CO. What is measured: [thesis.md](thesis.md) says which statement "
-      "it "
-      "is about.\n\n"
+      "fault of its\nchapter 7 in two sizes. Left: the window of 961 samples that specialists "
+      "evaluate, then 600 s,\nthen PV over CO. [thesis.md](thesis.md) lists the statement for "
+      "each measure.\n\n"
       "| fault | dead time, s | 95 % after, s | offset, L/min | PV swing | CO swing | period, s |\n"
       "|---|---|---|---|---|---|---|\n";
   std::string pictures;
@@ -222,9 +221,9 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
   text += pictures;
   text +=
       "\n## Measured loops\n\n"
-      "Open records ([data](../data/README.md)), a stretch of each: what an engineer sees there, "
-      "and "
-      "what\n`loopwarden diagnose` says of the whole record, alone and its kind not told.\n";
+      "Open records ([data](../data/README.md)), a stretch of each, with the observation of an "
+      "engineer.\nThe verdict of `loopwarden diagnose` is for the whole record, without other "
+      "records and without the kind of the loop.\n";
   for (const MeasuredLoop& loop : measured) {
     text += fmt::format(
         "\n### {0}\n\n![{0}](pictures/gallery/{1}.svg)\n\nSeen: {2}\n\n`diagnose`: {3}\n",
@@ -299,7 +298,8 @@ void add_gallery(CLI::App& app, int& exit_code) {
                   "folder for gallery.md and its pictures; without it the table");
   sub->add_option("--data", options->data, "folder with the records of measured loops")
       ->capture_default_str();
-  sub->add_option("--program", options->program, "loopwarden; else the one beside this program");
+  sub->add_option("--program", options->program,
+                  "path of loopwarden; default: in the folder of this program");
   workbench::add_json_flag(*sub, options->json);
   sub->footer("Example: loopwarden-study gallery --out docs");
   sub->callback([options, &exit_code] { exit_code = run_gallery(*options); });

@@ -104,9 +104,8 @@ std::string limits_text(const std::vector<GivenName>& names) {
     return values.empty() ? std::nan("") : quantile(values, 0.9);
   };
   return fmt::format(
-      "// Of the right names nine in ten are given over a rest with noise ratio up to {:.3g}, "
-      "kurtosis up to "
-      "{:.3g},\n// answer to CO up to {:.3g}.\n",
+      "// Nine in ten correct names have a remaining error with noise ratio up to {:.3g}, "
+      "kurtosis up to {:.3g},\n// answer to CO up to {:.3g}.\n",
       most(&Rest::noise_ratio), most(&Rest::kurtosis), most(&Rest::answer_to_co));
 }
 
@@ -183,8 +182,7 @@ std::string table_source(const NamesFile& file) {
   const Calibration c = calibrate(file.names);
   std::string text =
       "// SPDX-License-Identifier: Apache-2.0\n"
-      "// Written by loopwarden-study gap --calibrate; what is changed here by hand is lost. Made "
-      "by:\n";
+      "// Written by loopwarden-study gap --calibrate; manual changes are lost. Command:\n";
   for (const std::string& line : file.made_by) text += "//   " + line + "\n";
   text += limits_text(file.names);
   text +=

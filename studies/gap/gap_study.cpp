@@ -239,7 +239,7 @@ void write_names(const std::vector<cases::StudyPart>& parts, const Options& opti
 int study(const Options& options) {
   if (!options.given.empty()) return use_given(options);
   if (options.folders.empty() && options.generate == 0) {
-    throw std::invalid_argument("nothing to score: give --cases or --generate");
+    throw std::invalid_argument("no cases to score. Give --cases or --generate");
   }
   if (options.resume && options.keep.empty()) {
     throw std::invalid_argument("--resume needs --keep, the folder of the earlier answers");

@@ -139,9 +139,8 @@ void print_identify_table(const std::vector<IdentifyRow>& rows) {
   }
   fmt::print(
       "closed: taken for a closed loop. can't: no number given. form: number of lags and "
-      "integrator right, of those "
-      "told.\ngain in, T in, L in: the interval of 95 % holds the truth; T and L where the form is "
-      "right. bias, error, "
+      "integrator right, of those given.\ngain in, T in, L in: the interval of 95 % contains the "
+      "truth; T and L if the form is right. bias, error, "
       "+-: medians\nof the gain's error, its size, and half of the interval, of the gain. s: "
       "median time.\n");
 }

@@ -147,7 +147,7 @@ void add_plant(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   sub->add_option("--score", options->score,
-                  "folder of a survey of --out: print what it said beside what is wrong");
+                  "folder of a survey of --out: compare its verdicts with the truth");
   sub->footer("Example: loopwarden-study plant --loops 200 --out plant");
   sub->callback([options, &exit_code] {
     exit_code = options->score.empty() ? write_plant(*options) : score(*options);

@@ -173,7 +173,7 @@ void add_plant1(CLI::App& app, int& exit_code) {
   CLI::App* sub = app.add_subcommand(
       "plant1", "what the published model of plant 1 lacks, from its measured signatures");
   sub->add_option("--data", options->data, "folder of the five records")->capture_default_str();
-  sub->add_option("--out", options->out, "folder for the pictures, SVG; none if not given");
+  sub->add_option("--out", options->out, "folder for the pictures, SVG; default: no pictures");
   sub->add_option("--generations", options->generations, "of the joint fit, on each island")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}))
       ->capture_default_str();

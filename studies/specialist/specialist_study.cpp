@@ -298,8 +298,8 @@ void Study::severity_sweep() {
   const std::size_t number = count(300, 4);
   const std::vector<double> sizes{1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0};
   const std::vector<double> noises{0.05, 0.1, 0.2, 0.4};
-  say("\nSeverity sweep of plant 1, windows with set-point steps that could tell, {} each: "
-      "named right / called a fault, in %\n",
+  say("\nSeverity sweep of plant 1, decided windows with set-point steps, {} each: named correctly "
+      "/ called a fault, in %\n",
       number);
   std::vector<std::pair<std::string, std::vector<double>>> curves;
   for (const Condition condition : kFaults) {
@@ -390,7 +390,7 @@ void Study::windows_anywhere() {
       right += of(tally, condition);
       for (std::size_t v = 0; v < tally.size(); ++v) all[v] += tally[v];
     }
-    say("right: {:.1f} % of those that could tell\n", percent(right, sum(all) - undecided(all)));
+    say("right: {:.1f} % of the decided ones\n", percent(right, sum(all) - undecided(all)));
   }
 }
 
@@ -461,8 +461,7 @@ void Study::loop_year() {
 void Study::transfer() {
   const std::size_t number = count(200, 4);
   say("\nTrained on one plant, used on another, {} windows of each condition, severity from "
-      "{:g} % of span; named right of\nthose that could tell / faults called by another name / "
-      "healthy "
+      "{:g} % of span; named correctly of\nthe decided ones / faults with another name / healthy "
       "called faulty, in %\n{:<10}",
       number, kDetectionLimit, "");
   for (int b = 1; b <= 3; ++b) say(" {:>24}", fmt::format("used on plant {}", b));
@@ -637,7 +636,7 @@ void add_specialist(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<StudyOptions>();
   CLI::App* sub =
       app.add_subcommand("specialist", "print the figures that docs/specialists.md states");
-  sub->add_option("parts", o->parts, "which tables; all if none is named")
+  sub->add_option("parts", o->parts, "tables to print; default: all")
       ->check(CLI::IsMember(
           {"table", "fresh", "sweep", "anywhere", "unknown", "year", "transfer", "real"}));
   sub->add_option("--data", o->data, "folder of plant1, plant2, plant3")->capture_default_str();
