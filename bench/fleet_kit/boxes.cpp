@@ -128,7 +128,8 @@ int main(int argc, char** argv) {
   Options options;
   cli.add_option("--broker", options.broker);
   cli.add_option("--groups", options.groups)->delimiter(',');
-  cli.add_option("--host", options.host, "HOST-GROUP is each box's primary host; empty: none");
+  cli.add_option("--host", options.host,
+                 "HOST-GROUP is each box's primary host; empty: no primary host");
   cli.add_option("--client-suffix", options.client_suffix);
   cli.add_option("--boxes", options.boxes);
   cli.add_option("--loops", options.loops);
