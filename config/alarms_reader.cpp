@@ -42,9 +42,9 @@ class Reader {
     process(AlarmKind::pv_low_low).on_delay_s = kFarDelay_s;
     if (!in) return alarms_;
     in->set_one_of("normal_mode", kNormalModes,
-                   "in another one for 10 s: alarm not_normal_mode, so in fallback and in manual "
-                   "after it; in manual as the loop starts not until it has been in automatic. "
-                   "any: never",
+                   "normal mode; after 10 s in another mode the alarm not_normal_mode is raised, "
+                   "also in fallback and in manual after it. In manual after the start it is "
+                   "raised only after the loop has been in automatic. any: never raised",
                    normal);
     if (in->describing())
       describe(*in);
@@ -78,14 +78,14 @@ class Reader {
     in.maybe_section("ALARM", "an alarm by its name, such as bad_pv or pv_high: docs/alarms.md",
                      [&](MapReader& alarm) { read_common(alarm, AlarmKind::bad_pv); });
     for (const AlarmKind kind : monitor::kLimitAlarms) {
-      in.maybe_section(to_text(kind), "off unless it is there",
+      in.maybe_section(to_text(kind), "off if absent",
                        [&](MapReader& alarm) { read_limit(alarm, kind); });
     }
   }
 
   void read_common(MapReader& in, AlarmKind kind) {
     const std::size_t at = monitor::index_of(kind);
-    in.set_one_of("priority", kPriorities, "how soon somebody has to act", alarms_.priority[at],
+    in.set_one_of("priority", kPriorities, "urgency of the operator's action", alarms_.priority[at],
                   {.fallback = in.describing() ? "docs/alarms.md" : ""});
     if (monitor::is_process_alarm(kind)) {
       monitor::ProcessRule& rule = process(kind);
@@ -106,10 +106,10 @@ class Reader {
       const Value<std::string> said = in.text(key, meaning, "docs/alarms.md");
       if (said.given && said.valid) value = said;
     };
-    text("cause", "what may have made it, for people", texts.cause);
-    text("consequence", "of doing nothing", texts.consequence);
+    text("cause", "possible causes, for people", texts.cause);
+    text("consequence", "of inaction", texts.consequence);
     text("action", "what to do", texts.action);
-    text("time_to_act", "how long there is for it", texts.time_to_act);
+    text("time_to_act", "time for the action", texts.time_to_act);
   }
 
   void read_limit(MapReader& in, AlarmKind kind) {
@@ -134,18 +134,16 @@ class Reader {
     }
     if (kind == AlarmKind::deviation) read_deviation(in);
     if (rate) {
-      in.set_number("over",
-                    {"s", above(0.0), "time constant of the lag that the slope is taken over"},
+      in.set_number("over", {"s", above(0.0), "time constant of the filter for the slope"},
                     alarms_.process.limits.rate_time_s);
     }
   }
 
   void read_deviation(MapReader& in) {
     const Value<double> time_constant =
-        in.need_number("time_constant",
-                       {"s", above(0.0),
-                        "of the closed loop: for three of them after a move of SP and after manual "
-                        "nothing is told"});
+        in.need_number("time_constant", {"s", above(0.0),
+                                         "of the closed loop; the alarm is suppressed for three "
+                                         "time constants after a move of SP and after manual"});
     alarms_.process.limits.settle_s = kTimeConstants * time_constant;
     if (!in.describing() && !context_.knows_set_point) {
       in.error("limit", "needs a set point: io has no set_point");

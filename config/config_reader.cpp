@@ -75,13 +75,13 @@ std::vector<fs::path> find_loop_files(const fs::path& folder, const Drafts& draf
     if (path.extension() == ".yaml" && !name.starts_with('.')) {
       if (!drafts.contains(path)) files.push_back(path);
     } else if (path.extension() == ".yml") {
-      report.warning({}, "", fmt::format("{} is passed over; loop files end in .yaml", name));
+      report.warning({}, "", fmt::format("{} is skipped: loop files end in .yaml", name));
     }
     if (error) break;
   }
   if (error) report.error({}, "", fmt::format("can't be read: {}", error.message()));
   std::sort(files.begin(), files.end());
-  if (files.empty()) report.error({}, "", "holds no loop file (*.yaml)");
+  if (files.empty()) report.error({}, "", "contains no loop file (*.yaml)");
   return files;
 }
 

@@ -189,7 +189,7 @@ void read_schedule(MapReader& in, plant::Schedule& schedule) {
       in.maybe_number("from", {"s", any_number(), "when it begins", "always there"});
   const Value<double> to = in.maybe_number("to", {"s", any_number(), "when it ends", "never"});
   schedule.ramp_s =
-      in.number("ramp", {"s", at_least(0.0), "in which it grows to its full size"}, 0.0);
+      in.number("ramp", {"s", at_least(0.0), "time in which it grows to its full size"}, 0.0);
   if (from.given) schedule.from_s = from;
   if (to.given) schedule.to_s = to;
   if (from.given && to.given && from.valid && to.valid && to <= from) {

@@ -70,7 +70,7 @@ void read_simulated(MapReader in, const IoContext& context, IoSection& section) 
   section.output_resolution = sim.output_resolution;
   for (MapReader& item : in.maybe_list("io_faults", "faults between plant and controller")) {
     IoFault fault;
-    fault.kind = item.need_one_of("fault", kIoFaults, "what goes wrong");
+    fault.kind = item.need_one_of("fault", kIoFaults, "kind of fault");
     const Value<double> from =
         item.need_number("from", {"s", at_least(0.0), "when it begins, simulated time"});
     const Value<double> to = item.need_number("to", {"s", at_least(0.0), "when it ends"});
@@ -115,7 +115,7 @@ void read_replay(MapReader in, const IoContext& context, IoSection& section) {
     replay.record = resolve(context.file, record);
     std::error_code error;
     if (!std::filesystem::is_regular_file(replay.record, error)) {
-      in.error("record", fmt::format("{} is no file that can be read", replay.record));
+      in.error("record", fmt::format("{} is no readable file", replay.record));
     } else {
       section.output_known = true;
     }
@@ -152,7 +152,7 @@ std::int64_t nanoseconds(double seconds) noexcept { return std::llround(seconds 
 
 Value<double> read_poll_period(MapReader& in, const IoContext& context, const Interval& range) {
   Value<double> period =
-      in.number("poll_period", {"s", range, "how often the devices are asked", "sample_time"},
+      in.number("poll_period", {"s", range, "interval of requests to the devices", "sample_time"},
                 std::clamp(context.sample_time.value, range.low, range.high));
   if (period.valid && context.max_age.valid && period > context.max_age) {
     in.error("poll_period",
@@ -164,11 +164,11 @@ Value<double> read_poll_period(MapReader& in, const IoContext& context, const In
 }
 
 std::optional<std::int64_t> read_max_command_age(MapReader& in, const IoContext& context) {
-  const Value<double> age = in.maybe_number(
-      "max_command_age", {"s", between(0.01, 3600.0),
-                          "an older command is not put out, so that a watchdog acts when the loop "
-                          "hangs",
-                          "three poll periods and 0.1 s"});
+  const Value<double> age =
+      in.maybe_number("max_command_age",
+                      {"s", between(0.01, 3600.0),
+                       "an older command is not output, so that a watchdog acts if the loop hangs",
+                       "three poll periods and 0.1 s"});
   if (!age.given) return std::nullopt;
   if (age.valid && context.sample_time.valid && age <= context.sample_time) {
     in.error(
@@ -183,8 +183,8 @@ CommLoss read_comm_loss(MapReader& in, const char* value_text,
                         const std::function<void(MapReader&)>& read_register) {
   constexpr const char* kKey = "comm_loss";
   constexpr const char* kMeaning =
-      "what moves the valve when no command arrives: link down, kill -9, SIGSTOP. Only the device "
-      "can";
+      "protection that moves the valve if no command arrives: link down, kill -9, SIGSTOP. Only "
+      "the device can do this";
   constexpr auto kDevice = std::to_array<Choice<bool>>({{"device", true}});
   CommLoss loss;
   if (!in.describing() && !in.given(kKey)) {
@@ -207,7 +207,7 @@ CommLoss read_comm_loss(MapReader& in, const char* value_text,
   if (!watchdog) return loss;
   loss.device_acts = true;
   loss.timeout = watchdog->need_number(
-      "timeout", {"s", between(0.1, 3600.0), "without a command, after which the device acts"});
+      "timeout", {"s", between(0.1, 3600.0), "time without a command after which the device acts"});
   if (!says_who) {
     for (const char* key : {"set_by", "register", "value"})
       watchdog->declare(key, "", Presence::optional, "", "");

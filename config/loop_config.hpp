@@ -51,7 +51,7 @@ struct Recording {
 
 // Division of the loop's data into windows, and the methods that evaluate them.
 struct WindowCut {
-  double overlap = 0.5;  // share of a window that the next one has in common
+  double overlap = 0.5;  // share of a window that overlaps with the next one
   // Cycles averaged into one sample. Not set: as many as fit into 0.1 s, so that a window is 96 s.
   std::optional<std::size_t> decimation;
   std::string specialists;  // their folder; empty: only the classical measures

@@ -173,7 +173,7 @@ void read_scaling(MapReader& in, const char* unit, const Value<RegisterType>& ty
   spec.scale = (eu.value.second - eu.value.first) / (raw_high - raw_low);
   spec.offset = eu.value.first - raw_low * spec.scale;
   if (spec.scale == 0.0 || !std::isfinite(spec.scale) || !std::isfinite(spec.offset)) {
-    in.error("eu", "and raw are of sizes between which no number can scale");
+    in.error("eu", "and raw differ too much in size to be scaled");
     spec.scale = 1.0;
   }
 }
@@ -193,7 +193,7 @@ Register read_register(MapReader& in, const char* unit) {
   spec.address = static_cast<std::uint16_t>(address);
   if (is_bit(spec.table) && !in.describing()) return reg;
   const Value<RegisterType> type =
-      in.need_one_of("type", kTypes, "what the registers hold", {.others = kOtherTypes});
+      in.need_one_of("type", kTypes, "type of the value in the registers", {.others = kOtherTypes});
   spec.type = type;
   const Value<ByteOrder> order =
       in.one_of("order", kByteOrders,
@@ -250,8 +250,8 @@ std::optional<StatusRegister> read_status(MapReader& point, std::string_view key
         in->integer(name, {0, 0xFFFF, "", meaning, true}, fallback).value);
   };
   status.address = static_cast<std::uint16_t>(read_address<Use::read>(*in));
-  status.mask = read("mask", "bits that count", status.mask);
-  status.value = read("value", "of these bits while the value is good", status.value);
+  status.mask = read("mask", "relevant bits", status.mask);
+  status.value = read("value", "value of these bits while the point is good", status.value);
   if ((status.value & ~status.mask) != 0) {
     in->error("value", fmt::format("has bits outside mask (at {}): it could never match",
                                    to_text(in->place("mask"))));
@@ -339,13 +339,14 @@ void check_command(MapReader& in, const IoContext& context, const RegisterSpec& 
 
 void read_output_stage(MapReader& in, const IoContext& context, LoopModbusSettings& settings) {
   const Value<std::pair<double, double>> range = in.maybe_range(
-      "range", {"CO units", any_number(), "what the positioner accepts", "the output's range"});
+      "range",
+      {"CO units", any_number(), "range that the positioner accepts", "the output's range"});
   const std::pair<double, double> limits = range.given ? range.value : context.output_range.value;
   settings.output.low = limits.first;
   settings.output.high = limits.second;
-  settings.output.resolution = in.number(
-      "resolution", {"CO units", at_least(0.0), "step of the positioner's converter, 0: not known"},
-      0.0);
+  settings.output.resolution =
+      in.number("resolution",
+                {"CO units", at_least(0.0), "step of the positioner's converter; 0: unknown"}, 0.0);
 }
 
 hal::modbus::CommLossSettings read_protection(MapReader& in, const PointSettings& command,
@@ -358,7 +359,7 @@ hal::modbus::CommLossSettings read_protection(MapReader& in, const PointSettings
     section.need_section(
         "register", "watchdog of the device, written at every connect",
         [&](MapReader& spec) { reg.point.reg = read_register<Use::write>(spec, "").spec; });
-    reg.value = section.need_number("value", {"", any_number(), "that is written to it"});
+    reg.value = section.need_number("value", {"", any_number(), "value that is written to it"});
     watchdog = reg;
   });
   timeout = loss.timeout;
@@ -434,11 +435,11 @@ void read_modbus(MapReader in, const IoContext& context, IoSection& section) {
   const Value<double> poll_period = read_poll_period(in, context, between(0.01, 60.0));
   settings.poll_period_ns = nanoseconds(poll_period);
   settings.max_command_age_ns = read_max_command_age(in, context);
-  in.need_section("transmitter", "where PV is read", [&](MapReader& transmitter) {
+  in.need_section("transmitter", "source of PV", [&](MapReader& transmitter) {
     read_transmitter(transmitter, context, settings);
   });
   Value<double> watchdog_timeout;
-  in.need_section("positioner", "where CO is written", [&](MapReader& positioner) {
+  in.need_section("positioner", "destination of CO", [&](MapReader& positioner) {
     read_positioner(positioner, context, settings, section, watchdog_timeout);
   });
   check_timeout(in, watchdog_timeout, poll_period, settings.positioner_link);

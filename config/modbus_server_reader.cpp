@@ -24,7 +24,7 @@ void read_client(MapReader& in, ModbusServer& server) {
   const Value<std::string> peer =
       in.need_text("peer", "IPv4 or IPv6 address, or network such as 192.168.10.0/24");
   const bool may_write =
-      in.flag("writes", "may write, where modbus_server.writes is true as well", false);
+      in.flag("writes", "may write, if modbus_server.writes is true as well", false);
   if (!peer.given || !peer.valid) return;
   const std::optional<base::Network> network = base::parse_network(peer.value);
   if (!network) {
@@ -39,8 +39,8 @@ void read_client(MapReader& in, ModbusServer& server) {
 
 void read_heartbeat(MapReader& in, ModbusServer& server) {
   server.master_timeout_s = in.need_number(
-      "timeout",
-      {"s", between(0.5, 3600.0), "without a new number in master_heartbeat, after the first one"});
+      "timeout", {"s", between(0.5, 3600.0),
+                  "longest time without a new number in master_heartbeat, after the first one"});
   in.set_one_of(
       "action", kLossActions,
       "report: a bit and a line in the journal; manual: every loop to manual, its output stays; "
@@ -52,9 +52,8 @@ void read_serial(MapReader& in, ModbusServer& server) {
   ModbusServer::Serial serial;
   read_serial_line(in, serial.line);
   in.set_integer("unit", {1, 247, "", "unit identifier on this line"}, serial.unit);
-  serial.writes =
-      in.flag("writes",
-              "masters on this line may write, where modbus_server.writes is true as well", false);
+  serial.writes = in.flag(
+      "writes", "masters on this line may write, if modbus_server.writes is true as well", false);
   server.serial = std::move(serial);
 }
 
@@ -81,9 +80,10 @@ ModbusServer read_modbus_server(MapReader& in) {
       {1, 500, "",
        "connections; if all are in use, a new one replaces the one that was silent for longest"},
       server.most_clients);
-  in.set_number("idle_timeout", {"s", between(1.0, 86400.0), "without a sound request"},
+  in.set_number("idle_timeout", {"s", between(1.0, 86400.0), "time without a valid request"},
                 server.idle_timeout_s);
-  in.set_number("request_rate", {"1/s", between(1.0, 10000.0), "of one client; more waits"},
+  in.set_number("request_rate",
+                {"1/s", between(1.0, 10000.0), "limit per client; further requests wait"},
                 server.requests_per_second);
   in.set_flag("writes",
               "true: clients may write if their entry permits it; false: all writes are refused",
@@ -97,8 +97,7 @@ ModbusServer read_modbus_server(MapReader& in) {
     server.clients = {{*base::parse_network("127.0.0.1"), false},
                       {*base::parse_network("::1"), false}};
   }
-  in.maybe_section("master_heartbeat",
-                   "what to do when the master that leads the loops falls silent",
+  in.maybe_section("master_heartbeat", "reaction to a silent master that leads the loops",
                    [&](MapReader& heartbeat) { read_heartbeat(heartbeat, server); });
   in.maybe_section("serial", "the same map on a serial line, as a Modbus RTU slave",
                    [&](MapReader& serial) { read_serial(serial, server); });
@@ -109,12 +108,13 @@ Alarms read_alarms(MapReader& in) {
   constexpr double kHour = 3600.0 * 1000.0;  // ms
   Alarms alarms;
   alarms.settings.latching =
-      in.flag("latching", "an alarm whose condition is gone stays until it is reset", false);
-  alarms.settings.shelve_limit_ms = static_cast<std::int64_t>(
-      kHour *
-      in.number("shelve_limit",
-                {"h", {.low = 0.0, .high = 24.0, .low_is_open = true}, "longest time on the shelf"},
-                8.0));
+      in.flag("latching", "a cleared alarm stays on until it is reset", false);
+  alarms.settings.shelve_limit_ms =
+      static_cast<std::int64_t>(kHour * in.number("shelve_limit",
+                                                  {"h",
+                                                   {.low = 0.0, .high = 24.0, .low_is_open = true},
+                                                   "longest time that an alarm may be shelved"},
+                                                  8.0));
   in.set_number(
       "severe",
       {"% of CO span", between(0.0, 100.0),

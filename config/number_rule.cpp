@@ -97,7 +97,7 @@ bool is_hexadecimal(std::string_view text) {
 
 std::string fault_of_number(const YamlNode& node, const NumberRule& rule) {
   const std::string expected = fmt::format("must be {}a number", rule.words);
-  if (node.kind == YamlNode::Kind::nothing) return fmt::format("{} (nothing is given)", expected);
+  if (node.kind == YamlNode::Kind::nothing) return fmt::format("{} (no value given)", expected);
   if (node.kind != YamlNode::Kind::scalar)
     return fmt::format("{} (got {})", expected, to_text(node.kind));
   const std::string got = quotable(node.text);

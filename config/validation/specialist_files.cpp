@@ -135,10 +135,10 @@ void SpecialistFiles::check_specialists(const LoopFile& loop, Report& report,
   const auto window = window_of(loop.config);
   const double sample_s = window.sample_time_s * static_cast<double>(window.decimation);
   if (std::abs(sample_s - known_s) > kPeriodTolerance * known_s) {
-    error(
-        fmt::format(" knows windows with a sample each {:g} s; this loop's have one each {:g} s "
-                    "(sample_time times monitor.decimation)",
-                    known_s, sample_s));
+    error(fmt::format(
+        " was trained on windows with one sample per {:g} s; this loop has one per {:g} s "
+        "(sample_time times monitor.decimation)",
+        known_s, sample_s));
   }
 }
 

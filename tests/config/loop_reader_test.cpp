@@ -261,7 +261,7 @@ TEST_CASE("The jacket needs the valve's position", "[config][loop]") {
         "loop.yaml:6:11: error: controller.jacket: missing key 'valve_position' (`read_back` or "
         "{model: [effects]})\n");
   CHECK(said_of_loop(with_jacket("form: bounded, shadow: true, valve_position: read_back")) ==
-        "loop.yaml:6:57: error: controller.jacket.valve_position: read_back is not there: the io "
+        "loop.yaml:6:57: error: controller.jacket.valve_position: read_back is missing: the io "
         "section (at 18:3) has no read_back; add it or state a model of the valve\n");
   const LoopConfig loop = read(with_jacket(
       "form: bounded, shadow: true, valve_position: {model: [{effect: backlash, deadband: 0.4}]}"));
@@ -337,11 +337,11 @@ TEST_CASE("Planned moves as corrective action need a twin, a read-back and, on h
              Catch::Contains("needs a read_back"));
   CHECK_THAT(said_of_loop(file(bounds, "specialists: /s, ")), Catch::Contains("monitor.twin"));
   CHECK_THAT(said_of_loop(file(bounds + ", allowed_mean_error: 1")),
-             Catch::Contains("is of form jacket"));
+             Catch::Contains("applies only to form jacket"));
   CHECK_THAT(said_of_loop(with(file(bounds), "  kp: 0.35\n",
                                "  compensator: {kind: backlash, gap: 0.3, limit: 0.3}\n  kp: "
                                "0.35\n")),
-             Catch::Contains("takes the place of controller.compensator"));
+             Catch::Contains("replaces controller.compensator"));
   // A jacket in shadow stays in shadow.
   const std::string jacket =
       "  jacket: {form: dwell, shadow: true, valve_position: {model: [{effect: backlash, deadband: "
@@ -349,7 +349,7 @@ TEST_CASE("Planned moves as corrective action need a twin, a read-back and, on h
   CHECK(said_of_loop(with(file(bounds), "  kp: 0.35\n", jacket)).empty());
   CHECK_THAT(
       said_of_loop(kModbusLoop + "monitor: {specialists: /s, corrective_action: {max_move: 1}}\n"),
-      Catch::Contains("is of form planned_moves"));
+      Catch::Contains("applies only to form planned_moves"));
 }
 
 TEST_CASE("On hardware a compensator needs a limit, and does not act beside the jacket",

@@ -88,7 +88,7 @@ TEST_CASE("What is no number is said to be what it is", "[config]") {
   CHECK(said_of_number("-.") == "f:1:4: error: x: must be a number (got '-.')\n");
   CHECK(said_of_number("[1]") == "f:1:4: error: x: must be a number (got a list)\n");
   CHECK(said_of_number("{a: 1}") == "f:1:4: error: x: must be a number (got a mapping)\n");
-  CHECK(said_of_number("") == "f:1:1: error: x: must be a number (nothing is given)\n");
+  CHECK(said_of_number("") == "f:1:1: error: x: must be a number (no value given)\n");
 }
 
 TEST_CASE("Ranges tell open from closed ends", "[config]") {

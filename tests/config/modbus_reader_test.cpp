@@ -200,8 +200,8 @@ TEST_CASE("raw and eu are checked like any other scale", "[config][modbus]") {
         "loop.yaml:25:45: error: io.positioner.command.raw: must lie within -32768 to 32767, which "
         "the type (at 25:35) holds (got [0, 65535])\n");
   CHECK(command("type: f64, raw: [0, 1e-300], eu: [0, 1e300]") ==
-        "loop.yaml:25:62: error: io.positioner.command.eu: and raw are of sizes between which no "
-        "number can scale\n");
+        "loop.yaml:25:62: error: io.positioner.command.eu: and raw differ too much in size to be "
+        "scaled\n");
   CHECK(command("type: u16, raw: [0, 27648], eu: 10") ==
         "loop.yaml:25:61: error: io.positioner.command.eu: must be [first, last], CO units\n");
 }

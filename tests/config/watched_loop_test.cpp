@@ -188,8 +188,8 @@ TEST_CASE("Feeders are users, each his own", "[config][watch]") {
   REQUIRE(daemon);
   CHECK(daemon->feeders.at("opcua") == FeederUser{"root", 0});
   CHECK(test::said_of_daemon("feeders:\n  a: {user: root}\n  b: {user: root}\n") ==
-        "d.yaml:3:13: error: feeders.b.user: is that of feeder 'a' as well: which values he may "
-        "write would not be told by who he is\n");
+        "d.yaml:3:13: error: feeders.b.user: is also the user of feeder 'a', so it would not "
+        "identify the feeder. Use another user\n");
   CHECK(test::said_of_daemon("feeders: {a: {user: nobody-of-this-name}}\n") ==
         "d.yaml:1:21: warning: feeders.a.user: there is no user 'nobody-of-this-name' on this "
         "host, so this feeder can't write values\n");
