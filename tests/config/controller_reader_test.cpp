@@ -166,7 +166,7 @@ TEST_CASE("Each compensator has its own keys and says which are missing", "[conf
   CHECK_THAT(said(moves + "s: 0.6, j: 0.7"), Catch::Contains("must not exceed s = 0.6 (got 0.7)"));
   CHECK_THAT(said(moves + "s: 0.6, j: 0.3, s_interval: [0.7, 0.8]"),
              Catch::Contains("does not hold s = 0.6"));
-  CHECK_THAT(said(moves + "s: 0.6, j: 0.3, limit: 1"), Catch::Contains("use max_move"));
+  CHECK_THAT(said(moves + "s: 0.6, j: 0.3, limit: 1"), Catch::Contains("Use max_move"));
 }
 
 }  // namespace controller_reader_test
