@@ -185,7 +185,7 @@ class Parser {
     const std::vector<double>& time_s = record_.time_s;
     if (time_s.size() > 1 && !(time_s.back() > time_s[time_s.size() - 2])) {
       fail(cells_[columns_.front().index].column,
-           fmt::format("time: {} s does not come after the {} s of the row before", time_s.back(),
+           fmt::format("time: {} s is not later than the {} s of the row before", time_s.back(),
                        time_s[time_s.size() - 2]));
     }
   }
@@ -222,7 +222,7 @@ class Parser {
     const std::vector<double>& time_s = record_.time_s;
     if (time_s.size() < 2) {
       line_ = 0;
-      fail(0, fmt::format("{} rows; a period takes two at least", time_s.size()));
+      fail(0, fmt::format("{} rows; a period needs at least two", time_s.size()));
     }
     std::vector<double> steps;
     steps.reserve(time_s.size() - 1);

@@ -36,9 +36,9 @@ void Database::demand_schema(const Schema& schema) {
   sqlite3_db_config(handle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   throw Error(
       Error::Kind::other_version,
-      fmt::format("{} is a {} of version {}, this program knows version {}: the file stays "
-                  "as it is; install the version of Loopwarden that wrote it, or move the "
-                  "file away and a new one begins",
+      fmt::format("{} is a {} of version {}, this program knows version {}. The file is not "
+                  "changed. Install the version of Loopwarden that wrote it, or move the file away "
+                  "to start a new one",
                   sqlite3_db_filename(handle(), "main"), schema.what, version, schema.version));
 }
 

@@ -254,9 +254,10 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   if (BusWaiter::now_ns() - command.time_ns > point.max_age_ns) {
     TaskCounters::add(task.counters.old_commands_withheld);
     if (!std::exchange(point.withholding, true)) {
-      report(LinkEvent::Kind::commands_withheld,
-             task.name + ": the loop no longer renews its command, which is left to the device",
-             task.name);
+      report(
+          LinkEvent::Kind::commands_withheld,
+          task.name + ": the loop no longer renews its command. The device's own watchdog must act",
+          task.name);
     }
     point.output.ok = false;
     point.output.reason = Reason::stale;

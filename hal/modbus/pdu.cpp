@@ -155,12 +155,12 @@ std::string request_text(const Request& request) {
 std::string write_function_hint(const Request& request) {
   if (request.read) return {};
   if (request.function == kWriteSingleRegister) {
-    return "If the device takes only function 16, set write_function: multiple.";
+    return "If the device accepts only function 16, set write_function: multiple.";
   }
   if (request.count == 1) {
-    return "If the device takes only function 6, set write_function: single.";
+    return "If the device accepts only function 6, set write_function: single.";
   }
-  return "If the device takes only function 6, use a command of one register (u16 or i16 with "
+  return "If the device accepts only function 6, use a command of one register (u16 or i16 with "
          "scale) and set write_function: single.";
 }
 

@@ -349,14 +349,14 @@ void write_evidence(const Evidence& evidence, const config::SpecialistFolder* sp
 Evidence read_evidence(const fs::path& folder) {
   const fs::path file = folder / "evidence.json";
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw EvidenceError(file.string() + ": not there, or not to be read");
+  if (!stream) throw EvidenceError(file.string() + ": missing or unreadable");
   Evidence evidence;
   try {
     const json about = json::parse(stream);
     evidence = evidence_of(about);
     for (const char* name : files_of(evidence)) {
       if (about.at("files").at(name) != crc_of(folder / name)) {
-        throw EvidenceError(fmt::format("{} is not what it was", name));
+        throw EvidenceError(fmt::format("{} has been changed", name));
       }
     }
   } catch (const std::exception& e) {

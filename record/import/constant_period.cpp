@@ -596,7 +596,7 @@ class Resampler {
                       gap ? fmt::format("for {:.3g} h there are no values. Export the times before "
                                         "and after as two files",
                                         longest_s / 3600.0)
-                          : std::string("--period takes a longer one")));
+                          : std::string("set a longer one with --period")));
     }
     grid_.count = static_cast<std::size_t>(count);
     if (grid_.count < 2) fail(fmt::format("less than two samples of {:g} s", grid_.period_s));
@@ -607,11 +607,11 @@ class Resampler {
   // Refuses a record of mostly interpolated values.
   [[noreturn]] void refuse_sparse(double count) const {
     const std::string what =
-        fmt::format("{} values would make {:.0f} samples of {:g} s, more than {:g} a value",
+        fmt::format("{} values would make {:.0f} samples of {:g} s, more than {:g} per value",
                     values_, count, grid_.period_s, kMostRowsAValue);
     const double longer_s =
         (to_s_ - grid_.from_s) / (0.5 * kMostRowsAValue * static_cast<double>(values_));
-    const std::string help = fmt::format("--period {:g} takes fewer", scan_above(longer_s));
+    const std::string help = fmt::format("--period {:g} makes fewer", scan_above(longer_s));
     if (polled_) {
       const double longest_s = *std::max_element(pv_steps_.begin(), pv_steps_.end());
       fail(
@@ -619,7 +619,7 @@ class Resampler {
                       "and after as two files; {}",
                       what, longest_s / 3600.0, help));
     }
-    fail(fmt::format("{}: most is not stored; give an export of raw values; {}", what, help));
+    fail(fmt::format("{}: most samples are not stored. Export raw values; {}", what, help));
   }
 
   void fill() {

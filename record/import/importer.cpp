@@ -42,8 +42,8 @@ std::shared_ptr<std::FILE> spooled(TextSource& source) {
   }
   if (!good || std::fflush(file.get()) != 0) {
     throw RecordError(RecordError::Kind::io, 0, 0,
-                      fmt::format("{}: a row a value is read twice, and its copy in the folder for "
-                                  "temporary files can't be written: {}",
+                      fmt::format("{}: a table with one row per value is read twice, but its "
+                                  "temporary copy can't be written: {}",
                                   source.name(), base::error_text(errno)));
   }
   return file;
@@ -88,7 +88,8 @@ std::string why_passed_over(const fs::path& path) {
     return "an archive of another kind: unpack it, or make a .zip";
   if (is_one_of(ending, {".mat", ".h5", ".hdf5", ".parquet", ".db", ".sqlite", ".mdf", ".tdms"}))
     return "values in a form that is not read: export them as CSV";
-  return "by its name no export (.csv .txt .tsv .dat .zip .xlsx); given by itself it is read";
+  return "unknown file type (not .csv .txt .tsv .dat .zip .xlsx). Name the file on the command "
+         "line to read it anyway";
 }
 
 std::string list_of(const std::vector<FoundLoop>& loops) {
@@ -525,7 +526,7 @@ std::string Importer::passed_over_text() const {
   }
   std::string text;
   for (const auto& [why, files] : by_reason) {
-    text += fmt::format("{}passed over: {}{}: {}", text.empty() ? "" : "\n", files.names,
+    text += fmt::format("{}skipped: {}{}: {}", text.empty() ? "" : "\n", files.names,
                         files.count > kMost ? fmt::format(" and {} more", files.count - kMost) : "",
                         why);
   }
@@ -770,8 +771,9 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
     }
     if (complete.size() == 1) return read(complete.front());
     if (usable.size() > 1) {
-      fail(fmt::format("{} loops ({}); --loop TAG takes one, 'loopwarden survey' all of them",
-                       usable.size(), list_of(importer.loops())));
+      fail(fmt::format(
+          "{} loops ({}). Select one with --loop TAG, or read all with 'loopwarden survey'",
+          usable.size(), list_of(importer.loops())));
     }
     return read(usable.front());
   } catch (const RecordError& e) {

@@ -70,7 +70,7 @@ class Importer {
   }
   // Returns files in folders and archives that are no exports, with the reason.
   const std::vector<FileProblem>& passed_over() const noexcept { return passed_over_; }
-  // Returns one line per reason: "passed over: a.pdf, b.pdf: PDF holds no values that can be read";
+  // Returns one line per reason: "skipped: a.pdf, b.pdf: PDF holds no values that can be read";
   // empty if no file was skipped.
   std::string passed_over_text() const;
   // Returns names that belong to no loop.

@@ -501,7 +501,7 @@ class Finder {
       row = k;
       if (!is_any_time(text)) break;
     }
-    if (row == kNoColumn) fail(rows_.size(), 0, "a header, and no row of data below it");
+    if (row == kNoColumn) fail(rows_.size(), 0, "a header without a row of data below it");
     const std::string_view text = cell(row, column);
     fail(row + 1, place_in_line(lines_[row], lines_[row].find(text), options_),
          fmt::format("{} is no time {}", base::in_quotes(text), of_what));
@@ -944,9 +944,9 @@ std::string describe(const Layout& layout, const TextSource& source) {
   if (layout.clock != kNoColumn)
     text += fmt::format(" and {}", base::in_quotes(layout.names[layout.clock]));
   if (layout.annotated) text += "; as InfluxDB writes it";
-  text += layout.is_long ? "; a row a value"
+  text += layout.is_long ? "; one row per value"
           : layout.pairs ? "; times and values in pairs of columns"
-                         : "; a column a signal";
+                         : "; one column per signal";
   const std::vector<std::size_t> qualities = quality_columns(layout);
   for (std::size_t k = 0; k < std::min(kMostQualitiesSaid, qualities.size()); ++k)
     text += (k > 0 ? ", " : "; qualities in ") + base::in_quotes(layout.names[qualities[k]]);

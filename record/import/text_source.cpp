@@ -37,8 +37,8 @@ std::string other_format(std::string_view head) {
       first == head.npos ? head.npos : head.find_first_not_of(" \t\r\n", first + 1);
   if (second != head.npos && ((head[first] == '{' && head[second] == '"') ||
                               (head[first] == '[' && (head[second] == '{' || head[second] == '['))))
-    return "is JSON, which is not read: export the values as CSV, a column a signal or a row a "
-           "value";
+    return "is JSON, which is not read: export the values as CSV with one column per signal or one "
+           "row per value";
   return {};
 }
 

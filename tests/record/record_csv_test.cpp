@@ -145,7 +145,7 @@ TEST_CASE("time must rise") {
   const Failure back = failure_of("pv,time\n1,0\n1,1\n1,0.5\n");
   CHECK(back.line == 4);
   CHECK(back.column == 3);
-  CHECK_THAT(back.what, Catch::Contains("0.5 s does not come after the 1 s"));
+  CHECK_THAT(back.what, Catch::Contains("0.5 s is not later than the 1 s"));
   CHECK(failure_of("time,pv\n0,1\n1,1\n1,1\n").line == 4);
 }
 

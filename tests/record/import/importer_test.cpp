@@ -747,7 +747,7 @@ TEST_CASE("a record of more than 50 samples a value is refused, unless its perio
   }
   const std::string what = failure(text);
   INFO(what);
-  CHECK(what.find("samples of 1 s, more than 50 a value") != std::string::npos);
+  CHECK(what.find("samples of 1 s, more than 50 per value") != std::string::npos);
   const std::size_t help = what.find("--period ");
   REQUIRE(help != std::string::npos);
   ImportOptions told;
@@ -891,7 +891,7 @@ TEST_CASE("what a folder has beside exports is listed with the reason", "[import
   CHECK(importer.passed_over().size() == 4);
   const std::string said = importer.passed_over_text();
   for (const char* part : {"a.pdf: a PDF holds no values", "b.json: JSON is not read",
-                           "c.JPG: a picture", "d.raw: by its name no export"}) {
+                           "c.JPG: a picture", "d.raw: unknown file type"}) {
     INFO(part);
     CHECK(said.find(part) != std::string::npos);
   }
@@ -1421,7 +1421,7 @@ TEST_CASE("what is no export says so", "[import]") {
         std::string::npos);
   CHECK(failure("").find("empty") != std::string::npos);
   for (const char* header : {"Time,PV,OP\n", "Time,PV,OP\ns,m3/h,%\n"}) {
-    CHECK(failure(header).find("a header, and no row of data below it") != std::string::npos);
+    CHECK(failure(header).find("a header without a row of data below it") != std::string::npos);
   }
   // At the first row.
   CHECK(failure(wide("Timestamp,PV,OP,SP",
