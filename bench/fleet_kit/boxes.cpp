@@ -135,7 +135,7 @@ int main(int argc, char** argv) {
   cli.add_option("--loops", options.loops);
   cli.add_option("--period", options.period_s, "s, between a loop's messages");
   cli.add_option("--seconds", options.seconds);
-  cli.add_option("--drain", options.drain_s, "s, at most, to send what is stored");
+  cli.add_option("--drain", options.drain_s, "s, at most, to send stored values");
   cli.add_option("--count-from", options.count_from, "each loop's first value is one more");
   cli.add_option("--lose-births", options.births_to_lose);
   CLI11_PARSE(cli, argc, argv);

@@ -303,28 +303,28 @@ int run_alarm_study(const AlarmStudyOptions& options) {
 
 void add_alarm(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<AlarmStudyOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "alarm", "how long alarms take to come, and how many come that should not");
+  CLI::App* sub =
+      app.add_subcommand("alarm", "Measure the delay of alarms and the rate of false alarms");
   sub->add_option("--specialists", o->specialists, "folder with manifest.yaml and model.yaml")
       ->capture_default_str();
-  sub->add_option("--runs", o->runs, "loops of each fault and severity; 0: no such table")
+  sub->add_option("--runs", o->runs, "loops of each fault and severity; 0: skip this table")
       ->capture_default_str();
-  sub->add_option("--windows", o->windows, "for which each is watched")
+  sub->add_option("--windows", o->windows, "windows per loop")
       ->check(CLI::Range(3, 1000))
       ->capture_default_str();
   sub->add_option("--days", o->days, "of healthy operation; 0: skip this part")
       ->capture_default_str();
-  sub->add_option("--seed", o->seed, "of all chance; training has others")->capture_default_str();
+  sub->add_option("--seed", o->seed, "seed of all random numbers; training uses others")
+      ->capture_default_str();
   sub->add_option("--missing", o->missing_percent,
-                  "share of cycles that come too late, in stretches of 1 to 4, %")
+                  "share of late cycles, in stretches of 1 to 4, %")
       ->check(CLI::Range(0.0, 50.0))
       ->capture_default_str();
-  sub->add_option(
-         "--records", o->records,
-         "folders of records with labels.csv (file, loop, sticky), replayed instead: which "
-         "alarms routine evidence raises")
+  sub->add_option("--records", o->records,
+                  "folders of records with labels.csv (file, loop, sticky), replayed instead, to "
+                  "list the alarms of routine evidence")
       ->type_name("DIR");
-  sub->add_option("--jobs", o->jobs, "threads; 0: one a core")->capture_default_str();
+  sub->add_option("--jobs", o->jobs, "threads; 0: one per core")->capture_default_str();
   workbench::add_json_flag(*sub, o->json);
   sub->footer("Example: loopwarden-study alarm --days 365");
   sub->callback([o, &exit_code] { exit_code = run_alarm_study(*o); });

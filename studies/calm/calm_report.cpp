@@ -262,11 +262,11 @@ int run_calm_study(const CalmOptions& options) {
 void add_calm(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<CalmOptions>();
   CLI::App* sub =
-      app.add_subcommand("calm", "what each compensator does to loops with a sticking valve");
+      app.add_subcommand("calm", "Test all compensators on loops with a sticking valve");
   sub->add_option("--cases", options->cases, "random loops, sticky and healthy")
       ->capture_default_str()
       ->check(CLI::Range(std::size_t{1}, std::size_t{100000}));
-  sub->add_option("--seed", options->seed, "of everything random")->capture_default_str();
+  sub->add_option("--seed", options->seed, "seed of all random numbers")->capture_default_str();
   sub->add_option("--only", options->only,
                   "only compensators whose name begins with this; 'commissioned' takes most of a "
                   "minute per loop");

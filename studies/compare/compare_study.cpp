@@ -11,7 +11,8 @@ namespace loopwarden::studies {
 void add_compare(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<workbench::ComparisonOptions>();
   options->plants = workbench::ComparedPlants::own_and_others;
-  CLI::App* sub = app.add_subcommand("compare", "the valve compensators on a grid of three plants");
+  CLI::App* sub =
+      app.add_subcommand("compare", "Compare the valve compensators on a grid of three plants");
   workbench::Command command(*sub);
   workbench::add_comparison_options(command, *options);
   sub->footer("Example: loopwarden-study compare config/examples/models/plant1.yaml --out compare");

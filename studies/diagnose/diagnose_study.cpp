@@ -903,7 +903,7 @@ int run_study(const StudyOptions& options) {
 void add_diagnose(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<StudyOptions>();
   CLI::App* sub = app.add_subcommand(
-      "diagnose", "how well diagnose does on simulated loops or labelled records");
+      "diagnose", "Measure the accuracy of diagnose on simulated loops or labelled records");
   sub->add_option("--cases", options->cases, "simulated loops")->check(CLI::Range(1, 1000000));
   sub->add_option("--seed", options->seed, "of the simulated loops; training and report need two");
   sub->add_option("--train", options->train, "fit the table to these loops and write it here");
@@ -935,10 +935,11 @@ void add_diagnose(CLI::App& app, int& exit_code) {
                   "write the evidence of each loop, CSV; with --compare all of both populations");
   std::vector<std::string> names{kEveryIngredient};
   names.insert(names.end(), kIngredientNames.begin(), kIngredientNames.end());
-  sub->add_option("--without", options->without,
-                  "what the simulated loops lack (studies/diagnose/ingredients.hpp)")
+  sub->add_option(
+         "--without", options->without,
+         "ingredients to remove from the simulated loops (studies/diagnose/ingredients.hpp)")
       ->check(CLI::IsMember(names));
-  sub->add_option("--with", options->with, "what they have all the same, as in '--without all'")
+  sub->add_option("--with", options->with, "ingredients to keep with '--without all'")
       ->check(CLI::IsMember(names));
   sub->add_option("--save", options->save, "write the simulated loops into this folder, instead");
   sub->add_option("--threads", options->threads, "at once")->check(CLI::Range(1, 1024));

@@ -293,7 +293,7 @@ void add_gallery(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<GalleryOptions>();
   CLI::App* sub = app.add_subcommand(
       "gallery",
-      "trend, CO-PV correlation and signature of plant 1 for every fault, and measured loops");
+      "Draw trend, CO-PV correlation and signature of plant 1 for each fault, and measured loops");
   sub->add_option("--out", options->out,
                   "folder for gallery.md and its pictures; without it the table");
   sub->add_option("--data", options->data, "folder with the records of measured loops")

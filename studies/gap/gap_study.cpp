@@ -292,7 +292,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--json", options.json, "figures and cases as JSON");
   app.add_flag("--list", options.list, "one line per case");
   auto* generate =
-      app.add_option("--generate", options.generate, "make so many cases and score them");
+      app.add_option("--generate", options.generate, "number of cases to make and score");
   auto* seed =
       app.add_option("--seed", options.seed, "for --generate; 100000 and above are held out");
   generate->needs(seed);
@@ -307,14 +307,14 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--samples", options.samples, "for --generate: rows of a record")
       ->check(CLI::Range(600, 100000))
       ->capture_default_str();
-  app.add_option("--only", options.only, "only truths whose name holds this");
-  app.add_option("--keep", options.keep, "folder that keeps what the program wrote");
+  app.add_option("--only", options.only, "only truths whose name contains this");
+  app.add_option("--keep", options.keep, "folder for the output of the program");
   app.add_flag("--resume", options.resume,
-               "take the answers that --keep's folder has, of the same cases and program");
+               "reuse the answers in the folder of --keep, of the same cases and program");
   app.add_flag("--without-truth", options.without_truth,
-               "take the names that would be right out of the catalogue, case by case");
+               "remove the correct names from the catalogue, case by case");
   app.add_option("--names", options.names,
-                 "write every name that was given, and what its confidence is read from, as CSV");
+                 "write all given names and the values that determine their confidence, as CSV");
   app.add_option("--calibrate", options.calibrate,
                  "write the table of confidence, model/gap/confidence_table.cpp, from these names");
   app.add_option("--given", options.given, "files of --names, for --calibrate in place of a run");
@@ -340,7 +340,7 @@ int run_study(const Options& options) {
 
 void add_gap(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<Options>();
-  CLI::App* sub = app.add_subcommand("gap", "score loopwarden gap on cases with a known truth");
+  CLI::App* sub = app.add_subcommand("gap", "Score loopwarden gap on cases with a known truth");
   add_options(*sub, *options);
   sub->footer("Example: loopwarden-study gap --generate 23 --seed 1 --load");
   sub->callback([options, &exit_code] { exit_code = run_study(*options); });

@@ -187,13 +187,13 @@ int run_identify_study(const IdentifyStudyOptions& options) {
 
 void add_identify(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<IdentifyStudyOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "identify",
-      "how often the intervals of `loopwarden identify` hold the truth, on simulated loops");
+  CLI::App* sub = app.add_subcommand("identify",
+                                     "Measure how often the intervals of `loopwarden identify` "
+                                     "contain the truth, on simulated loops");
   sub->add_option("--cases", options->cases, "loops of each kind")->capture_default_str();
   sub->add_option("--seed", options->seed, "of the first loop")->capture_default_str();
   sub->add_option("--kind", options->kind, "one kind only, by its row from 0");
-  sub->add_option("--jobs", options->jobs, "threads; 0: one a core")->capture_default_str();
+  sub->add_option("--jobs", options->jobs, "threads; 0: one per core")->capture_default_str();
   sub->add_flag("--each", options->each, "a line for each loop before the table");
   sub->add_flag("--json", options->json, "print the result as JSON");
   sub->footer("Example: loopwarden-study identify --cases 100");

@@ -78,9 +78,8 @@ int write_plant(const PlantOptions& options) {
   for (const std::string& lines : truth) all += lines;
   // Written outside the folder of exports, because it is no export.
   workbench::write_output(options.out + ".truth.csv", all);
-  fmt::print("{} loops, {} days, {} files in {}; what is wrong with them: {}.truth.csv\n",
-             options.plant.loops, options.plant.days, units * options.plant.days, options.out,
-             options.out);
+  fmt::print("{} loops, {} days, {} files in {}; true faults: {}.truth.csv\n", options.plant.loops,
+             options.plant.days, units * options.plant.days, options.out, options.out);
   return kExitOk;
 }
 
@@ -130,8 +129,8 @@ int score(const PlantOptions& options) {
 
 void add_plant(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<PlantOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "plant", "exports of a simulated plant for the survey, and how well it ranks them");
+  CLI::App* sub =
+      app.add_subcommand("plant", "Export a simulated plant for the survey, and score its ranking");
   sub->add_option("--out", options->out, "folder of the exports")->required();
   sub->add_option("--loops", options->plant.loops, "how many")
       ->check(CLI::Range(1, 100000))

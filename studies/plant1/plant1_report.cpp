@@ -171,7 +171,7 @@ int run_plant1_study(const Plant1Options& options) {
 void add_plant1(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<Plant1Options>();
   CLI::App* sub = app.add_subcommand(
-      "plant1", "what the published model of plant 1 lacks, from its measured signatures");
+      "plant1", "Find the deficits of the published model of plant 1 from its measured signatures");
   sub->add_option("--data", options->data, "folder of the five records")->capture_default_str();
   sub->add_option("--out", options->out, "folder for the pictures, SVG; default: no pictures");
   sub->add_option("--generations", options->generations, "of the joint fit, on each island")
@@ -180,9 +180,8 @@ void add_plant1(CLI::App& app, int& exit_code) {
   sub->add_option("--seed", options->seed, "of the search")->capture_default_str();
   sub->add_option("--threads", options->threads, "the result does not depend on it")
       ->check(CLI::Range(1U, 256U));
-  sub->add_flag(
-      "--from-healthy", options->from_healthy,
-      "fit the plant, the divisor and the step time to the healthy record alone and hold them");
+  sub->add_flag("--from-healthy", options->from_healthy,
+                "fit plant, divisor and step time to the healthy record only, and hold them");
   sub->add_flag("--json", options->json, "print the result as JSON");
   sub->footer("Example: loopwarden-study plant1 --data data/plant1 --out pictures");
   sub->callback([options, &exit_code] { exit_code = run_plant1_study(*options); });

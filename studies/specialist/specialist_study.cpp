@@ -526,7 +526,7 @@ void Study::transfer() {
          }
          return t;
        });
-  line("explaining form as it is: the other plant's process is what it does not know",
+  line("explaining form unchanged: the other plant's process is unknown to it",
        [&](std::size_t a, std::size_t b, Condition c) {
          specialist::Team team = *plants_[a].specialists.team;
          // The spans are known from the instrument's plate.
@@ -539,8 +539,8 @@ void Study::transfer() {
          return judge_windows(team, plants_[b].model, request(c), number, 8);
        });
   line(
-      "explaining form with the other plant's gain, time constant and dead time, networks as they "
-      "were",
+      "explaining form with the other plant's gain, time constant and dead time, networks "
+      "unchanged",
       [&](std::size_t a, std::size_t b, Condition c) {
         specialist::Team team = *plants_[a].specialists.team;
         team.facts = plants_[b].specialists.team->facts;
@@ -634,8 +634,7 @@ int run_study(const StudyOptions& options) {
 
 void add_specialist(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<StudyOptions>();
-  CLI::App* sub =
-      app.add_subcommand("specialist", "print the figures that docs/specialists.md states");
+  CLI::App* sub = app.add_subcommand("specialist", "Print the figures of docs/specialists.md");
   sub->add_option("parts", o->parts, "tables to print; default: all")
       ->check(CLI::IsMember(
           {"table", "fresh", "sweep", "anywhere", "unknown", "year", "transfer", "real"}));
@@ -643,9 +642,10 @@ void add_specialist(CLI::App& app, int& exit_code) {
   sub->add_option("--records", o->records, "folder of the measured signatures")
       ->capture_default_str();
   sub->add_option("--out", o->out, "folder for the plot");
-  sub->add_option("--seed", o->seed, "of all chance; training has others")->capture_default_str();
-  sub->add_option("--jobs", o->jobs, "threads; 0: one a core")->capture_default_str();
-  sub->add_flag("--quick", o->quick, "few windows: to see that it runs");
+  sub->add_option("--seed", o->seed, "seed of all random numbers; training uses others")
+      ->capture_default_str();
+  sub->add_option("--jobs", o->jobs, "threads; 0: one per core")->capture_default_str();
+  sub->add_flag("--quick", o->quick, "use few windows, to check that it runs");
   workbench::add_json_flag(*sub, o->json);
   sub->footer("Example: loopwarden-study specialist unknown year");
   sub->callback([o, &exit_code] { exit_code = run_study(*o); });
