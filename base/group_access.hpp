@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gives one more group access to a file, by the access control list (acl(5)). chown would need a
-// system call that the daemon's unit denies, and the daemon would have to be a member of the group.
+// Gives one more group access to a file, by the access control list (acl(5)). chown is no
+// alternative: the daemon's unit denies its system call, and the daemon would have to be a member
+// of the group.
 #pragma once
 
 #include <optional>

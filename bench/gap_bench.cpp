@@ -46,8 +46,8 @@ void two_threads(std::size_t count, const std::function<void(std::size_t)>& body
   work();
 }
 
-// Measures a step that the fits repeat some ten thousand times: valve with stiction, process and
-// transmitter from the measured CO, with the columns of the unknown initial state.
+// Measures a step that the fits repeat some ten thousand times. It simulates valve with stiction,
+// process and transmitter from the measured CO, with the columns of the unknown initial state.
 void free_run_rate(benchmark::State& state) {
   plant::LoopModel model = sticking_plant1();
   model.transmitter.noise = 0.0;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks whether the transactions of all loops fit on a serial line.
 //
-// In each poll period a loop reads PV and its status register, writes the command, and reads the
-// valve position and its status register, as far as they are on this line. Values of loops that
-// other controllers run are counted as they are requested: values of one unit, table and period
-// share a request as far as hal/modbus/read_runs.hpp joins them. Time of a transaction:
-// hal/modbus/line_time.hpp.
+// In each poll period a loop reads PV and the valve position, each with its status register, and
+// writes the command. Only transactions on this line count. Values of loops that other controllers
+// run are counted by requests. Values of one unit, table and period share a request as far as
+// hal/modbus/read_runs.hpp joins them. Time of a transaction: hal/modbus/line_time.hpp.
 #pragma once
 
 #include <string>

@@ -40,8 +40,8 @@ class RecordError : public std::runtime_error {
 // A record of a loop. Columns have equal length; columns missing in the file are empty. NaN marks a
 // missing sample.
 //
-// `mode` is a word of a control system (AUTO, MAN, CAS, ... in any case) or the number of the
-// daemon's exports (0 manual, 1 automatic, 2 fallback). Other values count as unknown.
+// `mode` is a word of a control system (AUTO, MAN, CAS, ... in any case), or the number in exports
+// of the daemon: 0 manual, 1 automatic, 2 fallback. Other values count as unknown.
 struct Record {
   std::vector<double> time_s;     // strictly rising, complete
   std::vector<double> pv;         // PV units
@@ -96,7 +96,7 @@ struct RecordColumns {
 };
 
 // Writes a record row by row into `<path>.tmp`, which finish() renames to `<path>`. Without
-// finish(), or after an error, the written part keeps its temporary name: it can't be mistaken for
+// finish(), or after an error, the written part keeps its temporary name. It can't be mistaken for
 // a complete record, and no measurement is lost. Values are written with the fewest digits that
 // read back to the same bits. Time is rounded to 15 digits, by at most 1 ns.
 class RecordCsvWriter {

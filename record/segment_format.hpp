@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The format of a segment on the disk: a header of 512 bytes, then rows of 88, little-endian, each
-// with a CRC-32 (IEEE 802.3). A row's CRC continues its header's CRC. After a power failure, a row
-// of an older segment in the same place of the disk can therefore not be mistaken for one of this
-// segment.
+// with a CRC-32 (IEEE 802.3). A row's CRC continues its header's CRC. A row of an older segment,
+// left in the same place of the disk by a power failure, is therefore recognised as foreign.
 //
 // Version 2. Version 1 is still read. It had rows of 80 bytes, with one pair of columns for jacket
 // and compensator. The pair belongs to the jacket if the row has a form of it, otherwise to the

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads passwords and keys. They are never in a configuration file, but in a systemd credential
-// (LoadCredential= of the unit, a file in $CREDENTIALS_DIRECTORY) or in a file given by its path.
+// Reads passwords and keys. They are never in a configuration file. They are in a systemd
+// credential (LoadCredential= of the unit, a file in $CREDENTIALS_DIRECTORY) or in a file given by
+// its path.
 #pragma once
 
 #include <filesystem>

@@ -70,8 +70,8 @@ struct Draft {
   double most_loop_gain = std::numeric_limits<double>::infinity();
   double highest_travel = 8.5;
   bool constant_set_point = false;
-  // Limits for a loop that operators leave in automatic: share of the record with the controller
-  // output at 0 or 10, and RMS of SP - PV over the last third, PV units.
+  // Limits for a loop that operators leave in automatic. They are the share of the record with the
+  // controller output at 0 or 10, and the RMS of SP - PV over the last third, PV units.
   double most_time_at_stops = 0.1;
   double most_tail_error = 1.0;
 

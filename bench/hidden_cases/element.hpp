@@ -98,8 +98,8 @@ struct PlayStack {
 };
 std::unique_ptr<Element> make_play_stack(PlayStack stack);
 
-// A stepping drive: moves by whole steps of `step`, one per `pulse_s`, if the distance to the input
-// is more than half a step plus `margin` of a step.
+// A stepping drive: moves by whole steps of `step`, one per `pulse_s`, if the input is more than
+// half a step plus `margin` of a step away.
 std::unique_ptr<Element> make_stepping_drive(double step, double margin, double pulse_s);
 
 // Any curve without memory: characteristic, leakage, positioner with a grid of positions.

@@ -6,9 +6,8 @@
 //   lateness = delay - base, s: wait in addition to that of the quickest values
 //
 // A value with the newest stamp again and the same content is a duplicate. A value with an older
-// stamp is out of order. Both are left out. Stamps that stay older mean that the source's clock was
-// set back: after kStep_s without a newer stamp, the next value is accepted and the base starts
-// again.
+// stamp is out of order. Both are left out. If stamps stay older, the source's clock was set back.
+// After kStep_s without a newer stamp, the next value is accepted and the base starts again.
 //
 // Errors: a stamp that is not finite counts as missing.
 // Limits: it can't distinguish a clock difference from a constant transit time. For the first

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Encodes requests and checks that a reply answers exactly its request. libmodbus leaves gaps here:
-// on TCP it ignores the unit, and for function 6 it ignores the echoed value.
+// Encodes requests and checks that a reply answers exactly its request. libmodbus does not check
+// the unit on TCP, nor the echoed value of function 6.
 #pragma once
 
 #include <array>
@@ -79,8 +79,8 @@ struct Reply {
 enum class ReplyCheck : std::uint8_t { valid, exception, mismatch };
 
 // `bytes` starts with the unit and ends with the protocol data unit. The reply is filled only if it
-// is the one and only complete answer to this request: unit, function, length, and for a write what
-// was written.
+// is exactly one complete answer to this request. Unit, function, length and, for a write, the
+// written values must match.
 ReplyCheck check_reply(const Request& request, std::span<const std::uint8_t> bytes,
                        Reply& reply) noexcept;
 

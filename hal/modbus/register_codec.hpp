@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Converts numbers to registers and back. It does its own packing: the float helpers of libmodbus
-// 3.1.6 don't return the value that was stored, in any byte order (libmodbus issues 807 and 838).
+// Converts numbers to registers and back. It does its own packing. The float helpers of libmodbus
+// 3.1.6 don't return the stored value in any byte order (libmodbus issues 807 and 838).
 #pragma once
 
 #include <array>

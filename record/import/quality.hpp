@@ -11,13 +11,12 @@
 //   eWON            3 is good, if the column is IQuality or 3 is the most frequent code
 //   OPC DA, Siemens the two highest bits of the low byte: 0xC0, 0x80 good, 0x40 doubtful
 //
-// An unknown word or code is bad and is reported with its count. If no cell has a known good state
-// and one unknown state has more than half of the cells, this state is treated as good, and
-// reported.
+// An unknown word or code is bad and is reported with its count. If no cell has a known good state,
+// an unknown state with more than half of the cells is treated as good, and reported.
 //
 // A column with fractions is not used, and this is reported. A Status, State or Flags with unknown
-// states is not used either, with two exceptions: one of its states is used for values only (good,
-// bad), or nearly all cells of a Status or State have one state.
+// states is not used either, with two exceptions. It is used if one of its states applies to values
+// only (good, bad). A Status or State is also used if nearly all its cells have one state.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds rows whose times do not continue those of the row before, because a clock was not yet set,
-// was set back, or wrote a few wrong stamps.
+// Finds rows whose times do not continue those of the row before. Causes are a clock that was not
+// yet set, was set back, or wrote a few wrong stamps.
 //
 //   far away      stretches more than a year apart: the one with four fifths of the rows is kept.
 //                 Without such a one, those before 1990 and after 2100 are left out if one

@@ -90,8 +90,8 @@ const char* to_text(Trouble::Kind kind);
 std::vector<TroubleRow> study_troubles(std::size_t cases, std::uint64_t seed,
                                        const StudyWork& work);
 
-// Results of planned_moves as on hardware (max_move 10 % of span, 60 moves per hour), with a rate
-// limit of the output or a read-back that is updated every few seconds.
+// Results of planned_moves with the limits of hardware (max_move 10 % of span, 60 moves per hour).
+// The output has a rate limit, or the read-back is updated every few seconds.
 struct RateRow {
   double percent_per_s = 0.0;  // of the output's span; infinity: no limit
   double read_back_s = 0.0;    // shortest time between two values of the read-back; 0: each cycle

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden-study gallery: draws closed-loop trends, CO-PV correlation and signatures of plant 1
-// for each fault of the thesis's chapter 7, with the measures that its statements refer to. It also
-// draws measured loops.
+// for each fault of the thesis's chapter 7. It adds the measures that the statements of the thesis
+// refer to, and draws measured loops.
 #include <fmt/format.h>
 
 #include <algorithm>

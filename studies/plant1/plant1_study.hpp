@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the deficits of plant 1's model and the effect of each fault: the published model, one
-// corrected plant for the five measured records, and a competition of the catalogue's effects for
-// each faulty record.
+// Finds the deficits of plant 1's model and the effect of each fault. It compares the published
+// model with one corrected plant for the five measured records. For each faulty record, the
+// catalogue's effects compete.
 //
 // model/gap is not used, because it fits one record at a time, while here five records share one
 // corrected plant.

@@ -8,8 +8,8 @@
 // islands. A better trial replaces its parent at once. The best member of all islands is the
 // result. With given shared parameters the sum separates. A trial therefore tests two sets of own
 // parameters for each record, the parent's and a mutated one, and keeps the better. Each island
-// runs on one thread with its own stream of random numbers, so the result depends on the seed and
-// not on the number of threads.
+// runs on one thread with its own stream of random numbers. The result therefore depends on the
+// seed and not on the number of threads.
 #pragma once
 
 #include <cstddef>
