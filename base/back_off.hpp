@@ -7,14 +7,14 @@
 
 namespace loopwarden::base {
 
-// How long to wait before the next attempt: doubling, with a random part, so that a thousand boxes whose server comes
-// back don't all come at once.
+// Computes the wait before the next attempt: it doubles, with a random part. A thousand boxes whose
+// server returns then do not all connect at the same time.
 struct BackOff {
   std::chrono::milliseconds first{1000};
   std::chrono::milliseconds longest{60'000};
 
-  // The pause after the `attempts`th attempt has failed, from 1 on: between half and all of first, 2 first, 4 first ...
-  // longest, by `chance` from 0 to 1.
+  // Returns the pause after attempt `attempts` (from 1 on) has failed. It is between half and all
+  // of first, 2 first, 4 first ... longest, chosen by `chance` from 0 to 1.
   std::chrono::milliseconds pause(std::int64_t attempts, double chance) const noexcept {
     std::int64_t whole = first.count();
     for (std::int64_t i = 1; i < attempts && whole < longest.count(); ++i) whole *= 2;

@@ -18,7 +18,7 @@
 namespace loopwarden::base {
 namespace {
 
-// Of posix_spawn, with what must be destroyed.
+// Settings of posix_spawn that are destroyed at the end of the scope.
 struct SpawnSettings {
   SpawnSettings() {
     posix_spawnattr_init(&attributes);
@@ -42,7 +42,7 @@ std::vector<char*> pointers_to(std::vector<std::string>& words) {
   return pointers;
 }
 
-// The caller's, but for what `wanted` has another value of.
+// Returns the caller's environment, in which `wanted` replaces variables of the same name.
 std::vector<std::string> environment_with(const std::vector<std::string>& wanted) {
   std::vector<std::string> all = wanted;
   for (char** at = environ; *at != nullptr; ++at) {

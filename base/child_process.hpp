@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program of one's own as a child: for work that must not share memory or fate with a daemon.
+// Runs a program of this project as a child process, for work that must not share memory with a
+// daemon and must not end it.
 #pragma once
 
 #include <sys/types.h>
@@ -13,17 +14,19 @@
 namespace loopwarden::base {
 
 struct ChildSettings {
-  int input = -1;    // descriptor that it reads; -1: it has no input
+  int input = -1;    // descriptor that the child reads; -1: no input
   int output = 2;    // descriptor for its output; 2: the caller's standard error
-  int errors = -1;   // descriptor for its errors; -1: as its output
-  bool idle = true;  // runs only while nothing else wants the processor (SCHED_IDLE)
-  std::vector<std::string> environment{};  // NAME=VALUE, in place of the caller's of that name
+  int errors = -1;   // descriptor for its errors; -1: same as its output
+  bool idle = true;  // run only while the processor is otherwise idle (SCHED_IDLE)
+  std::vector<std::string> environment{};  // NAME=VALUE, replaces the caller's variable of that
+                                           // name
 };
 
 // The child inherits no other files than its input and output, and no blocked signal.
 class ChildProcess {
  public:
-  // `program`: a path, or a name that PATH tells. `arguments` without it. Throws std::system_error if it can't be started.
+  // `program`: a path, or a name to be found in PATH. `arguments`: without the program's name.
+  // Throws std::system_error if it can't be started.
   ChildProcess(const std::string& program, const std::vector<std::string>& arguments,
                ChildSettings wanted = {});
   ChildProcess(const ChildProcess&) = delete;
@@ -31,7 +34,7 @@ class ChildProcess {
   // Kills it if it still runs.
   ~ChildProcess();
 
-  // Its exit code, 128 + signal if a signal ended it; nullopt while it runs.
+  // Returns its exit code, or 128 + signal if a signal ended it; nullopt while it runs.
   std::optional<int> ended();
   pid_t pid() const noexcept { return pid_; }
 
@@ -40,8 +43,8 @@ class ChildProcess {
   std::optional<int> code_;
 };
 
-// For such a child itself: idle priority, bounded memory and processor time, gone with its parent. What the system
-// refuses of it is left.
+// Sets up the calling process as a background child: idle priority, limited memory and processor
+// time, killed when its parent ends. Limits that the system refuses are skipped.
 void work_in_background(std::size_t most_memory_bytes, std::chrono::seconds most_processor_time);
 
 }  // namespace loopwarden::base

@@ -7,14 +7,14 @@
 
 namespace loopwarden::base {
 
-// For how long a thread has been waiting for the disk, as the other threads see it: one that hangs
-// can't say so itself.
+// Measures how long a thread has been waiting for the disk. Other threads read it, because a thread
+// that hangs can't report it.
 class DiskWait {
  public:
-  // Longer than that, and a disk counts as hung. A slow one answers sooner.
+  // A disk that takes longer counts as hung. Slow disks answer sooner.
   static constexpr double kHung = 1.0;  // s
 
-  // Around the calls that may wait.
+  // Put around calls that may wait for the disk.
   class Section {
    public:
     explicit Section(DiskWait& wait) noexcept : wait_(wait) { wait_.since_ns_ = now_ns(); }
@@ -26,7 +26,7 @@ class DiskWait {
     DiskWait& wait_;
   };
 
-  // s; 0: it does not wait. Any thread.
+  // Returns s; 0: the thread does not wait. Any thread.
   double seconds() const noexcept {
     const std::int64_t since_ns = since_ns_.load(std::memory_order_relaxed);
     return since_ns == kNone ? 0.0 : static_cast<double>(now_ns() - since_ns) / 1e9;

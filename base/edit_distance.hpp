@@ -6,7 +6,8 @@
 
 namespace loopwarden::base {
 
-// Insertions, deletions, replacements and swaps of neighbours that make `b` of `a`.
+// Returns the number of insertions, deletions, replacements and swaps of neighbours that turn `a`
+// into `b`.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
 }  // namespace loopwarden::base

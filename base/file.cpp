@@ -24,7 +24,7 @@ File& File::operator=(File&& other) noexcept {
 
 bool File::close() noexcept {
   if (fd_ < 0) return true;
-  // The descriptor is gone even when close() is interrupted.
+  // close() releases the descriptor even if it is interrupted.
   return ::close(std::exchange(fd_, -1)) == 0 || errno == EINTR;
 }
 
@@ -33,7 +33,7 @@ std::optional<std::string> File::read(std::size_t most_bytes) const {
   std::string text;
   std::size_t size = 0;
   while (size < most_bytes) {
-    // A pipe does not say how much there is.
+    // The size of a pipe's content is not known in advance.
     if (size == text.size()) text.resize(std::min(std::max(2 * size, kLeastBytes), most_bytes));
     const ssize_t got = ::read(fd_, text.data() + size, text.size() - size);
     if (got < 0 && errno == EINTR) continue;

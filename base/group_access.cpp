@@ -32,7 +32,7 @@ bool set_rights(acl_entry_t entry, const GroupRights& rights) {
          add(rights.execute, ACL_EXECUTE);
 }
 
-// The group's entry, which is made where it is missing; null: there is no room for it.
+// Returns the group's entry and creates it if missing; null if it can't be created.
 acl_entry_t entry_of(acl_t& acl, unsigned group) {
   acl_entry_t entry = nullptr;
   for (int which = ACL_FIRST_ENTRY; acl_get_entry(acl, which, &entry) == 1;
@@ -69,7 +69,7 @@ bool admit_group(const std::string& path, unsigned group, const GroupRights& rig
   acl_entry_t entry = entry_of(list, group);
   const bool done = entry != nullptr && set_rights(entry, rights) && acl_calc_mask(&list) == 0 &&
                     acl_set_file(path.c_str(), ACL_TYPE_ACCESS, list) == 0;
-  acl_free(list);  // by its last address: a new entry may have moved it
+  acl_free(list);  // its newest address: a new entry may have moved the list
   return done;
 }
 

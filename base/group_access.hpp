@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One group more for a file, by its access control list (acl(5)). A file that is given away by chown would need a system
-// call that the daemon's unit denies, and the daemon would have to be a member of the group.
+// Gives one more group access to a file, by the access control list (acl(5)). chown is no
+// alternative: the daemon's unit denies its system call, and the daemon would have to be a member
+// of the group.
 #pragma once
 
 #include <optional>
@@ -8,18 +9,20 @@
 
 namespace loopwarden::base {
 
-// The number of a group by its name; nullopt if there is none. May ask a directory service: not for a thread in a hurry.
+// Returns the number of the group `name`; nullopt if it does not exist. May query a directory
+// service: not for real-time threads.
 std::optional<unsigned> group_id(const std::string& name);
-// The same of a user.
+// Returns the number of the user `name`, as group_id().
 std::optional<unsigned> user_id(const std::string& name);
 
 struct GroupRights {
   bool read = false;
   bool write = false;
-  bool execute = false;  // of a folder: to reach what is in it
+  bool execute = false;  // for folders: access to the files in it
 };
 
-// False, and all is as it was, where the file is another's or its file system has no such lists.
+// Returns false, without a change, if another user owns the file or its file system has no access
+// control lists.
 bool admit_group(const std::string& path, unsigned group, const GroupRights& rights) noexcept;
 
 }  // namespace loopwarden::base

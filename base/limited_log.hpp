@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes lines about links, brokers and feeders to the log, at most one per subject, state and
-// minute (line_limiter.hpp). Any thread. Who includes it links spdlog.
+// minute (line_limiter.hpp). Any thread. A target that includes this file must link spdlog.
 #pragma once
 
 #include <spdlog/spdlog.h>
@@ -22,7 +22,7 @@ class LimitedLog {
   void warn(const std::string& subject, const std::string& state, std::string text) {
     take(subject, state, {.good = false, .text = std::move(text)});
   }
-  // Writes the lines that were withheld and may be written now. At least every few seconds.
+  // Writes the withheld lines that are now due. Call it at least every few seconds.
   void look() {
     const std::lock_guard lock(mutex_);
     for (const LimitedLine& line : limiter_.due(std::chrono::steady_clock::now())) write(line);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Limits log lines about something that may change its state often, such as a link: for each
-// subject and state at most one line per kBetweenLines. Lines in between are counted. If the state
-// that was withheld last is not the one that was written last, due() returns its line as soon as it
-// may be written, so that the log ends with the true state. No clock, no I/O. Not for several
-// threads.
+// Limits log lines about something that may change its state often, such as a link. For each
+// subject and state it permits at most one line per kBetweenLines. Lines in between are counted.
+// The log must end with the true state. If the newest withheld state differs from the newest
+// written one, due() therefore returns its line as soon as permitted. No clock, no I/O. Not for
+// several threads.
 #pragma once
 
 #include <chrono>

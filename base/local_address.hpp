@@ -11,14 +11,14 @@ namespace loopwarden::base {
 
 inline constexpr std::size_t kLongestSocketPath = sizeof(sockaddr_un::sun_path) - 1;
 
-// Throws std::runtime_error for a path that is too long for one.
+// Returns the socket address of `path`. Throws std::runtime_error if `path` is too long.
 sockaddr_un local_address(const std::string& path);
 
-// `what`, and errno in words.
+// Returns an error with the text of `what` and of errno.
 std::runtime_error socket_failure(const std::string& what);
 
-// A connection that never blocks, or -1 and errno: EAGAIN if the queue of who listens is full. Throws as local_address(), and if
-// there is no descriptor.
+// Returns a connection that never blocks, or -1 and errno: EAGAIN if the listener's queue is full.
+// Throws as local_address(), and if no descriptor is free.
 int try_local_connection(const std::string& path);
 
 }  // namespace loopwarden::base

@@ -15,7 +15,8 @@
 namespace loopwarden::base {
 namespace {
 
-// Nobody but the owner may connect before all is right. Not by the umask, which is the whole process's.
+// Only the owner may connect until the permissions are set. The umask is not used for this: it
+// applies to the whole process.
 void bind_to(int fd, const std::string& path, std::optional<unsigned> group,
              std::size_t most_waiting) {
   const sockaddr_un address = local_address(path);
@@ -38,7 +39,7 @@ void bind_to(int fd, const std::string& path, std::optional<unsigned> group,
 int local_listener(const std::string& path, std::optional<unsigned> group,
                    std::size_t most_waiting) {
   const int other = try_local_connection(path);
-  // One that hangs, with a full queue, listens as well.
+  // A full queue also means that a process listens, even if it hangs.
   if (other >= 0 || errno == EAGAIN) {
     if (other >= 0) close(other);
     throw std::runtime_error("another daemon already listens at " + path);

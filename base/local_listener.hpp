@@ -7,9 +7,10 @@
 
 namespace loopwarden::base {
 
-// A listening Unix domain socket that does not block. May connect besides the owner and his group: `group`, which may
-// also reach the socket through its folder; where neither the file system nor the folder's owner stands against it.
-// Replaces a socket left over from a crash; refuses if another process still listens there. Throws std::runtime_error.
+// Returns a listening Unix domain socket that does not block. The owner, the owner's group and
+// `group` may connect. `group` also gets access to the socket's folder, as far as the file system
+// and the folder's owner permit it. Replaces a socket left over from a crash. Throws
+// std::runtime_error, also if another process still listens there.
 int local_listener(const std::string& path, std::optional<unsigned> group,
                    std::size_t most_waiting);
 

@@ -43,10 +43,10 @@ class LocalServer::Socket {
   }
 
   const std::string& path() const noexcept { return settings_.path; }
-  // How long nothing is to be done without a descriptor that moves, at most `most`.
+  // Returns how long this socket can wait if no descriptor becomes ready, at most `most`.
   milliseconds patience(Steady::time_point now, milliseconds most);
   void wait_for(std::vector<pollfd>& waiting, Steady::time_point now) const;
-  // `waiting`: this socket's part of them, as wait_for() put it there.
+  // `waiting`: the entries of this socket, as wait_for() appended them.
   void serve(const pollfd* waiting, Steady::time_point now) noexcept;
 
  private:
@@ -54,7 +54,7 @@ class LocalServer::Socket {
     int fd = -1;
     unsigned uid = 0;
     std::string received{};
-    Later later{};  // the answer that it waits for; empty: none
+    Later later{};  // pending answer; empty: none
     std::string to_send{};
     std::size_t sent = 0;      // of to_send
     Steady::time_point moved;  // when it last took something of its answer
@@ -79,11 +79,12 @@ class LocalServer::Socket {
   Handler handler_;
   int fd_;
   std::vector<Peer> peers_;
-  std::size_t first_ = 0;  // peer with which the next round begins
-  std::size_t left_ = 0;   // answers that this round may still have
-  double tokens_;          // answers that the rate allows at once
+  std::size_t first_ = 0;  // peer that is served first in the next round
+  std::size_t left_ = 0;   // answers left in this round
+  double tokens_;          // answers that the rate allows now
   Steady::time_point refilled_ = Steady::now();
-  // Out of descriptors: who waits stays in the queue, and this thread does not spin on it.
+  // No descriptor is free: new connections stay in the queue until then, and this thread does not
+  // spin.
   Steady::time_point accept_again_{};
 };
 
@@ -110,7 +111,8 @@ milliseconds LocalServer::Socket::patience(Steady::time_point now, milliseconds 
       std::any_of(peers_.begin(), peers_.end(), [](const Peer& peer) { return peer.asks(); });
   if (!asked) return most;
   if (may_answer()) return milliseconds(0);
-  if (settings_.lines_per_second <= 0.0 || tokens_ >= 1.0) return most;  // it waits for its readers
+  // it waits until its peers have read
+  if (settings_.lines_per_second <= 0.0 || tokens_ >= 1.0) return most;
   const double wait_s = (1.0 - tokens_) / settings_.lines_per_second;
   return std::min(most, milliseconds(1 + std::lround(wait_s * 1000.0)));
 }
@@ -118,8 +120,8 @@ milliseconds LocalServer::Socket::patience(Steady::time_point now, milliseconds 
 void LocalServer::Socket::wait_for(std::vector<pollfd>& waiting, Steady::time_point now) const {
   waiting.push_back({fd_, static_cast<short>(now >= accept_again_ ? POLLIN : 0), 0});
   for (const Peer& peer : peers_) {
-    // A peer that has a line here, waits for an answer, or does not read it, is not read from. Without a wish there is nothing to
-    // wait for, a hang-up neither.
+    // A peer is not read from while it has a complete line here, waits for an answer or does not
+    // read its answer. Such a peer is not polled, so its hang-up is not seen either.
     const short events = peer.unsent() > 0 ? POLLOUT : POLLIN;
     const bool rests = peer.unsent() == 0 && (peer.asks() || peer.ended || peer.later);
     waiting.push_back({rests ? -1 : peer.fd, events, 0});
@@ -143,7 +145,7 @@ void LocalServer::Socket::serve(const pollfd* waiting, Steady::time_point now) n
   if ((waiting->revents & POLLIN) != 0) accept_peer(now);
 }
 
-// In place: nothing may fail half way.
+// Works in place, because a failure half way would lose peers.
 void LocalServer::Socket::keep_open(std::size_t next) noexcept {
   const std::size_t count = peers_.size();
   std::size_t kept = 0;
@@ -158,7 +160,7 @@ void LocalServer::Socket::keep_open(std::size_t next) noexcept {
   if (first_ >= kept) first_ = 0;
 }
 
-// False if the connection is to end; also where there is no memory for the peer's request.
+// Returns false if the connection must end, also if memory for the peer's request runs out.
 bool LocalServer::Socket::move(Peer& peer, short ready, Steady::time_point now) noexcept {
   try {
     if ((ready & (POLLERR | POLLNVAL)) != 0) return false;
@@ -230,7 +232,7 @@ bool LocalServer::Socket::send_pending(Peer& peer, Steady::time_point now) {
     peer.sent += static_cast<std::size_t>(n);
     peer.moved = now;
   }
-  // What a large answer took is not kept for the next one.
+  // Frees the memory of a large answer.
   if (peer.sent > 0) peer.to_send = {};
   peer.sent = 0;
   return true;

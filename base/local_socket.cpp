@@ -21,7 +21,7 @@ using SteadyClock = std::chrono::steady_clock;
 constexpr std::size_t kMostAnswerBytes = 256UL * 1024UL * 1024UL;
 constexpr std::size_t kPieceBytes = 64UL * 1024UL;
 
-// A full queue of connections can't be waited for by poll().
+// poll() can't wait for room in a full queue of connections.
 int connected(const std::string& path, SteadyClock::time_point until) {
   constexpr std::chrono::milliseconds kBetweenTries{5};
   for (;;) {
@@ -64,7 +64,7 @@ void LocalClient::send(std::string_view bytes, Moment until) const {
       }
     }
   } catch (const std::exception&) {
-    // The rest of half a line must not become the beginning of the next one.
+    // Half a line that was sent must not become the beginning of the next one.
     shutdown(fd_, SHUT_RDWR);
     throw;
   }

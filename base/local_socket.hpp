@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of text over a Unix domain socket: how the programs beside the daemon talk to it. The daemon's side is
-// local_server.hpp.
+// Lines of text over a Unix domain socket: the client side, for programs that talk to the daemon.
+// local_server.hpp is the daemon's side.
 #pragma once
 
 #include <chrono>
@@ -11,15 +11,15 @@
 
 namespace loopwarden::base {
 
-// The line went out, and no answer came: whatever it asks for may have been done.
+// The line was sent, but no answer arrived: the command may have been executed.
 class NoAnswer : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// One connection to a socket of lines. No call waits longer than it is told to, neither for a daemon that is stopped, whose queue of
-// connections or whose socket is full, nor for one that sends without end. Throws std::runtime_error when the daemon can't be reached
-// or does not answer in time.
+// A client connection to a socket that answers lines. No call waits longer than its timeout, even
+// if the daemon is stopped, its queue or socket is full, or it sends without end. Throws
+// std::runtime_error if the daemon can't be reached or does not answer in time.
 class LocalClient {
  public:
   static constexpr std::chrono::milliseconds kPatience{3000};
@@ -29,8 +29,8 @@ class LocalClient {
   LocalClient& operator=(const LocalClient&) = delete;
   ~LocalClient();
 
-  // Sends a line and waits for the line that answers it; the timeout is of both together. NoAnswer where none comes. The
-  // late answer to an earlier line is left out.
+  // Sends a line and returns the line that answers it. The timeout covers both. Throws NoAnswer if
+  // the answer does not arrive. A late answer to an earlier line is skipped.
   std::string request(std::string_view line, std::chrono::milliseconds timeout);
 
  private:
@@ -42,7 +42,7 @@ class LocalClient {
   int fd_;
   std::string received_;
   std::size_t looked_at_ = 0;  // bytes of received_ without a line's end
-  std::size_t owed_ = 0;       // answers that have not come
+  std::size_t owed_ = 0;       // answers that have not arrived
 };
 
 }  // namespace loopwarden::base

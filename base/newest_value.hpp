@@ -10,10 +10,10 @@ namespace loopwarden::base {
 
 // Hands the newest value from one writing thread to one reading thread.
 //
-// Triple buffer: the writer fills a slot of its own and swaps it with the shared slot; the reader
-// swaps the shared slot with its own when it holds something new. Both sides are wait-free; values
-// that the reader did not fetch in time are overwritten, never torn. With more than one thread on a
-// side the behaviour is undefined.
+// Triple buffer: the writer fills its own slot and swaps it with the shared slot. The reader swaps
+// the shared slot with its own if the shared one is newer. Both sides are wait-free. Values that
+// the reader did not fetch in time are overwritten, never torn. The behaviour is undefined if a
+// side has more than one thread.
 template <class T>
 class NewestValue {
   static_assert(std::is_trivially_copyable_v<T>, "slots are copied without locks");
@@ -29,7 +29,7 @@ class NewestValue {
     writer_slot_ = previous & kSlotMask;
   }
 
-  // Reading thread only. True if there is a value not fetched before; only then `value` is replaced.
+  // Reading thread only. Replaces `value` and returns true if there is a value not fetched before.
   bool fetch(T& value) noexcept {
     if (!refresh()) return false;
     value = slots_[reader_slot_].value;
@@ -53,7 +53,7 @@ class NewestValue {
     return true;
   }
 
-  // A cache line each, so that writer and reader don't slow each other down.
+  // Each slot has its own cache line, so that writer and reader don't slow each other down.
   struct alignas(64) Slot {
     T value;
   };

@@ -11,7 +11,7 @@ namespace loopwarden::base {
 
 void parallel_for(std::size_t count, unsigned threads, const std::function<void(std::size_t)>& body,
                   const std::function<void(std::size_t done)>& progress) {
-  std::mutex mutex;  // guards what follows
+  std::mutex mutex;  // guards the members below
   std::size_t next = 0;
   std::size_t done = 0;
   std::exception_ptr failure;

@@ -28,7 +28,7 @@ unsigned bit(const Address& address, unsigned at) noexcept {
 }  // namespace
 
 std::optional<Address> address_of(const sockaddr* socket_address) noexcept {
-  // Copied: what accept() fills is aligned for no type in particular.
+  // Copied, because the buffer that accept() fills has no particular alignment.
   if (socket_address->sa_family == AF_INET) {
     sockaddr_in v4{};
     std::memcpy(&v4, socket_address, sizeof v4);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which addresses may connect, and which of them may write.
+// Lists the addresses that may connect, and those that may write.
 #pragma once
 
 #include <sys/socket.h>
@@ -17,16 +17,16 @@ using Address = std::array<std::uint8_t, 16>;
 
 std::optional<Address> address_of(const sockaddr* socket_address) noexcept;
 
-// "192.168.10.0/24", "::1", "10.0.0.5".
+// A network or one address: "192.168.10.0/24", "::1", "10.0.0.5".
 struct Network {
   Address base{};
   unsigned bits = 128;  // of the mapped address
   bool contains(const Address& address) const noexcept;
   friend bool operator==(const Network&, const Network&) = default;
 };
-// Returns nullopt if that is no address, or a prefix with bits set after its length.
+// Returns nullopt if the text is no address, or if its prefix has bits set after its length.
 std::optional<Network> parse_network(const std::string& text);
-// Whether the text is a numeric address and nothing behind it.
+// Returns whether the whole text is a numeric address.
 bool is_address(const std::string& text);
 
 struct PeerRule {

@@ -14,10 +14,12 @@ std::string lock_memory() {
   // Freed memory stays with the process, so that a later use causes no page fault.
   mallopt(M_TRIM_THRESHOLD, -1);
   mallopt(M_MMAP_MAX, 0);
-  // One arena: every thread's own would be locked as well, some 64 MB of address space each.
+  // One arena only: an arena per thread would be locked as well, with some 64 MB of address space
+  // each.
   mallopt(M_ARENA_MAX, 1);
-  // What is there now, all code among it, comes into memory: a disk that hangs then keeps no thread from running on. What
-  // comes later, such as the threads' stacks, is locked as it is first used; it has no disk behind it.
+  // Loads all present pages, including code, into memory: a disk that hangs then can't stop a
+  // thread. Later memory, such as the threads' stacks, has no file on a disk. It is locked when it
+  // is first used.
   if (mlockall(MCL_CURRENT) == 0 && mlockall(MCL_FUTURE | MCL_ONFAULT) == 0) return {};
   const int error = errno;
   munlockall();

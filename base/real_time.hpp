@@ -5,8 +5,8 @@
 
 namespace loopwarden::base {
 
-// Prepares the process for a real-time thread: memory locked and never given back to the kernel.
-// Returns an empty text, or in plain words what was refused and what that means.
+// Prepares the process for a real-time thread: locks its memory and never returns memory to the
+// kernel. Returns an empty text, or a message with the refused step and its consequence.
 std::string lock_memory();
 
 // Touches the calling thread's stack so that it causes no page fault later.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Signals that a program takes at a place of its choosing.
+// Waits for signals at a place of the program's choosing.
 #pragma once
 
 #include <chrono>
@@ -7,10 +7,12 @@
 
 namespace loopwarden::base {
 
-// In this thread and those that it makes from now on. Of a program with others: before the first of them.
+// Blocks signals in this thread and in threads that it starts later. Call it before the first
+// thread is started.
 void block_signals(std::initializer_list<int> numbers);
 
-// One of these, which are blocked, that has come or comes within `patience`; 0: none.
+// Waits up to `patience` for one of these blocked signals. Returns the signal, which may already be
+// pending; 0: none arrived.
 int wait_for_signal(std::initializer_list<int> numbers, std::chrono::nanoseconds patience);
 
 }  // namespace loopwarden::base

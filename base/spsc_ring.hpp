@@ -9,16 +9,16 @@
 
 namespace loopwarden::base {
 
-// Fixed-size ring from one writing thread to one reading thread. A full ring refuses the new item
-// and counts it: the writer never waits. With more than one thread on a side the behaviour is
-// undefined.
+// A ring buffer of fixed size from one writing thread to one reading thread. A full ring refuses
+// the new item and counts it: the writer never waits. The behaviour is undefined if a side has more
+// than one thread.
 template <class T>
 class SpscRing {
   static_assert(std::is_trivially_copyable_v<T>, "items are copied without locks");
 
  public:
-  // Room for at least `capacity` items (rounded up to a power of two). Allocates, here only.
-  // `first` is where both counters begin; they may wrap.
+  // Allocates room for at least `capacity` items (rounded up to a power of two). No other function
+  // allocates. `first` is the start of both counters; they may wrap.
   explicit SpscRing(std::size_t capacity, std::size_t first = 0)
       : mask_(round_up(capacity) - 1),
         items_(new T[mask_ + 1]{}),
@@ -27,7 +27,7 @@ class SpscRing {
         tail_(first),
         cached_head_(first) {}
 
-  // Writing thread only. False, and one more drop, if the ring is full.
+  // Writing thread only. If the ring is full, returns false and counts one more drop.
   bool try_push(const T& item) noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head - cached_tail_ > mask_) {
@@ -42,14 +42,14 @@ class SpscRing {
     return true;
   }
 
-  // Writing thread only: so many items are sure to be taken.
+  // Writing thread only. Returns the number of items that are sure to be accepted.
   std::size_t room() const noexcept {
     const std::size_t used =
         head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire);
     return mask_ + 1 - used;
   }
 
-  // Reading thread only. False if there is nothing to read.
+  // Reading thread only. Returns false if the ring is empty.
   bool try_pop(T& item) noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail == cached_head_) {
@@ -61,7 +61,7 @@ class SpscRing {
     return true;
   }
 
-  // Any thread: items refused so far.
+  // Any thread. Returns the number of items refused so far.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
   std::size_t capacity() const noexcept { return mask_ + 1; }
 
@@ -75,10 +75,10 @@ class SpscRing {
   const std::size_t mask_;
   const std::unique_ptr<T[]> items_;
   alignas(64) std::atomic<std::size_t> head_;
-  std::size_t cached_tail_;  // writer's last look at tail_
+  std::size_t cached_tail_;  // tail_ as the writer last read it
   std::atomic<std::uint64_t> dropped_{0};
   alignas(64) std::atomic<std::size_t> tail_;
-  std::size_t cached_head_;  // reader's last look at head_
+  std::size_t cached_head_;  // head_ as the reader last read it
 };
 
 }  // namespace loopwarden::base

@@ -17,7 +17,7 @@ namespace {
 
 int output_error = 0;  // errno of the first failure
 
-// False with errno if not all of it was taken.
+// Writes all bytes. Returns false, with errno, if that fails.
 bool write_all(int fd, const char* data, std::size_t size) {
   while (size > 0) {
     const ssize_t written = ::write(fd, data, size);
@@ -31,7 +31,8 @@ bool write_all(int fd, const char* data, std::size_t size) {
   return true;
 }
 
-// Both say that all was written: fmt::print throws otherwise, in the middle of a command.
+// write_output() and write_error() always report success: otherwise fmt::print would throw in the
+// middle of a command.
 ssize_t write_output(void*, const char* data, std::size_t size) {
   if (output_error == 0 && !write_all(STDOUT_FILENO, data, size)) output_error = errno;
   return static_cast<ssize_t>(size);
@@ -42,7 +43,7 @@ ssize_t write_error(void*, const char* data, std::size_t size) {
   return static_cast<ssize_t>(size);
 }
 
-// What is used of a closed stream fails as before.
+// Opens the place of a closed stream in the wrong direction, so that its use still fails.
 void hold_place(int fd) {
   if (fcntl(fd, F_GETFD) >= 0 || errno != EBADF) return;
   static_cast<void>(::open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY));
@@ -53,7 +54,7 @@ void hold_place(int fd) {
 StandardStreams::StandardStreams() {
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) hold_place(fd);
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit is a full disk, not an end
+  std::signal(SIGXFSZ, SIG_IGN);  // treat a file-size limit as a full disk, don't end
   if (FILE* const out = fopencookie(
           nullptr, "w",
           {.read = nullptr, .write = write_output, .seek = nullptr, .close = nullptr})) {

@@ -3,18 +3,21 @@
 
 namespace loopwarden::base {
 
-// Standard output and error output of a program whose exit code tells whether its words were taken.
+// Standard output and error output of a program whose exit code shows whether its output was
+// written.
 //
-// Printing never fails: the first error of standard output is kept for the end, and what can't be said on the
-// error output is lost. A reader that leaves early (`| head -1`) is no error. A stream that is closed stays taken, so that
-// no file of the program's own is opened in its place. SIGPIPE and SIGXFSZ are ignored from here on.
+// Printing never fails. The first error of standard output is reported at the end. Text that can't
+// be written to the error output is lost. A reader that leaves early (`| head -1`) is no error. A
+// closed stream stays reserved, so that a file opened later does not take its place. SIGPIPE and
+// SIGXFSZ are ignored from here on.
 //
-// To be made once, at the beginning of main.
+// Create one object at the beginning of main.
 class StandardStreams {
  public:
   StandardStreams();
 
-  // After the last word. `exit_code`, or 74 with the reason where a good one would not be true.
+  // Flushes the output at the end of the program. Returns `exit_code`, or 74 with a message if that
+  // was success but output was lost.
   int finish(int exit_code);
 };
 

@@ -29,7 +29,8 @@ std::string Thread::start(const ThreadOptions& options, std::function<void()> bo
   std::string refused;
   int error = EPERM;
   if (options.fifo_priority > 0) {
-    // From its first instruction on: on a busy machine it could wait long to be given a priority.
+    // The priority is set before the thread starts: on a loaded machine it could wait long for a
+    // later change.
     const sched_param parameters{options.fifo_priority};
     pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
     pthread_attr_setschedpolicy(&attributes, SCHED_FIFO);

@@ -15,10 +15,10 @@ struct ThreadOptions {
   std::string name;                          // at most 15 characters, as ps and top show it
   int fifo_priority = 0;                     // SCHED_FIFO priority 1..99; 0: ordinary scheduling
   std::optional<int> cpu = std::nullopt;     // pin to this CPU
-  std::size_t stack_bytes = 256UL * 1024UL;  // locked in memory as it is used
+  std::size_t stack_bytes = 256UL * 1024UL;  // locked in memory when used
 };
 
-// A joined-on-destruction thread with a name, a priority and a stack of stated size.
+// A thread with a name, a priority and a fixed stack size. It is joined on destruction.
 class Thread {
  public:
   Thread() = default;
@@ -26,12 +26,12 @@ class Thread {
   Thread& operator=(const Thread&) = delete;
   ~Thread() { join(); }
 
-  // Starts `body`. If the priority or the CPU is refused the thread runs without it and the return
-  // value says so in words; it is empty if everything was granted. Throws std::system_error if no
-  // thread can be had at all.
+  // Starts `body`. If the priority or the CPU is refused, the thread runs without it, and the
+  // returned text names the refusal. Returns an empty text otherwise. Throws std::system_error if
+  // the thread can't be started at all.
   std::string start(const ThreadOptions& options, std::function<void()> body);
   void join() noexcept;
-  // As join(), but for at most `patience`. False if the thread still runs.
+  // Joins, but waits for at most `patience`. Returns false if the thread still runs.
   bool join_for(std::chrono::milliseconds patience) noexcept;
   bool running() const noexcept { return started_; }
 

@@ -21,9 +21,9 @@ constexpr auto kPriorities = std::to_array<Choice<Priority>>({{"low", Priority::
                                                               {"high", Priority::high},
                                                               {"critical", Priority::critical}});
 
-// What is far outside must be told sooner than what is a little outside.
+// A large deviation is reported sooner than a small one.
 constexpr double kFarDelay_s = 2.0;
-// Dead bands, where none is given.
+// Default dead bands.
 constexpr double kBandOfSpan = 0.01;
 constexpr double kBandOfLimit = 0.1;
 constexpr double kTimeConstants = 3.0;
@@ -42,9 +42,9 @@ class Reader {
     process(AlarmKind::pv_low_low).on_delay_s = kFarDelay_s;
     if (!in) return alarms_;
     in->set_one_of("normal_mode", kNormalModes,
-                   "in another one for 10 s: alarm not_normal_mode, so in fallback and in manual "
-                   "after it; in manual as the loop starts not until it has been in automatic. "
-                   "any: never",
+                   "normal mode; after 10 s in another mode the alarm not_normal_mode is raised, "
+                   "also in fallback and in manual after it. In manual after the start it is "
+                   "raised only after the loop has been in automatic. any: never raised",
                    normal);
     if (in->describing())
       describe(*in);
@@ -73,40 +73,43 @@ class Reader {
     }
   }
 
-  // What all have stands in the reference once.
+  // The keys that all alarms share appear once in the reference.
   void describe(MapReader& in) {
     in.maybe_section("ALARM", "an alarm by its name, such as bad_pv or pv_high: docs/alarms.md",
                      [&](MapReader& alarm) { read_common(alarm, AlarmKind::bad_pv); });
     for (const AlarmKind kind : alarm::kLimitAlarms) {
-      in.maybe_section(to_text(kind), "off unless it is there",
+      in.maybe_section(to_text(kind), "off if absent",
                        [&](MapReader& alarm) { read_limit(alarm, kind); });
     }
   }
 
   void read_common(MapReader& in, AlarmKind kind) {
     const std::size_t at = alarm::index_of(kind);
-    in.set_one_of("priority", kPriorities, "how soon somebody has to act", alarms_.priority[at],
+    in.set_one_of("priority", kPriorities, "urgency of the operator's action", alarms_.priority[at],
                   {.fallback = in.describing() ? "docs/alarms.md" : ""});
     if (alarm::is_process_alarm(kind)) {
       alarm::ProcessRule& rule = process(kind);
       constexpr Interval kDelays = between(0.0, 3600.0);
       in.set_number("on_delay",
-                    {"s", kDelays, "without a break before it comes; not of a valve alarm",
+                    {"s", kDelays,
+                     "duration of the condition before the alarm is raised; not for valve alarms",
                      in.describing() ? "10; deviation 60, pv_high_high and pv_low_low 2" : ""},
                     rule.on_delay_s);
-      in.set_number("off_delay",
-                    {"s", kDelays, "without a break before it goes; not of a valve alarm"},
-                    rule.off_delay_s);
+      in.set_number(
+          "off_delay",
+          {"s", kDelays,
+           "duration without the condition before the alarm clears; not for valve alarms"},
+          rule.off_delay_s);
     }
     AlarmTexts& texts = alarms_.texts[at];
     const auto text = [&](const char* key, const char* meaning, std::string& value) {
       const Value<std::string> said = in.text(key, meaning, "docs/alarms.md");
       if (said.given && said.valid) value = said;
     };
-    text("cause", "what may have made it, for people", texts.cause);
-    text("consequence", "of doing nothing", texts.consequence);
+    text("cause", "possible causes, for people", texts.cause);
+    text("consequence", "of inaction", texts.consequence);
     text("action", "what to do", texts.action);
-    text("time_to_act", "how long there is for it", texts.time_to_act);
+    text("time_to_act", "time for the action", texts.time_to_act);
   }
 
   void read_limit(MapReader& in, AlarmKind kind) {
@@ -120,28 +123,27 @@ class Reader {
     limit.limit = at;
     if (of_range) require_in_range(in, at);
     const double usual = of_range ? kBandOfSpan * span() : kBandOfLimit * limit.limit;
-    limit.dead_band = in.number("dead_band",
-                                {unit, at_least(0.0), "so far within the limit before it goes",
-                                 of_range ? "1 % of PV's span" : "a tenth of limit"},
-                                usual);
+    limit.dead_band =
+        in.number("dead_band",
+                  {unit, at_least(0.0), "distance inside the limit at which the alarm clears",
+                   of_range ? "1 % of PV's span" : "a tenth of limit"},
+                  usual);
     if (!of_range && at.valid && limit.dead_band >= limit.limit && at.given) {
       in.error("dead_band", fmt::format("must be less than limit = {} (got {})", brief(at),
                                         brief(limit.dead_band)));
     }
     if (kind == AlarmKind::deviation) read_deviation(in);
     if (rate) {
-      in.set_number("over",
-                    {"s", above(0.0), "time constant of the lag that the slope is taken over"},
+      in.set_number("over", {"s", above(0.0), "time constant of the filter for the slope"},
                     alarms_.process.limits.rate_time_s);
     }
   }
 
   void read_deviation(MapReader& in) {
     const Value<double> time_constant =
-        in.need_number("time_constant",
-                       {"s", above(0.0),
-                        "of the closed loop: for three of them after a move of SP and after manual "
-                        "nothing is told"});
+        in.need_number("time_constant", {"s", above(0.0),
+                                         "of the closed loop; the alarm is suppressed for three "
+                                         "time constants after a move of SP and after manual"});
     alarms_.process.limits.settle_s = kTimeConstants * time_constant;
     if (!in.describing() && !context_.knows_set_point) {
       in.error("limit", "needs a set point: io has no set_point");
@@ -172,7 +174,7 @@ class Reader {
                                   to_text(range.place), brief(at)));
   }
 
-  // Low-low below low below high below high-high, each with its dead band.
+  // Checks low-low < low < high < high-high, each with its dead band.
   void check_order(MapReader& in) {
     if (in.describing()) return;
     constexpr std::array kRising{AlarmKind::pv_low_low, AlarmKind::pv_low, AlarmKind::pv_high,
@@ -193,7 +195,8 @@ class Reader {
                                            to_text(lower), brief(low.limit), brief(high.limit)));
     } else if (lower == AlarmKind::pv_low && upper == AlarmKind::pv_high &&
                low.limit + low.dead_band >= high.limit - high.dead_band) {
-      in.error(to_text(upper), "its dead band and that of pv_low leave nothing between them");
+      in.error(to_text(upper),
+               "its dead band and that of pv_low leave no normal range. Reduce a dead band");
     }
   }
 

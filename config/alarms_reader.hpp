@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `alarms` of a loop's file: what is normal, and of each alarm its limit, delays, priority and texts.
+// Reads `alarms` of a loop's file: the normal state, and limit, delays, priority and texts of each
+// alarm.
 #pragma once
 
 #include <optional>
@@ -17,7 +18,7 @@ struct AlarmsContext {
   bool has_enable = false;
 };
 
-// `in` is not there where the file has no `alarms`.
+// `in` is empty if the file has no `alarms`.
 LoopAlarmConfig read_loop_alarms(std::optional<MapReader> in, const AlarmsContext& context);
 
 }  // namespace loopwarden::config

@@ -18,7 +18,7 @@ constexpr double kHighestMa = 22.0;
 constexpr double kLiveZeroMa = 4.0;
 constexpr double kSpanMa = 16.0;
 
-// Returns the converter's numbers at 4 mA and at 20 mA, where they are stated.
+// Returns the converter's numbers at 4 mA and at 20 mA, if they are stated.
 Value<std::pair<double, double>> read_channel(MapReader& in, hal::iio::ChannelSettings& channel) {
   channel.device = in.need_text("device", "name or label of the IIO device");
   channel.channel = in.need_text("channel", "as in the file names: voltage0, current1");
@@ -41,7 +41,7 @@ Value<std::pair<double, double>> read_channel(MapReader& in, hal::iio::ChannelSe
     if (!raw.given || !other->given) continue;
     in.report().error(
         other->place, other->key,
-        fmt::format("stands beside raw (at {}); give raw alone, or units_per_ma, scale and offset",
+        fmt::format("conflicts with raw (at {}); give only raw, or units_per_ma, scale and offset",
                     to_text(raw.place)));
   }
   if (scale.given) channel.scale = scale;
@@ -50,13 +50,13 @@ Value<std::pair<double, double>> read_channel(MapReader& in, hal::iio::ChannelSe
     channel.scale = kSpanMa / (raw.value.second - raw.value.first);
     channel.offset = kLiveZeroMa / *channel.scale - raw.value.first;
     if (*channel.scale == 0.0 || !std::isfinite(*channel.offset)) {
-      in.error("raw", fmt::format("has a span that no number can scale to {} mA", kSpanMa));
+      in.error("raw", fmt::format("has a span that can't be scaled to {} mA", kSpanMa));
     }
   }
   return raw;
 }
 
-// range: [at 4 mA, at 20 mA].
+// Reads a range as [at 4 mA, at 20 mA].
 std::pair<double, double> read_scale(MapReader& in, const char* unit,
                                      const Value<std::pair<double, double>>& fallback,
                                      const char* fallback_text) {
@@ -66,8 +66,8 @@ std::pair<double, double> read_scale(MapReader& in, const char* unit,
 }
 
 void read_ne43(MapReader& in, hal::iio::Ne43Settings& ne43) {
-  std::optional<MapReader> section = in.maybe_section(
-      "ne43", "what failure currents look like (NAMUR NE 43); the four limits rise");
+  std::optional<MapReader> section =
+      in.maybe_section("ne43", "limits of failure currents (NAMUR NE 43), in rising order");
   if (!section) return;
   hal::iio::Ne43Limits& limits = ne43.limits;
   const auto read = [&](const char* key, const char* meaning, double& limit) {
@@ -89,16 +89,18 @@ void read_ne43(MapReader& in, hal::iio::Ne43Settings& ne43) {
         fmt::format("must be above {} = {} mA (got {})", below.key, brief(below), brief(above_it)));
   }
   section->set_integer("entry_samples",
-                       {1, 100, "", "failure currents in a row before PV turns bad"},
+                       {1, 100, "", "consecutive failure currents before PV becomes bad"},
                        ne43.entry_samples);
   section->set_number(
-      "recovery", {"s", between(0.0, 60.0), "inside the measuring range before PV is good again"},
+      "recovery",
+      {"s", between(0.0, 60.0), "time inside the measuring range before PV is good again"},
       ne43.recovery_s);
 }
 
 hal::iio::LineSettings read_line(MapReader& in) {
   hal::iio::LineSettings line;
-  const Value<std::string> chip = in.text("chip", "GPIO chip; any that has the line", "any");
+  const Value<std::string> chip =
+      in.text("chip", "GPIO chip; default: any chip with the line", "any");
   if (chip.given) line.chip = chip;
   line.line = in.need_text("line", "name of the line, or its number on the chip");
   line.active_low = in.flag("active_low", "the line's low level is active", false);
@@ -113,7 +115,7 @@ void read_output(MapReader& in, const IoContext& context, IoSection& section,
   std::tie(output.low, output.high) =
       read_scale(in, "CO units", context.output_range, "the output's range");
   const Value<std::pair<double, double>> limits = in.maybe_range(
-      "limits", {"mA", between(kLowestMa, kHighestMa), "of what is ever put out", "[3.8, 20.5]"});
+      "limits", {"mA", between(kLowestMa, kHighestMa), "of the output current", "[3.8, 20.5]"});
   if (limits.given) std::tie(output.lowest_ma, output.highest_ma) = limits.value;
   constexpr std::int64_t kLargestRaw = 1LL << 32;
   const Value<std::int64_t> lowest = in.integer(
@@ -130,22 +132,21 @@ void read_output(MapReader& in, const IoContext& context, IoSection& section,
   if (raw.given && raw.valid && lowest.valid && highest.valid &&
       (raw.value.first < static_cast<double>(lowest.value) ||
        raw.value.second > static_cast<double>(highest.value))) {
-    in.error(
-        "raw",
-        fmt::format("must lie within lowest_raw = {} and highest_raw = {}, beyond which "
-                    "the converter takes nothing (got [{}, {}])",
-                    lowest.value, highest.value, brief(raw.value.first), brief(raw.value.second)));
+    in.error("raw", fmt::format("must lie within lowest_raw = {} and highest_raw = {}, the range "
+                                "that the converter accepts (got [{}, {}])",
+                                lowest.value, highest.value, brief(raw.value.first),
+                                brief(raw.value.second)));
   }
-  in.maybe_number(
-      "safe_current",
-      {"mA", between(kLowestMa, kHighestMa),
-       "put out by the I/O thread when commands cease to come", "the last output stays"},
-      output.safe_ma);
+  in.maybe_number("safe_current",
+                  {"mA", between(kLowestMa, kHighestMa),
+                   "output of the I/O thread if commands stop", "the last output stays"},
+                  output.safe_ma);
   section.output_known = in.report().error_count() == errors;
-  // A watchdog relay on the alive line, or one in the output module: both are set up outside.
+  // Both protections are set up outside: a watchdog relay on the alive line, or one in the output
+  // module.
   read_comm_loss(in, "{timeout, set_by: device} or none_accepted", nullptr);
   const std::size_t errors_in_keys = in.report().error_count();
-  in.close();  // a key that is misspelt may be the scale
+  in.close();  // an unknown key may be a misspelt scale
   if (in.report().error_count() != errors_in_keys) section.output_known = false;
   const double steps = raw.given && raw.valid
                            ? raw.value.second - raw.value.first
@@ -161,11 +162,11 @@ void read_lines(MapReader& in, AnalogSettings& settings) {
     hal::iio::EnableSettings line;
     line.line = read_line(*enable);
     enable->set_number("debounce",
-                       {"s", between(0.0, 5.0), "without a change before a new state counts"},
+                       {"s", between(0.0, 5.0), "time without a change before a new state counts"},
                        line.debounce_s);
     settings.enable = line;
   }
-  in.maybe_section("alarm_relay", "energised while there is no alarm",
+  in.maybe_section("alarm_relay", "energised while no alarm is on",
                    [&](MapReader& relay) { settings.alarm_relay = read_line(relay); });
   if (std::optional<MapReader> alive =
           in.maybe_section("alive", "square wave while the loop runs, for an external watchdog")) {

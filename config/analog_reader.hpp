@@ -5,7 +5,7 @@
 
 namespace loopwarden::config {
 
-// io with `backend: analog`.
+// Reads io with `backend: analog`.
 void read_analog(MapReader in, const IoContext& context, IoSection& section);
 
 }  // namespace loopwarden::config

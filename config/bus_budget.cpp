@@ -32,7 +32,7 @@ double point_s(const LinkSettings& line, const PointSettings& point) {
   return read_s(line, register_count(point.reg.type)) + (point.status ? read_s(line, 1) : 0.0);
 }
 
-// What watched loops read on the line, by poll period in ns.
+// Returns the points that watched loops read on the line, by poll period in ns.
 std::map<std::int64_t, std::vector<PointSettings>> watched_points(
     const std::vector<LoopConfig>& loops, const LinkSettings& line) {
   std::map<std::int64_t, std::vector<PointSettings>> points;

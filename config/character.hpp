@@ -3,7 +3,7 @@
 
 namespace loopwarden::config {
 
-// Of ASCII, whatever the locale.
+// ASCII digits only, in any locale.
 constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 }  // namespace loopwarden::config

@@ -40,7 +40,7 @@ std::optional<std::string> text_of(const fs::path& path, const Drafts& drafts, R
   return draft == drafts.end() ? read_source_file(path, report) : draft->second;
 }
 
-// `kept` gets the file's text behind what it holds.
+// Appends the file's text to `kept`.
 DaemonFile read_daemon_file(const fs::path& path, const Drafts& drafts, Report& report,
                             std::string& kept) {
   DaemonFile daemon;
@@ -54,8 +54,8 @@ DaemonFile read_daemon_file(const fs::path& path, const Drafts& drafts, Report& 
   return daemon;
 }
 
-// The loop files of a configuration in the order of their names; the report says what was passed
-// over.
+// Returns the loop files of a configuration in the order of their names. The report lists skipped
+// files.
 std::vector<fs::path> find_loop_files(const fs::path& folder, const Drafts& drafts,
                                       Report& report) {
   std::vector<fs::path> files;
@@ -75,20 +75,20 @@ std::vector<fs::path> find_loop_files(const fs::path& folder, const Drafts& draf
     if (path.extension() == ".yaml" && !name.starts_with('.')) {
       if (!drafts.contains(path)) files.push_back(path);
     } else if (path.extension() == ".yml") {
-      report.warning({}, "", fmt::format("{} is passed over; loop files end in .yaml", name));
+      report.warning({}, "", fmt::format("{} is skipped: loop files end in .yaml", name));
     }
     if (error) break;
   }
   if (error) report.error({}, "", fmt::format("can't be read: {}", error.message()));
   std::sort(files.begin(), files.end());
-  if (files.empty()) report.error({}, "", "holds no loop file (*.yaml)");
+  if (files.empty()) report.error({}, "", "contains no loop file (*.yaml)");
   return files;
 }
 
-// Registers that a loop writes, on the device that carries them.
+// The registers that a loop writes, and their device.
 struct WrittenRegisters {
   std::string device;  // line or network peer, and unit
-  std::string text;    // the same as the file has it
+  std::string text;    // the same as written in the file
   int first = 0;
   int last = 0;
 };
@@ -100,8 +100,8 @@ WrittenRegisters written_registers(const LoopModbusSettings& modbus) {
           reg.address, reg.address + register_count(reg.type) - 1};
 }
 
-// The folder of an IIO device, which has a name and perhaps a label; where none is there now, what
-// the file says.
+// Returns the folder of an IIO device, found by its name or label. If no device matches now,
+// returns the name from the file.
 std::string iio_device(const std::string& root, const std::string& name) {
   std::vector<std::string> found;
   std::error_code error;
@@ -117,7 +117,7 @@ std::string iio_device(const std::string& root, const std::string& name) {
   return found.size() == 1 ? found.front() : base::device_name(root) + "/" + name;
 }
 
-// What both loops write, in words; empty if they write different things.
+// Returns a description of the output that both loops write; empty if their outputs differ.
 std::string shared_output(const LoopConfig& a, const LoopConfig& b) {
   const auto* modbus_a = std::get_if<LoopModbusSettings>(&a.io);
   const auto* modbus_b = std::get_if<LoopModbusSettings>(&b.io);
@@ -140,12 +140,12 @@ std::string shared_output(const LoopConfig& a, const LoopConfig& b) {
 struct ReadFile {
   LoopFile loop;
   Report report;
-  std::string top;  // the beginning of its text, for one that is no YAML
-  std::string why;  // it is not run, other than for an error of its own
+  std::string top;  // beginning of its text, if it is no YAML
+  std::string why;  // reason outside this file why the loop does not run
 };
 
-// Of two loops that say the same of what only one can have neither is run: which of them is right,
-// nobody knows.
+// Takes both of two loops out of service if they claim the same resource, because the correct one
+// is unknown.
 void refuse_pair(ReadFile& earlier, ReadFile& later, Place earlier_place, Place later_place,
                  const char* key, const std::string& what) {
   later.report.error(later_place, key,
@@ -156,7 +156,7 @@ void refuse_pair(ReadFile& earlier, ReadFile& later, Place earlier_place, Place 
                   to_text(earlier_place), key, what, later.loop.config.file, to_text(later_place));
 }
 
-// Of two loops that have one output: whether the stop action does the same by either file.
+// Returns whether the stop action of two loops with the same output is the same in both files.
 bool same_stop_action(const LoopConfig& a, const LoopConfig& b) {
   const control::OutputAction& stop_a = a.safety.on_stop;
   const control::OutputAction& stop_b = b.safety.on_stop;
@@ -197,8 +197,9 @@ bool same_settings(LinkSettings a, const LinkSettings& b) {
   return a == b;
 }
 
-// Units have a connection of their own unless a link limits these, so that only who talks to the
-// same unit must agree. Two links on one serial line are refused where they are stated.
+// Returns whether two TCP links conflict. Each unit has its own connection unless a link limits
+// them, so only settings for the same unit must agree. Two links on one serial line are refused
+// elsewhere, at their definition.
 bool collide(const LinkSettings& a, std::uint8_t unit_a, const LinkSettings& b,
              std::uint8_t unit_b) {
   using hal::modbus::Transport;
@@ -207,7 +208,7 @@ bool collide(const LinkSettings& a, std::uint8_t unit_a, const LinkSettings& b,
   return device_of(a) == device_of(b) && !same_settings(a, b) && (limited || unit_a == unit_b);
 }
 
-// Refuses the second of two links that lead to one device with other settings.
+// Refuses the second of two links to one device with different settings.
 void check_links(const DaemonFile& daemon, std::vector<ReadFile>& files) {
   struct Known {
     const ReadFile* file;
@@ -249,8 +250,7 @@ void check_links(const DaemonFile& daemon, std::vector<ReadFile>& files) {
 
 void check_acceleration(const DaemonFile& daemon, const std::vector<ReadFile>& files,
                         Report& report) {
-  constexpr double kShortest_s =
-      1e-5;  // on the wall clock; less is no period that a thread can keep
+  constexpr double kShortest_s = 1e-5;  // on the wall clock; a thread can't keep a shorter period
   const double times = daemon.config.accelerate;
   if (!daemon.accelerate.valid || times == 1.0) return;
   for (const ReadFile& file : files) {
@@ -272,7 +272,7 @@ void check_acceleration(const DaemonFile& daemon, const std::vector<ReadFile>& f
   }
 }
 
-// The loops are those that can be run.
+// `loops`: the loops that can run.
 void check_bus_loads(DaemonFile& daemon, const std::vector<LoopConfig>& loops, Report& report) {
   for (const auto& [name, link] : daemon.config.links) {
     LinkState& state = daemon.links.at(name);
@@ -303,8 +303,8 @@ ReadFile read_loop_source(const fs::path& path, const Drafts& drafts, const Daem
   return file;
 }
 
-// What stands behind `key` at the beginning of a line of a text that is no YAML; empty: nothing
-// does.
+// Returns the word after `key` at the beginning of a line; empty if absent. For a text that
+// is no valid YAML.
 std::string word_behind(const std::string& text, std::string_view key) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -316,7 +316,8 @@ std::string word_behind(const std::string& text, std::string_view key) {
   return {};
 }
 
-// A tag that no other loop has: the file's own, else one by the file's name.
+// Returns a tag that no other loop has: the file's tag if free, otherwise one made from the file's
+// name.
 std::string tag_of(const ReadFile& file, std::set<std::string>& taken) {
   std::string tag = file.loop.config.name;
   if (tag.empty()) tag = word_behind(file.top, "loop:");
@@ -340,7 +341,7 @@ bool is_watched(const ReadFile& file) {
   return file.loop.watched || word_behind(file.top, "control:") == "elsewhere";
 }
 
-// Why a loop is not run; empty: it is.
+// Returns why a loop does not run; empty if it runs.
 std::string why_not_run(const ReadFile& file, const DaemonFile& daemon) {
   if (file.report.has_errors()) return to_text(file.report.first_error());
   if (!file.why.empty()) return file.why;
@@ -354,8 +355,8 @@ std::string why_not_run(const ReadFile& file, const DaemonFile& daemon) {
   return {};
 }
 
-// What stands for a loop that is not run: of its file what people know it by, and of the rest what
-// moves nothing.
+// Returns the replacement for a loop that does not run. It takes the identifying keys from the
+// file; all other settings are defaults without an effect on a device.
 LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   const LoopConfig& read = file.loop.config;
   LoopConfig loop;
@@ -392,7 +393,8 @@ LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   return loop;
 }
 
-// Of a loop with errors elsewhere only the output is used: where PV is read may be wrong.
+// Returns the loop with its output only, for a loop with errors in other keys: its PV source may be
+// wrong.
 LoopConfig output_alone(LoopConfig loop) {
   if (auto* modbus = std::get_if<LoopModbusSettings>(&loop.io)) {
     modbus->transmitter_link = modbus->positioner_link;

@@ -46,7 +46,7 @@ void refuse_both(MapReader& in, const Value<double>& a, const char* a_name, cons
                  const char* b_name) {
   if (!a.given || !b.given) return;
   in.error(b_name,
-           fmt::format("stands beside {} (at {}); give one of them", a_name, to_text(a.place)));
+           fmt::format("conflicts with {} (at {}); give one of them", a_name, to_text(a.place)));
 }
 
 }  // namespace
@@ -90,8 +90,9 @@ control::PidGains read_gains(MapReader& in, std::optional<double> pv_span,
     if (!kp.given && !ki.given) {
       in.error(fmt::format("gains are missing: {}", kForms));
     } else if (!kp.given || !ki.given) {
-      in.error(fmt::format("missing key '{}' (the parallel form takes kp and ki; 0 for none)",
-                           kp.given ? "ki" : "kp"));
+      in.error(
+          fmt::format("missing key '{}' (the parallel form needs kp and ki; 0 switches a term off)",
+                      kp.given ? "ki" : "kp"));
     } else if (kp.valid && ki.valid && kp == 0.0 && ki == 0.0) {
       in.error("kp", fmt::format("kp and ki (at {}) are both 0: the output would never move",
                                  to_text(ki.place)));
@@ -117,7 +118,7 @@ control::PidGains read_gains(MapReader& in, std::optional<double> pv_span,
 
 void read_anti_windup(MapReader& in, control::AntiWindup fallback, control::PidSettings& pid) {
   pid.anti_windup = in.one_of("anti_windup", kAntiWindups,
-                              "what keeps the integral from winding up at a limit", fallback);
+                              "method against windup of the integral at a limit", fallback);
   pid.tracking_time_s = in.maybe_number(
       "tracking_time",
       {"s", above(0.0), "of back_calculation", "integral time; 1 s without integral action"});
@@ -131,25 +132,26 @@ control::JacketSettings read_jacket(MapReader& in) {
                 jacket.form);
   in.set_flag("shadow", "compute and record it, without acting", jacket.shadow);
   in.set_number("ks", {"1/s", at_least(0.0), "gain of the jacket"}, jacket.gain_per_s);
-  in.set_number("dead_zone", {"CO units", at_least(0.0), "above the error of the valve position"},
+  in.set_number("dead_zone",
+                {"CO units", at_least(0.0), "larger than the error of the valve position"},
                 jacket.dead_zone);
   in.maybe_number("max_mean_error",
-                  {"PV units", above(0.0), "mean error above which the jacket stands back",
-                   "none; required where the jacket acts on hardware"},
+                  {"PV units", above(0.0), "mean error above which the jacket is suspended",
+                   "none; required if the jacket acts on hardware"},
                   jacket.max_mean_error);
   in.set_number("mean_error_time", {"s", above(0.0), "time constant of that mean"},
                 jacket.mean_error_time_s);
   return jacket;
 }
 
-// s or j with its interval.
+// Reads s or j with its interval.
 void read_stick_size(MapReader& in, const char* key, const char* meaning, double& value,
                      double& low, double& high) {
   const Value<double> size = in.need_number(key, {"CO units", above(0.0), meaning});
   value = low = high = size;
   const std::string interval_key = std::string(key) + "_interval";
   const Value<std::pair<double, double>> interval = in.maybe_range(
-      interval_key, {"CO units", above(0.0), "what it may be instead", "the value alone"});
+      interval_key, {"CO units", above(0.0), "interval of possible values", "only the value"});
   if (!interval.given || !interval.valid || !size.valid) return;
   std::tie(low, high) = interval.value;
   if (size < low || size > high) {
@@ -160,7 +162,7 @@ void read_stick_size(MapReader& in, const char* key, const char* meaning, double
 
 control::PlannedMovesSettings read_planned_moves(MapReader& in) {
   control::PlannedMovesSettings m;
-  in.need_section("process", "what PV does when the stem moves", [&](MapReader& process) {
+  in.need_section("process", "steady-state gain from stem to PV", [&](MapReader& process) {
     const Value<double> gain =
         process.need_number("gain", {"PV units/CO unit", any_number(), "not 0"});
     m.gain = gain;
@@ -169,7 +171,7 @@ control::PlannedMovesSettings read_planned_moves(MapReader& in) {
     m.dead_time_s = process.need_number("dead_time", {"s", at_least(0.0), "dead time"});
   });
   in.set_number("actuator_lag",
-                {"s", at_least(0.0), "of the actuator; 0: learnt where the stem is read back"},
+                {"s", at_least(0.0), "of the actuator; 0: learnt if the stem is read back"},
                 m.actuator_lag_s);
   m.load = in.need_number("load", {"PV units/sqrt(s)", at_least(0.0),
                                    "intensity of the load's random walk; 0: steady"});
@@ -207,18 +209,18 @@ void check_gain(MapReader& compensator, const control::CompensatorSettings& sett
 control::CompensatorSettings read_compensator(MapReader& in) {
   using Kind = control::CompensatorKind;
   control::CompensatorSettings c;
-  c.kind = in.need_one_of("kind", kCompensators, "what is added to CO against the valve's fault");
+  c.kind = in.need_one_of("kind", kCompensators, "correction of CO against the valve's fault");
   in.set_flag("shadow", "compute and record it, without acting", c.shadow);
   in.maybe_number(
       "limit",
-      {"CO units", above(0.0), "most that it may add", "none; required where it acts on hardware"},
+      {"CO units", above(0.0), "largest correction", "none; required if it acts on hardware"},
       c.limit);
   if (c.kind == Kind::planned_moves && in.given("limit"))
-    in.error("limit", "is not of planned_moves; use max_move");
+    in.error("limit", "does not apply to planned_moves. Use max_move");
   const auto chosen = [&](Kind kind) { return in.describing() || c.kind == kind; };
   const auto noise_band = [&](MapReader& keys) {
     c.noise_band = keys.number(
-        "noise_band", {"CO units", at_least(0.0), "reversals of CO below it are none"}, 0.0);
+        "noise_band", {"CO units", at_least(0.0), "smaller reversals of CO are ignored"}, 0.0);
   };
   if (chosen(Kind::knocker)) {
     MapReader keys = in.variant("knocker");
@@ -241,7 +243,7 @@ control::CompensatorSettings read_compensator(MapReader& in) {
                     c.factor);
     keys.set_number("move_time", {"s", above(0.0), "of the first move"}, c.move_time_s);
     const Value<double> most = keys.need_number(
-        "max_mean_error", {"PV units", above(0.0), "mean error above which it stands back"});
+        "max_mean_error", {"PV units", above(0.0), "mean error above which it is suspended"});
     if (most.given) c.max_mean_error = most;
     keys.set_number("mean_error_time", {"s", above(0.0), "time constant of that mean"},
                     c.mean_error_time_s);
@@ -249,7 +251,7 @@ control::CompensatorSettings read_compensator(MapReader& in) {
   if (chosen(Kind::reinforcement)) {
     MapReader keys = in.variant("reinforcement");
     c.amplitude = keys.need_number(
-        "amplitude", {"CO units", above(0.0), "added in the direction in which CO goes"});
+        "amplitude", {"CO units", above(0.0), "added in the direction of CO's movement"});
     noise_band(keys);
   }
   if (chosen(Kind::backlash)) {
@@ -263,14 +265,14 @@ control::CompensatorSettings read_compensator(MapReader& in) {
     const Value<double> width = keys.maybe_number(
         "width", {"CO units", above(0.0), "distance of the branches", "or offset"});
     const Value<double> offset = keys.maybe_number(
-        "offset", {"CO units", above(0.0), "what the valve adds while CO falls", "or width"});
-    keys.set_number("knee", {"", between(-4.0, 1.0), "with width: how sharply a branch begins"},
-                    c.knee);
+        "offset", {"CO units", above(0.0), "offset of the valve while CO falls", "or width"});
+    keys.set_number(
+        "knee", {"", between(-4.0, 1.0), "with width: sharpness of the start of a branch"}, c.knee);
     noise_band(keys);
     if (width.given) c.width = width;
     if (offset.given) c.offset = offset;
     if (!in.describing() && width.given == offset.given) {
-      keys.error(width.given ? "offset stands beside width; give one of them"
+      keys.error(width.given ? "offset conflicts with width; give one of them"
                              : "missing key 'width' (or 'offset')");
     }
   }

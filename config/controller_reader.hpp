@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What model files and loop files say alike about a controller.
+// The controller keys that model files and loop files share.
 #pragma once
 
 #include <array>
@@ -13,26 +13,27 @@ namespace loopwarden::config {
 inline constexpr std::array kActions{Choice<control::Action>{"direct", control::Action::direct},
                                      Choice<control::Action>{"reverse", control::Action::reverse}};
 
-// The gains, in the parallel form (kp, ki, kd) or the ISA standard form (kc or pb, ti or ti_min,
-// td). The spans, in PV and CO units, convert the latter; without them the gains stay zero.
+// Reads the gains, in the parallel form (kp, ki, kd) or the ISA standard form (kc or pb, ti or
+// ti_min, td). The spans, in PV and CO units, are needed to convert the standard form. Without them
+// the gains stay zero.
 control::PidGains read_gains(MapReader& in, std::optional<double> pv_span,
                              std::optional<double> co_span);
 
-// anti_windup and tracking_time.
+// Reads anti_windup and tracking_time.
 void read_anti_windup(MapReader& in, control::AntiWindup fallback, control::PidSettings& pid);
 
-// The keys within jacket.
+// Reads the keys within jacket.
 control::JacketSettings read_jacket(MapReader& in);
 
-// The keys within compensator: those of its kind only.
+// Reads the keys within compensator, only those of its kind.
 control::CompensatorSettings read_compensator(MapReader& in);
 
-// Refuses planned moves whose process gain contradicts the controller's action: they would drive
-// PV away from the set point.
+// Refuses planned moves whose process gain contradicts the controller's action, because they would
+// drive PV away from the set point.
 void check_gain(MapReader& compensator, const control::CompensatorSettings& settings,
                 control::Action action);
 
-// sample_time, s.
+// Reads sample_time, s.
 Value<double> read_sample_time(MapReader& in);
 
 }  // namespace loopwarden::config

@@ -20,7 +20,7 @@ constexpr auto kCorrectiveForms = std::to_array<Choice<CorrectiveForm>>(
 void check_jacket_form(MapReader& in, const control::ControllerSettings& controller,
                        const WindowCut& monitor) {
   for (const char* key : {"on_order", "max_move", "max_moves_per_hour"}) {
-    if (in.given(key)) in.error(key, "is of form planned_moves");
+    if (in.given(key)) in.error(key, "applies only to form planned_moves");
   }
   const control::JacketSettings& jacket = controller.jacket;
   using Form = control::JacketForm;
@@ -30,21 +30,21 @@ void check_jacket_form(MapReader& in, const control::ControllerSettings& control
              "is switched on");
   }
   if (monitor.specialists.empty()) {
-    in.error("enabled", "needs specialists: they say that the valve sticks");
+    in.error("enabled", "needs specialists, which detect a sticking valve");
   }
 }
 
 void check_moves_form(MapReader& in, const control::ControllerSettings& controller,
                       const WindowCut& monitor) {
-  if (in.given("allowed_mean_error")) in.error("allowed_mean_error", "is of form jacket");
+  if (in.given("allowed_mean_error")) in.error("allowed_mean_error", "applies only to form jacket");
   if (monitor.twin.empty()) {
     in.error("form", "planned_moves needs monitor.twin, which explains the alarm");
   }
   if (controller.compensator.kind != control::CompensatorKind::none) {
-    in.error("form", "planned_moves takes the place of controller.compensator; remove that");
+    in.error("form", "planned_moves replaces controller.compensator. Remove the compensator");
   }
   if (controller.jacket.form != control::JacketForm::off && !controller.jacket.shadow) {
-    in.error("form", "planned_moves can't act beside the jacket; set shadow: true there");
+    in.error("form", "planned_moves can't act together with the jacket. Set shadow: true there");
   }
 }
 
@@ -53,16 +53,16 @@ void check_moves_form(MapReader& in, const control::ControllerSettings& controll
 void read_corrective_action(MapReader& in, const control::ControllerSettings& controller,
                             WindowCut& monitor) {
   CorrectiveSettings& corrective = monitor.corrective;
-  corrective.enabled = in.flag("enabled", "false: as if it were not there", true);
+  corrective.enabled = in.flag("enabled", "false: same as if absent", true);
   corrective.form = in.one_of("form", kCorrectiveForms,
                               "planned_moves: once the twin has explained the alarm; in shadow for "
                               "ten minutes first",
                               CorrectiveForm::jacket);
   in.set_number("allowed_mean_error",
                 {"% of PV span", between(0.0, 100.0),
-                 "mean of SP - PV that the jacket may leave, where it was less before"},
+                 "mean of SP - PV that the jacket may cause, if it was smaller before"},
                 corrective.allowed_mean_error_percent);
-  in.set_flag("on_order", "planned_moves are offered, and begin when a person orders them",
+  in.set_flag("on_order", "planned_moves are offered, and begin at a person's command",
               corrective.on_order);
   in.maybe_number("max_move",
                   {"CO units", above(0.0),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// monitor.corrective_action of a loop's file: the jacket, or planned moves.
+// Reads monitor.corrective_action of a loop's file: the jacket, or planned moves.
 #pragma once
 
 #include "config/io_reader.hpp"
@@ -8,13 +8,13 @@
 
 namespace loopwarden::config {
 
-// `controller` and the other keys of `monitor` are read already.
+// `controller` and the other keys of `monitor` must already be read.
 void read_corrective_action(MapReader& in, const control::ControllerSettings& controller,
                             WindowCut& monitor);
-// Planned moves need a read-back, and on hardware bounds.
+// Checks that planned moves have a read-back, and limits on hardware.
 void check_corrective_io(MapReader& in, const alarm::CorrectiveSettings& corrective,
                          const IoSection& io);
-// The jacket.
+// Returns whether the corrective action is the jacket.
 bool switches_on(const alarm::CorrectiveSettings& corrective) noexcept;
 
 }  // namespace loopwarden::config

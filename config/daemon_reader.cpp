@@ -29,10 +29,10 @@ constexpr auto kTransports =
 int milliseconds(double seconds) { return static_cast<int>(std::lround(seconds * 1000.0)); }
 
 void read_tcp(MapReader in, LinkSettings& link) {
-  const Value<std::string> host = in.need_text(
-      "host",
-      "numeric IPv4 or IPv6 address, or localhost: names are not looked up, since a silent "
-      "name server would stall the link");
+  const Value<std::string> host =
+      in.need_text("host",
+                   "numeric IPv4 or IPv6 address, or localhost: names are not resolved, because a "
+                   "silent name server would block the link");
   link.host = host;
   if (host.given && host.valid && host.value != "localhost" && !base::is_address(host)) {
     in.error("host", fmt::format("must be a numeric address or localhost (got '{}')",
@@ -48,7 +48,7 @@ void read_tcp(MapReader in, LinkSettings& link) {
 
 void read_rtu(MapReader in, LinkSettings& link) { read_serial_line(in, link); }
 
-// `addressed`: whether the device can be reached as the file says, whatever else is wrong.
+// `addressed`: set if the keys that locate the device have no error, even if others have.
 LinkSettings read_link(MapReader& in, const std::string& name, bool& addressed) {
   LinkSettings link;
   link.name = name;
@@ -78,23 +78,22 @@ LinkSettings read_link(MapReader& in, const std::string& name, bool& addressed) 
              fmt::format("must be at least reconnect_min = {} s (at {}) (got {})",
                          brief(shortest_wait), to_text(shortest_wait.place), brief(longest_wait)));
   }
-  in.set_number(
-      "probe_interval",
-      {"s", between(0.5, 600.0),
-       "how often a unit that does not answer is asked where others share its line or connection; "
-       "each time delays these by response_timeout"},
-      link.probe_interval_s);
+  in.set_number("probe_interval",
+                {"s", between(0.5, 600.0),
+                 "interval of requests to a unit that does not answer, if others share its line or "
+                 "connection; each request delays these by response_timeout"},
+                link.probe_interval_s);
   if (!transport.valid) in.ignore_rest();
   const bool known = in.describing() || transport.valid;
   const std::size_t errors = in.report().error_count();
   if (in.describing() || (known && transport == Transport::tcp)) read_tcp(in.variant("tcp"), link);
   if (in.describing() || (known && transport == Transport::rtu)) read_rtu(in.variant("rtu"), link);
-  in.close();  // a key that is misspelt may be the port
+  in.close();  // an unknown key may be a misspelt port
   addressed = transport.given && transport.valid && in.report().error_count() == errors;
   return link;
 }
 
-// Two links on one serial line would talk across each other, and a link and a slave as well.
+// Two links on one serial line, or a link and a slave, would disturb each other.
 void refuse_shared_device(MapReader& in, const DaemonFile& daemon, const LinkSettings& link) {
   if (link.transport != Transport::rtu || link.device.empty()) return;
   const std::string device = base::device_name(link.device);
@@ -125,23 +124,23 @@ void read_real_time(MapReader& in, RealTime& real_time) {
   real_time.lock_memory = in.flag("lock_memory", "keep all memory in RAM (mlockall)", true);
 }
 
-// A user of this host, by name.
+// Reads a user of this host, by name.
 FeederUser read_feeder(MapReader& in, const DaemonFile& daemon) {
   FeederUser feeder;
   const Value<std::string> user =
-      in.need_text("user", "whose processes may write this feeder's values to feed.sock");
+      in.need_text("user", "user whose processes may write this feeder's values to feed.sock");
   feeder.user = user;
   if (!user.given || !user.valid) return feeder;
   feeder.uid = base::user_id(user);
   if (!feeder.uid && !in.describing()) {
-    in.warning("user", fmt::format("there is no user '{}' on this host, so nobody can write what "
-                                   "this feeder brings",
-                                   quotable(user.value)));
+    in.warning("user",
+               fmt::format("there is no user '{}' on this host, so this feeder can't write values",
+                           quotable(user.value)));
   }
   for (const auto& [name, other] : daemon.config.feeders) {
     if (other.user != feeder.user && (!feeder.uid || other.uid != feeder.uid)) continue;
-    in.error("user", fmt::format("is that of feeder '{}' as well: which values he may write would "
-                                 "not be told by who he is",
+    in.error("user", fmt::format("is also the user of feeder '{}', so it would not identify the "
+                                 "feeder. Use another user",
                                  quotable(name)));
   }
   return feeder;
@@ -155,7 +154,7 @@ SocketRights read_rights(MapReader& in) {
   return rights;
 }
 
-// The kernel takes paths of sockets up to a length, below a folder.
+// The kernel limits the length of socket paths, which includes this folder.
 void check_runtime_directory(MapReader& in, const Value<std::string>& directory,
                              const std::string& resolved) {
   if (in.describing() || !directory.valid) return;
@@ -163,7 +162,7 @@ void check_runtime_directory(MapReader& in, const Value<std::string>& directory,
   const std::filesystem::file_status there = std::filesystem::status(resolved, error);
   if (std::filesystem::exists(there) && !std::filesystem::is_directory(there)) {
     in.error("runtime_directory",
-             fmt::format("must be a folder, or not there yet (got {})", quotable(resolved)));
+             fmt::format("must be a folder, or not exist yet (got {})", quotable(resolved)));
     return;
   }
   const std::string longest = (std::filesystem::path(resolved) / "control.sock").string();
@@ -199,7 +198,7 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
       in.text("state_directory", "for recordings; relative to this file", config.state_directory));
   config.log_level = read_log_level(in);
   in.set_number("stop_timeout",
-                {"s", between(0.1, 60.0), "to bring every output to its stop action"},
+                {"s", between(0.1, 60.0), "time to bring all outputs to their stop actions"},
                 config.stop_timeout_s);
   in.maybe_section("modbus_server", "offers the register map to Modbus masters",
                    [&](MapReader& server) { config.modbus_server = read_modbus_server(server); });
@@ -207,23 +206,24 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
                    [&](MapReader& alarms) { config.alarms = read_alarms(alarms); });
   const Value<std::vector<std::string>> certificates =
       in.maybe_texts("certificates",
-                     "PEM files that loopwardend may read: alarm certificate_expires 14 days "
-                     "before one ends",
+                     "PEM files that loopwardend can read; the alarm certificate_expires is raised "
+                     "14 days before one expires",
                      "[PATH, ...]");
   for (const std::string& name : certificates.value) {
     config.certificates.push_back(resolve(file, name));
   }
-  in.maybe_section(
-      "page", "what loopwarden-page may order; nothing: it only reads", [&](MapReader& page) {
-        config.page = read_rights(page);
-        config.page.tuning = page.flag("tuning", "gains of loops that are controlled here", false);
-        config.page.reports =
-            page.flag("reports", "have reports made of what is recorded of a loop", false);
-      });
-  in.maybe_section("edge", "what loopwarden-edge may order; nothing: it only reads",
+  in.maybe_section("page", "commands permitted to loopwarden-page; without this key it only reads",
+                   [&](MapReader& page) {
+                     config.page = read_rights(page);
+                     config.page.tuning =
+                         page.flag("tuning", "gains of loops that are controlled here", false);
+                     config.page.reports = page.flag(
+                         "reports", "request reports on the recorded data of a loop", false);
+                   });
+  in.maybe_section("edge", "commands permitted to loopwarden-edge; without this key it only reads",
                    [&](MapReader& edge) { config.edge = read_rights(edge); });
   for (auto& [name, section] : in.maybe_named_sections(
-           "feeders", "name", "who brings values of watched loops to feed.sock")) {
+           "feeders", "name", "users who may send values of watched loops to feed.sock")) {
     if (name.find(':') != std::string::npos) section.error("a feeder's name has no ':'");
     config.feeders.emplace(name, read_feeder(section, daemon));
   }

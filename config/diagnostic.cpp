@@ -12,7 +12,7 @@
 namespace loopwarden::config {
 namespace {
 
-constexpr std::size_t kMostDiagnostics = 100;  // of one file
+constexpr std::size_t kMostDiagnostics = 100;  // per file
 
 }  // namespace
 

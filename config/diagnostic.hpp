@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong with a file and where, in the form of a compiler's messages:
+// An error in a file with its place, in the form of a compiler's messages:
 //   loops.d/FIC-101.yaml:14:9: error: controller.ti: must be > 0 s (got 0)
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace loopwarden::config {
 
-// Both count from 1; line 0 stands for the file as a whole. Columns count bytes.
+// Both numbers count from 1; line 0 is the file as a whole. Columns count bytes.
 struct Place {
   int line = 0;
   int column = 0;
@@ -48,15 +48,15 @@ class Report {
 
   void error(Place place, std::string_view key, std::string message);
   void warning(Place place, std::string_view key, std::string message);
-  // Nothing is wrong; but who reads the file should know.
+  // Adds information for the reader of the file that is no error.
   void note(Place place, std::string_view key, std::string message);
 
   const std::string& file() const noexcept { return file_; }
   std::size_t error_count() const noexcept { return errors_; }
   bool has_errors() const noexcept { return errors_ > 0; }
-  // By its place; there must be one.
+  // Returns the error with the first place. There must be an error.
   const Diagnostic& first_error() const noexcept;
-  // In the order of their places; leaves the report empty.
+  // Returns all diagnostics in the order of their places and empties the report.
   std::vector<Diagnostic> take();
 
  private:
@@ -65,7 +65,7 @@ class Report {
   std::size_t errors_ = 0;
 };
 
-// What was read, unless there were errors; warnings may stand beside a value.
+// The result of reading: a value, unless there were errors. Warnings may accompany a value.
 template <class T>
 struct Loaded {
   std::optional<T> value;
@@ -86,11 +86,11 @@ Loaded<T> loaded(T value, Report& report) {
   return result;
 }
 
-// "; did you mean 'gain'?" if one of `known` is close enough to `word`, in either case, else
-// nothing.
+// Returns "; did you mean 'gain'?" if a word of `known` is close to `word`, ignoring case;
+// otherwise an empty text.
 std::string suggestion(std::string_view word, std::span<const std::string> known);
 
-// Text from a file as it may stand in a message: shortened, control characters replaced.
+// Returns text from a file in a form for messages: shortened, control characters replaced.
 std::string quotable(std::string_view text);
 
 }  // namespace loopwarden::config

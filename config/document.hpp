@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A document as a whole: what its reader makes of the keys, and errors for those that it did not ask for.
+// Reads a whole document with a given reader, and reports the keys that the reader does not know.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +26,8 @@ void read_document(std::string_view text, Report& report, Read read) {
   report_unknown_keys(*root, report);
 }
 
-// What `read` makes of the root of the document `text`; messages call it `file`.
+// Returns the result of `read` for the root of the document `text`. Messages use `file` as its
+// name.
 template <class T, class Read>
 Loaded<T> load_text(const std::string& file, std::string_view text, Read read) {
   Report report(file);
@@ -35,7 +36,7 @@ Loaded<T> load_text(const std::string& file, std::string_view text, Read read) {
   return loaded(std::move(value), report);
 }
 
-// `read_text` is called with the file's name and text.
+// Calls `read_text` with the file's name and text.
 template <class T>
 Loaded<T> load_file(const std::filesystem::path& path,
                     Loaded<T> (*read_text)(const std::string& file, std::string_view text)) {
@@ -44,7 +45,7 @@ Loaded<T> load_file(const std::filesystem::path& path,
   return text ? read_text(path.string(), *text) : Loaded<T>{std::nullopt, report.take()};
 }
 
-// The keys that `read` asks for.
+// Returns the keys that `read` reads.
 template <class Read>
 KeyReference keys_of(Read read) {
   Report unused("");

@@ -26,7 +26,7 @@ bool may_stand_in(const Descriptor& info, Block block) {
   return std::find(info.blocks.begin(), info.blocks.end(), block) != info.blocks.end();
 }
 
-// The effect's name; null if it is missing or unknown, or does not belong into `block`.
+// Returns the named effect; null if the name is missing, unknown or not allowed in `block`.
 const Descriptor* read_name(MapReader& in, std::optional<Block> block) {
   const Value<std::string> name = in.need_text("effect", "name, see the table of effects");
   if (in.describing()) return nullptr;
@@ -47,7 +47,8 @@ const Descriptor* read_name(MapReader& in, std::optional<Block> block) {
   return info;
 }
 
-// `curve: butterfly`, `curve: {name: equal_percentage, rangeability: 30}` or `table: [[x, q], ...]`.
+// Reads `curve: butterfly`, `curve: {name: equal_percentage, rangeability: 30}` or `table: [[x, q],
+// ...]`.
 void read_curve(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   const char* meaning = info.options.front().meaning;
   std::vector<std::string> names;
@@ -58,7 +59,7 @@ void read_curve(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   const Value<std::vector<std::pair<double, double>>> table =
       in.maybe_points("table", info.table.form, info.table.meaning);
   if (table.given && in.given("curve")) {
-    in.error("table", fmt::format("stands beside curve (at {}); give one of them",
+    in.error("table", fmt::format("conflicts with curve (at {}); give one of them",
                                   to_text(in.place("curve"))));
     return;
   }
@@ -96,7 +97,7 @@ void read_parameters(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   }
 }
 
-// What no single key shows, by the catalogue's own check.
+// Checks the keys against each other, with the check of the catalogue.
 void check(MapReader& in, const EffectSpec& spec, Block block,
            const effects::EffectContext& context) {
   try {
@@ -120,7 +121,7 @@ void read_table(MapReader& in, const Descriptor& info, EffectSpec& spec) {
   }
 }
 
-// Two lists of equal length, side by side.
+// Reads two lists of equal length.
 void read_columns(MapReader& in, EffectSpec& spec, const char* first, const char* second,
                   const char* unit, const char* meaning_first, const char* meaning_second) {
   const Value<std::vector<double>> a = in.maybe_numbers(first, unit, meaning_first);
@@ -141,7 +142,7 @@ void read_columns(MapReader& in, EffectSpec& spec, const char* first, const char
   }
 }
 
-// By its form: a table, thresholds and weights, or a transfer function.
+// Reads a learned effect by its form: a table, thresholds and weights, or a transfer function.
 void read_learned(MapReader& in, EffectSpec& spec) {
   const bool all = in.describing();
   const std::string form = spec.options.contains("form") ? spec.options.at("form") : "static";
@@ -164,7 +165,7 @@ void read_learned(MapReader& in, EffectSpec& spec) {
       in.error("needs a table: [[in, out], ...]");
     }
   }
-  const Value<std::string> description = in.text("description", "what it says to an engineer", "");
+  const Value<std::string> description = in.text("description", "description for engineers", "");
   if (description.given) spec.options["description"] = description;
 }
 
@@ -188,7 +189,7 @@ void read_schedule(MapReader& in, effects::Schedule& schedule) {
       in.maybe_number("from", {"s", any_number(), "when it begins", "always there"});
   const Value<double> to = in.maybe_number("to", {"s", any_number(), "when it ends", "never"});
   schedule.ramp_s =
-      in.number("ramp", {"s", at_least(0.0), "in which it grows to its full size"}, 0.0);
+      in.number("ramp", {"s", at_least(0.0), "time in which it grows to its full size"}, 0.0);
   if (from.given) schedule.from_s = from;
   if (to.given) schedule.to_s = to;
   if (from.given && to.given && from.valid && to.valid && to <= from) {
@@ -206,7 +207,7 @@ plant::ScheduledFault read_fault(MapReader& in, const effects::EffectContext& co
   const Descriptor* info = read_name(in, std::nullopt);
   if (info != nullptr) fault.effect = read_effect(in, *info, context);
   const Block usual_block = info != nullptr ? info->blocks.front() : Block::valve;
-  fault.block = in.one_of("block", kBlocks, "where the effect may stand in several", usual_block);
+  fault.block = in.one_of("block", kBlocks, "for effects that several blocks permit", usual_block);
   if (info == nullptr || !effects::has_own_times(*info)) read_schedule(in, fault.schedule);
   if (info != nullptr && in.report().error_count() == errors_before) {
     check(in, fault.effect, fault.block, context);
@@ -232,10 +233,10 @@ std::vector<EffectSpec> read_effects(MapReader& in, std::string_view key, Block 
 std::vector<plant::ScheduledFault> read_faults(MapReader& in,
                                                const effects::EffectContext& context) {
   std::vector<plant::ScheduledFault> faults;
-  for (MapReader& item : in.maybe_list("faults",
-                                       "effects that come and go; one of them is an effect "
-                                       "with its parameters and these keys, but for from, to "
-                                       "and ramp where from and to are its own")) {
+  for (MapReader& item :
+       in.maybe_list("faults",
+                     "scheduled effects; each is an effect with its parameters and these keys, "
+                     "except from, to and ramp if the effect has its own from and to")) {
     faults.push_back(read_fault(item, context));
   }
   return faults;

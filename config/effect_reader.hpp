@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Effects as they stand in files: {effect: stiction, s: 0.9, j: 0.3}. Names, parameters, ranges
-// and options are those of the catalogue (model/effects/catalogue.hpp).
+// Reads effects as they appear in files: {effect: stiction, s: 0.9, j: 0.3}. The catalogue defines
+// names, parameters, ranges and options (model/effects/catalogue.hpp).
 #pragma once
 
 #include <optional>
@@ -12,16 +12,16 @@
 
 namespace loopwarden::config {
 
-// The list at `key` of effects of one block.
+// Reads the list at `key` of effects of one block.
 std::vector<effects::EffectSpec> read_effects(MapReader& in, std::string_view key, effects::Block block,
                                             const effects::EffectContext& context,
                                             const char* meaning);
 
-// The list at `faults`: effects with a schedule.
+// Reads the list at `faults`: effects with a schedule.
 std::vector<plant::ScheduledFault> read_faults(MapReader& in,
                                                const effects::EffectContext& context);
 
-// The catalogue as a Markdown table.
+// Returns the catalogue as a Markdown table.
 std::string describe_effects();
 
 }  // namespace loopwarden::config

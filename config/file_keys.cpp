@@ -22,7 +22,7 @@ base::Secret read_secret_at(MapReader& in, std::string_view key, const char* mea
   const Value<std::string> credential =
       section->text("credential", "its name, as in LoadCredential= of the unit", "");
   secret.credential = credential;
-  secret.file = read_path(*section, "file", "a file whose first line it is", file);
+  secret.file = read_path(*section, "file", "file with the secret in its first line", file);
   if (secret.credential.find('/') != std::string::npos) {
     section->error("credential", "must be a name, without '/'");
   }

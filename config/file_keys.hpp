@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys whose values are files. `file` is the one that is read: relative paths start from its folder.
+// Reads keys whose values are paths of files. Relative paths start from the folder of `file`, the
+// file that is being read.
 #pragma once
 
 #include <string>
@@ -10,11 +11,11 @@
 
 namespace loopwarden::config {
 
-// `fallback`, as written in the same file, if the key is absent. Empty stays empty.
+// Returns `fallback`, relative to the same folder, if the key is absent. An empty path stays empty.
 std::string read_path(MapReader& in, std::string_view key, const char* meaning,
                       const std::string& file, std::string fallback = "");
 
-// {credential: NAME} or {file: PATH} at `key`; none if the key is absent.
+// Reads {credential: NAME} or {file: PATH} at `key`; an empty secret if the key is absent.
 base::Secret read_secret_at(MapReader& in, std::string_view key, const char* meaning,
                             const std::string& file);
 

@@ -7,7 +7,7 @@ namespace loopwarden::config {
 
 Backing backing_of(const Io& io) noexcept {
   const bool simulated = std::holds_alternative<SimIo>(io);
-  // What is not known to move nothing is hardware.
+  // A backend counts as hardware unless it is known to move no valve.
   return {.simulated = simulated,
           .hardware = !simulated && !std::holds_alternative<hal::replay::ReplaySettings>(io)};
 }

@@ -1,35 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may act on a valve depends on what is behind the loop: the one place that says so. A file is
-// judged by its own backend when it is read, a running loop by the backend that runs.
+// Decides which functions may move the valve, by the kind of the loop's backend. All such rules are
+// here. A file is checked with its own backend when it is read, a running loop with its running
+// backend.
 #pragma once
 
 #include "config/loop_config.hpp"
 
 namespace loopwarden::config {
 
-// What a loop is wired to.
+// The kind of a loop's backend.
 struct Backing {
   bool simulated = false;  // a simulated plant
-  bool hardware = false;   // something real moves; neither: a record is played back
+  bool hardware = false;   // a real valve moves; both false: a record is replayed
 };
 
 Backing backing_of(const Io& io) noexcept;
 
-// Why the jacket may not act, whoever asks for it.
+// Reasons why the jacket must not act, for all kinds of requests.
 struct JacketInterlocks {
-  bool paper = false;           // that form acts in simulation only
-  bool max_mean_error = false;  // on hardware it does not act without that limit
+  bool paper = false;           // the form `paper` acts in simulation only
+  bool max_mean_error = false;  // on hardware it needs this limit
 
   bool none() const noexcept { return !paper && !max_mean_error; }
 };
 JacketInterlocks interlocks_of(const control::JacketSettings& jacket, Backing backing) noexcept;
 
-// What a compensator lacks that acts on hardware: the key, nullptr for none.
+// Returns the missing key of a compensator that acts on hardware; nullptr if it is complete.
 const char* lacks(const control::CompensatorSettings& compensator, Backing backing) noexcept;
-// On hardware planned_moves acts only where s is known within a factor of two.
+// Returns whether s is too uncertain: on hardware planned_moves needs s within a factor of two.
 bool too_wide(const control::CompensatorSettings& compensator, Backing backing) noexcept;
 
-// Planned moves as corrective action.
+// Returns whether planned moves may act as corrective action.
 bool moves_may_act(const alarm::CorrectiveSettings& corrective, Backing backing) noexcept;
 
 }  // namespace loopwarden::config

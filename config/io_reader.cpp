@@ -34,7 +34,7 @@ constexpr auto kIoFaults =
                                           {"output_lost", IoFault::Kind::output_lost},
                                           {"enable_open", IoFault::Kind::enable_open}});
 
-// The model must be of the loop that it stands for.
+// Checks that the model belongs to this loop.
 void check_model(MapReader& in, const IoContext& context, const plant::LoopModel& model,
                  const std::string& model_file) {
   if (context.sample_time.valid && model.sample_time_s != context.sample_time) {
@@ -66,11 +66,11 @@ void read_simulated(MapReader in, const IoContext& context, IoSection& section) 
   const Value<std::string> model = in.need_text("model", "loop model file; relative to this file");
   sim.output_resolution =
       in.number("output_resolution",
-                {"CO units", at_least(0.0), "step of the simulated converter, 0: none"}, 0.0);
+                {"CO units", at_least(0.0), "step of the simulated converter; 0: continuous"}, 0.0);
   section.output_resolution = sim.output_resolution;
   for (MapReader& item : in.maybe_list("io_faults", "faults between plant and controller")) {
     IoFault fault;
-    fault.kind = item.need_one_of("fault", kIoFaults, "what goes wrong");
+    fault.kind = item.need_one_of("fault", kIoFaults, "kind of fault");
     const Value<double> from =
         item.need_number("from", {"s", at_least(0.0), "when it begins, simulated time"});
     const Value<double> to = item.need_number("to", {"s", at_least(0.0), "when it ends"});
@@ -99,14 +99,14 @@ void read_simulated(MapReader in, const IoContext& context, IoSection& section) 
 
 void read_replay(MapReader in, const IoContext& context, IoSection& section) {
   hal::replay::ReplaySettings replay;
-  section.has_read_back = true;  // the record's column `stem`, where it has one
+  section.has_read_back = true;  // the record's column `stem`, if it has one
   const Value<std::string> record =
       in.need_text("record", "CSV record with the loop's sample time; relative to this file");
-  replay.repeat = in.flag("repeat", "begin again at the end, where PV otherwise goes bad", false);
-  replay.output_resolution = in.number(
-      "output_resolution",
-      {"CO units", at_least(0.0), "step of the converter that the record stands for, 0: none"},
-      0.0);
+  replay.repeat =
+      in.flag("repeat", "start again at the end; otherwise PV becomes bad there", false);
+  replay.output_resolution =
+      in.number("output_resolution",
+                {"CO units", at_least(0.0), "step of the recorded converter; 0: continuous"}, 0.0);
   section.output_resolution = replay.output_resolution;
   section.record = record.place;
   replay.sample_time_s = context.sample_time;
@@ -115,7 +115,7 @@ void read_replay(MapReader in, const IoContext& context, IoSection& section) {
     replay.record = resolve(context.file, record);
     std::error_code error;
     if (!std::filesystem::is_regular_file(replay.record, error)) {
-      in.error("record", fmt::format("{} is no file that can be read", replay.record));
+      in.error("record", fmt::format("{} is no readable file", replay.record));
     } else {
       section.output_known = true;
     }
@@ -129,10 +129,8 @@ IoSection read_io(MapReader& in, const IoContext& context) {
   IoSection section;
   section.command = in.place();
   if (!in.describing() && in.word("backend") == "feed") {
-    in.error(
-        "backend",
-        "feed is for a loop with `control: elsewhere` alone: what a feeder says must not move a "
-        "valve from here");
+    in.error("backend",
+             "feed needs `control: elsewhere`, because values of a feeder must not move a valve");
     in.ignore_rest();
     return section;
   }
@@ -154,7 +152,7 @@ std::int64_t nanoseconds(double seconds) noexcept { return std::llround(seconds 
 
 Value<double> read_poll_period(MapReader& in, const IoContext& context, const Interval& range) {
   Value<double> period =
-      in.number("poll_period", {"s", range, "how often the devices are asked", "sample_time"},
+      in.number("poll_period", {"s", range, "interval of requests to the devices", "sample_time"},
                 std::clamp(context.sample_time.value, range.low, range.high));
   if (period.valid && context.max_age.valid && period > context.max_age) {
     in.error("poll_period",
@@ -166,11 +164,11 @@ Value<double> read_poll_period(MapReader& in, const IoContext& context, const In
 }
 
 std::optional<std::int64_t> read_max_command_age(MapReader& in, const IoContext& context) {
-  const Value<double> age = in.maybe_number(
-      "max_command_age", {"s", between(0.01, 3600.0),
-                          "an older command is not put out, so that a watchdog acts when the loop "
-                          "hangs",
-                          "three poll periods and 0.1 s"});
+  const Value<double> age =
+      in.maybe_number("max_command_age",
+                      {"s", between(0.01, 3600.0),
+                       "an older command is not output, so that a watchdog acts if the loop hangs",
+                       "three poll periods and 0.1 s"});
   if (!age.given) return std::nullopt;
   if (age.valid && context.sample_time.valid && age <= context.sample_time) {
     in.error(
@@ -185,15 +183,15 @@ CommLoss read_comm_loss(MapReader& in, const char* value_text,
                         const std::function<void(MapReader&)>& read_register) {
   constexpr const char* kKey = "comm_loss";
   constexpr const char* kMeaning =
-      "what moves the valve when no command arrives: link down, kill -9, SIGSTOP. Only the device "
-      "can";
+      "protection that moves the valve if no command arrives: link down, kill -9, SIGSTOP. Only "
+      "the device can do this";
   constexpr auto kDevice = std::to_array<Choice<bool>>({{"device", true}});
   CommLoss loss;
   if (!in.describing() && !in.given(kKey)) {
     in.error(
         fmt::format("missing key 'comm_loss' ({}). When the link is down, or this process is "
                     "killed or stopped, only the device's own watchdog can bring the valve to a "
-                    "safe place: state which one does, or accept that none does",
+                    "safe place: state the protection, or accept that the device has none",
                     value_text));
     in.declare(kKey, value_text, Presence::optional, "", kMeaning);
     return loss;
@@ -209,7 +207,7 @@ CommLoss read_comm_loss(MapReader& in, const char* value_text,
   if (!watchdog) return loss;
   loss.device_acts = true;
   loss.timeout = watchdog->need_number(
-      "timeout", {"s", between(0.1, 3600.0), "without a command, after which the device acts"});
+      "timeout", {"s", between(0.1, 3600.0), "time without a command after which the device acts"});
   if (!says_who) {
     for (const char* key : {"set_by", "register", "value"})
       watchdog->declare(key, "", Presence::optional, "", "");
@@ -221,7 +219,7 @@ CommLoss read_comm_loss(MapReader& in, const char* value_text,
   }
   if (read_register && (!by_device || watchdog->given("register"))) {
     if (by_device) {
-      watchdog->error("register", fmt::format("stands beside set_by (at {}); give one of them",
+      watchdog->error("register", fmt::format("conflicts with set_by (at {}); give one of them",
                                               to_text(watchdog->place("set_by"))));
     }
     read_register(*watchdog);

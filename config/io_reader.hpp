@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The io section of a loop file: one backend and its wiring.
+// Reads the io section of a loop file: one backend and its wiring.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace loopwarden::config {
 
-// Where the file says through which link a device is reached.
+// Place in the file that names the link to a device.
 struct LinkUse {
   std::string key;
   Place place;
@@ -23,7 +23,7 @@ struct LinkUse {
   std::uint8_t unit = 0;
 };
 
-// What the io section must fit to.
+// The other keys of the loop that the io section must fit to.
 struct IoContext {
   std::string file;                               // of the loop
   Value<double> sample_time;                      // s
@@ -32,7 +32,7 @@ struct IoContext {
   Value<std::pair<double, double>> output_range;  // CO units
   const std::map<std::string, hal::modbus::LinkSettings>* links = nullptr;
   const std::map<std::string, FeederUser>* feeders = nullptr;
-  std::vector<LinkUse>* link_uses = nullptr;  // where those of the section are added
+  std::vector<LinkUse>* link_uses = nullptr;  // list to which the section's uses are added
 };
 
 struct IoSection {
@@ -40,19 +40,19 @@ struct IoSection {
   bool known = false;              // the backend was named
   bool has_read_back = false;      // of the valve position
   double output_resolution = 0.0;  // CO units
-  Place command;                   // where the output's register or channel is stated
-  bool output_known = false;       // what leads to the output has no error
-  Place record;                    // of a replay: where its file is stated
+  Place command;                   // place of the output's register or channel
+  bool output_known = false;       // the keys that locate the output have no error
+  Place record;                    // of a replay: place of its file's name
 };
 
 IoSection read_io(MapReader& in, const IoContext& context);
 
 // --- shared by the hardware backends ---
 
-// poll_period, s: by default sample_time, as far as it lies within `range`.
+// Reads poll_period, s. Default: sample_time, limited to `range`.
 Value<double> read_poll_period(MapReader& in, const IoContext& context, const Interval& range);
 
-// max_command_age, ns, if it is given.
+// Reads max_command_age, ns, if present.
 std::optional<std::int64_t> read_max_command_age(MapReader& in, const IoContext& context);
 
 std::int64_t nanoseconds(double seconds) noexcept;
@@ -62,8 +62,8 @@ struct CommLoss {
   Value<double> timeout;  // s
 };
 
-// `comm_loss`, which has no default: a word or a mapping with a timeout. `read_register` reads the
-// keys of a watchdog that is written from here, where the backend has such.
+// Reads `comm_loss`, which has no default: a word, or a mapping with a timeout. `read_register`
+// reads the keys of a watchdog register that the backend writes, if the backend supports one.
 CommLoss read_comm_loss(MapReader& in, const char* value_text,
                         const std::function<void(MapReader&)>& read_register);
 

@@ -24,7 +24,7 @@ std::string cell(const std::string& text) {
   return escaped;
 }
 
-// The mappings of a reference, each once, in the order of its keys.
+// Returns the mappings of a reference, each once, in the order of its keys.
 std::vector<std::string> sections_of(const KeyReference& reference) {
   std::vector<std::string> sections;
   for (const KeyDescription& key : reference.keys()) {
@@ -69,9 +69,8 @@ std::string describe_configuration() {
   text += "\n## A loop: `loops.d/*.yaml`\n";
   text += kLoopNotes + to_markdown(describe_loop());
   text +=
-      "\n## A loop that another controller runs: `control: elsewhere`\n\n[watch.md](watch.md) "
-      "tells how to "
-      "begin.\n" +
+      "\n## A loop that another controller runs: `control: elsewhere`\n\n[watch.md](watch.md) is "
+      "the guide.\n" +
       to_markdown(describe_watched_loop());
   text += std::string("\n## Wiring by registers and counts\n") + kWiringNotes;
   text += "\n## A loop model\n" + to_markdown(describe_model());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the readers say about their keys: the source of docs/configuration.md, of which the build makes
-// loopwardend.yaml(5).
+// The readers' description of their keys: the source of docs/configuration.md. The build makes
+// loopwardend.yaml(5) from it.
 #pragma once
 
 #include <string>
@@ -11,15 +11,15 @@ namespace loopwarden::config {
 
 struct KeyDescription {
   std::string path;      // such as controller.output.range
-  std::string value;     // what may stand there, with unit and range
-  std::string fallback;  // `required`, or what holds without the key
+  std::string value;     // permitted values, with unit and range
+  std::string fallback;  // `required`, or the default
   std::string meaning;
 };
 
 // The keys of one kind of file, in the order in which its reader asks for them.
 class KeyReference {
  public:
-  // The first description of a path counts.
+  // Adds a key. If a path is added twice, the first description is kept.
   void add(KeyDescription description);
   const std::vector<KeyDescription>& keys() const noexcept { return keys_; }
 
@@ -27,10 +27,10 @@ class KeyReference {
   std::vector<KeyDescription> keys_;
 };
 
-// A Markdown table for each mapping.
+// Returns a Markdown table for each mapping.
 std::string to_markdown(const KeyReference& reference);
 
-// The whole of docs/configuration.md.
+// Returns the whole text of docs/configuration.md.
 std::string describe_configuration();
 
 }  // namespace loopwarden::config

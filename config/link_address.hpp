@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The device that a Modbus link leads to, in one spelling.
+// Returns the device of a Modbus link in one spelling.
 #pragma once
 
 #include <string>
@@ -11,9 +11,9 @@ namespace loopwarden::config {
 // Returns the device as the file names it: the path of a serial line, or host and port.
 std::string spelled_device(const hal::modbus::LinkSettings& link);
 
-// Returns the same text for all spellings of one device: symbolic links are followed, localhost and
-// its addresses are one, because a device may listen by IPv4 and IPv6. Host names are not looked
-// up.
+// Returns the same text for all spellings of one device: symbolic links are followed. All addresses
+// of localhost are the same, because a device may listen by IPv4 and IPv6. Host names are not
+// resolved.
 std::string device_of(hal::modbus::LinkSettings link);
 
 }  // namespace loopwarden::config

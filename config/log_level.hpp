@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The key log_level of every program that logs.
+// The key log_level of all programs with a log.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the configuration files say, as plain data. config_reader.hpp fills it.
+// The contents of the configuration files as plain data. config_reader.hpp fills it.
 #pragma once
 
 #include <algorithm>
@@ -32,38 +32,37 @@ namespace loopwarden::config {
 struct Start {
   control::Mode mode = control::Mode::manual;
   double set_point = 0.0;  // PV units
-  // After a restart, when orders from before it are known.
+  // Behaviour after a restart with saved commands.
   enum class AfterRestart : std::uint8_t {
-    resume,  // mode and set point as they were last ordered
-    manual,  // waits in manual
+    resume,  // mode and set point of the last command
+    manual,  // starts in manual
     file     // mode and set_point of the file
   };
   AfterRestart after_restart = AfterRestart::manual;
-  bool output_is_told = false;  // a read-back or `output` tells where the output stands
-  // Where the output stands when there is no read-back to take it from. Hold: the first command is
-  // the operator's.
+  bool output_is_told = false;  // a read-back or `output` gives the present output
+  // The present output for loops without a read-back. Hold: the operator sets the first command.
   control::OutputAction output;
 };
 
 struct Recording {
   bool enabled = true;
-  std::size_t limit_bytes = 64'000'000;  // of this loop's ring of segments
+  std::size_t limit_bytes = 64'000'000;  // size of this loop's ring of segments
 };
 
-// How the loop is cut into windows, and who judges them.
+// Division of the loop's data into windows, and the methods that evaluate them.
 struct WindowCut {
-  double overlap = 0.5;  // share of a window that the next one has in common
-  // Cycles averaged into one sample; nothing: as many as fit into 0.1 s, so that a window is 96 s.
+  double overlap = 0.5;  // share of a window that overlaps with the next one
+  // Cycles averaged into one sample. Not set: as many as fit into 0.1 s, so that a window is 96 s.
   std::optional<std::size_t> decimation;
   std::string specialists;  // their folder; empty: only the classical measures
   std::string twin;         // file of the loop's twin; empty: no model_gap
-  bool routine = true;      // routine evidence raises alarms, too
+  bool routine = true;      // the routine evidence also raises alarms
   alarm::CorrectiveSettings corrective;
 
   friend bool operator==(const WindowCut&, const WindowCut&) = default;
 };
 
-// Where u_valve of the jacket comes from.
+// Source of the jacket's u_valve.
 struct ValvePosition {
   enum class Source : std::uint8_t { none, read_back, model };
   Source source = Source::none;
@@ -73,32 +72,34 @@ struct ValvePosition {
 };
 
 using SimIo = hal::sim::SimSettings;
-// In place of the wiring of a loop whose files have errors: it is not run, and keeps its place
-// among the loops, so that no register of another one moves.
+// Replaces the wiring of a loop whose files have errors. The loop does not run, but keeps its place
+// among the loops, so that the registers of other loops do not move.
 struct OutOfService {
   std::string why;       // the first error
   bool watched = false;  // another controller runs the loop
 
   friend bool operator==(const OutOfService&, const OutOfService&) = default;
 };
-// ModbusSourceSettings and FeedSettings are only read.
+// ModbusSourceSettings and FeedSettings are read only.
 using Io = std::variant<SimIo, hal::modbus::LoopModbusSettings, hal::iio::AnalogSettings,
                         hal::replay::ReplaySettings, hal::modbus::ModbusSourceSettings,
                         hal::feed::FeedSettings, OutOfService>;
 
-// Why the loop is not run; null: its files are good.
+// Returns why the loop does not run; null if its files have no error.
 inline const std::string* out_of_service(const Io& io) noexcept {
   const auto* out = std::get_if<OutOfService>(&io);
   return out != nullptr ? &out->why : nullptr;
 }
 
-// A loop that another controller runs (`control: elsewhere`): nothing of it is ever written.
+// Returns whether another controller runs the loop (`control: elsewhere`). Loopwarden never writes
+// to such a loop.
 inline bool is_watched(const Io& io) noexcept {
   const auto* out = std::get_if<OutOfService>(&io);
   return std::holds_alternative<hal::modbus::ModbusSourceSettings>(io) ||
          std::holds_alternative<hal::feed::FeedSettings>(io) || (out != nullptr && out->watched);
 }
-// Whether the other controller's set point is read; of a loop controlled here it is known anyway.
+// Returns whether the set point is known. A watched loop must have a reading of the other
+// controller's set point; a loop controlled here always has one.
 inline bool knows_set_point(const Io& io) noexcept {
   if (const auto* modbus = std::get_if<hal::modbus::ModbusSourceSettings>(&io)) {
     return modbus->set_point.has_value();
@@ -107,7 +108,7 @@ inline bool knows_set_point(const Io& io) noexcept {
   return feed == nullptr || feed->set_point.has_value();
 }
 
-// Whether an enable contact is wired to the loop, or stands in its simulation.
+// Returns whether an enable contact is wired to the loop or is part of its simulation.
 inline bool has_enable(const Io& io) noexcept {
   if (const auto* analog = std::get_if<hal::iio::AnalogSettings>(&io)) {
     return analog->enable.has_value();
@@ -118,7 +119,7 @@ inline bool has_enable(const Io& io) noexcept {
                      [](const auto& f) { return f.kind == hal::sim::IoFault::Kind::enable_open; });
 }
 
-// What is said of an alarm where the loop's file says something; empty: as alarm::guide_of.
+// Texts of an alarm from the loop's file; empty: those of alarm::guide_of.
 struct AlarmTexts {
   std::string cause, consequence, action, time_to_act;
 
@@ -137,7 +138,7 @@ struct LoopAlarmConfig {
     }
     return all;
   }
-  // What a person is told of it.
+  // Returns the texts for people.
   AlarmTexts guide(alarm::AlarmKind kind) const {
     const alarm::AlarmGuide usual = alarm::guide_of(kind);
     const AlarmTexts& own = texts[alarm::index_of(kind)];
@@ -190,7 +191,7 @@ struct ModbusServer {
   std::vector<base::PeerRule> clients;
   double master_timeout_s = 0.0;  // s; 0: the master's heartbeat is not watched
   LossAction on_master_loss = LossAction::report;
-  // The same map on a serial line, as an RTU slave.
+  // The same map on a serial line, with the daemon as RTU slave.
   struct Serial {
     hal::modbus::LinkSettings line;
     std::uint8_t unit = 1;
@@ -206,20 +207,20 @@ struct Alarms {
   std::size_t most_evidence = 200;  // folders kept
 };
 
-// Who may write values to feed.sock: those of his name, by the user id of his process.
+// A user who may write values to feed.sock. The user id of the process decides.
 struct FeederUser {
   std::string user;
-  std::optional<unsigned> uid;  // not set: there is no such user here, and nobody may
+  std::optional<unsigned> uid;  // not set: this host has no such user, so access is denied
 
   friend bool operator==(const FeederUser&, const FeederUser&) = default;
 };
 
-// What the peers of a socket may order; more than that, nobody on it can.
+// Commands that the peers of a socket may give. All others are refused.
 struct SocketRights {
   bool alarms = false;   // acknowledge, reset, shelve; veto
   bool control = false;  // set point, mode, output, jacket
-  bool tuning = false;   // gains; of page.sock alone
-  bool reports = false;  // of the page alone: of what is recorded
+  bool tuning = false;   // gains; page.sock only
+  bool reports = false;  // page.sock only: reports on recorded data
 
   bool any() const noexcept { return alarms || control || tuning || reports; }
   friend bool operator==(const SocketRights&, const SocketRights&) = default;
@@ -228,7 +229,8 @@ struct SocketRights {
 struct DaemonConfig {
   std::string file;
   RealTime real_time;
-  double accelerate = 1.0;  // times real time; 1 unless every loop is simulated or replayed
+  double accelerate = 1.0;  // speed relative to real time; 1 unless all loops are simulated or
+                            // replayed
   std::string runtime_directory = "/run/loopwardend";    // sockets, metrics
   std::string state_directory = "/var/lib/loopwardend";  // recordings
   std::string log_level = "info";
@@ -237,17 +239,17 @@ struct DaemonConfig {
   std::map<std::string, FeederUser> feeders;  // by the name that loops use
   std::optional<ModbusServer> modbus_server;
   Alarms alarms;
-  std::vector<std::string> certificates;  // PEM files whose end is watched
+  std::vector<std::string> certificates;  // PEM files whose expiry is monitored
   SocketRights page;                      // of page.sock
   SocketRights edge;                      // of edge.sock
 };
 
 struct Configuration {
   DaemonConfig daemon;
-  // Those controlled here in the order of their file names, then the watched ones in theirs: so the place of
-  // the former in the register map does not depend on the latter.
+  // Controlled loops in the order of their file names, then watched loops in theirs. The place of a
+  // controlled loop in the register map is thus independent of watched loops.
   std::vector<LoopConfig> loops;
-  std::string text;  // loopwardend.yaml and the loop files, one after the other, as they were read
+  std::string text;  // loopwardend.yaml and the loop files in the order of reading
 };
 
 }  // namespace loopwarden::config

@@ -17,7 +17,7 @@ namespace {
 
 using effects::Block;
 
-constexpr double kMostDeadTimeSamples = 1e6;  // what the delay line holds
+constexpr double kMostDeadTimeSamples = 1e6;  // limit of the delay line
 constexpr auto kProcessKinds = std::to_array<Choice<plant::ProcessKind>>(
     {{"self_regulating", plant::ProcessKind::self_regulating},
      {"integrating", plant::ProcessKind::integrating}});
@@ -39,7 +39,7 @@ class ModelReader {
         root_.need_section("controller", "what the loop runs with");
     std::optional<MapReader> valve = read_valve();
     std::optional<MapReader> process = root_.need_section("process", "between flow and PV");
-    std::optional<MapReader> transmitter = root_.need_section("transmitter", "what measures PV");
+    std::optional<MapReader> transmitter = root_.need_section("transmitter", "transmitter of PV");
     if (transmitter) read_transmitter(*transmitter);
     if (controller) read_controller(*controller);
     context_ = {.sample_time_s = model_.sample_time_s,
@@ -55,20 +55,20 @@ class ModelReader {
                                                 context_, "in the order in which PV meets them");
     }
     model_.disturbances =
-        read_effects(root_, "disturbances", Block::disturbance, context_, "what is added to PV");
-    root_.maybe_section("scenario", "what `loopwarden simulate` runs",
+        read_effects(root_, "disturbances", Block::disturbance, context_, "signals added to PV");
+    root_.maybe_section("scenario", "scenario of `loopwarden simulate`",
                         [&](MapReader& scenario) { read_scenario(scenario); });
-    root_.maybe_section(
-        "twin", "how sure the record is that it was commissioned from: for training and model_gap",
-        [&](MapReader& twin) { read_twin(twin); });
+    root_.maybe_section("twin", "uncertainty of the commissioned model, for training and model_gap",
+                        [&](MapReader& twin) { read_twin(twin); });
     return std::move(model_);
   }
 
  private:
-  // A section, or the word none.
+  // Reads a section, or the word none.
   std::optional<MapReader> read_valve() {
     constexpr const char* kMeaning =
-        "between CO and flow; `valve: none` states that nothing can stick (a heater, a pump, a "
+        "between CO and flow; `valve: none` states that the actuator can't stick (a heater, a "
+        "pump, a "
         "drive)";
     if (root_.word("valve") != "none") return root_.maybe_section("valve", kMeaning);
     root_.declare("valve", "mapping, or none", Presence::optional, "", kMeaning);
@@ -79,8 +79,8 @@ class ModelReader {
   void read_transmitter(MapReader& in) {
     plant::TransmitterParameters& transmitter = model_.transmitter;
     pv_range_ = in.need_range("range", {"PV units", any_number(), "of the transmitter"});
-    const Value<double> resolution =
-        in.number("resolution", {"PV units", at_least(0.0), "step of the converter, 0: none"}, 0.0);
+    const Value<double> resolution = in.number(
+        "resolution", {"PV units", at_least(0.0), "step of the converter; 0: continuous"}, 0.0);
     transmitter.resolution = resolution;
     transmitter.noise = in.number("noise", {"PV units", at_least(0.0), "standard deviation"}, 0.0);
     const std::optional<double> span = span_of(pv_range_);
@@ -109,10 +109,10 @@ class ModelReader {
     const Value<double> rate = in.maybe_number(
         "rate_limit", {"CO units/s", above(0.0), "fastest change of the output", "none"});
     const Value<double> deadband =
-        in.number("deadband", {"CO units", at_least(0.0), "changes below it do not go out"}, 0.0);
+        in.number("deadband", {"CO units", at_least(0.0), "smaller changes are not output"}, 0.0);
     in.maybe_section("jacket", "the stickband jacket",
                      [&](MapReader& jacket) { controller.jacket = read_jacket(jacket); });
-    in.maybe_section("compensator", "what is added to CO against the valve's fault",
+    in.maybe_section("compensator", "correction of CO against the valve's fault",
                      [&](MapReader& compensator) {
                        controller.compensator = read_compensator(compensator);
                        check_gain(compensator, controller.compensator, controller.pid.action);
@@ -124,14 +124,14 @@ class ModelReader {
     controller.output = {.low = controller.pid.output_low, .high = controller.pid.output_high};
     if (rate.given) controller.output.rate_per_s = rate;
     controller.output.deadband = deadband;
-    // A set point beyond the transmitter's range can't be met.
+    // A set point outside the transmitter's range can't be reached.
     controller.set_point = {.low = model_.transmitter.low, .high = model_.transmitter.high};
   }
 
   void read_process(MapReader& in) {
     plant::ProcessParameters& process = model_.process;
     process.kind =
-        in.one_of("kind", kProcessKinds, "integrating: PV goes on while CO is off balance",
+        in.one_of("kind", kProcessKinds, "integrating: PV keeps changing while CO is off balance",
                   plant::ProcessKind::self_regulating);
     const Value<double> gain =
         in.need_number("gain", {"PV units/CO unit", any_number(),
@@ -148,7 +148,7 @@ class ModelReader {
                                         brief(kMostDeadTimeSamples), to_text(sample_time_.place)));
     }
     if (std::optional<MapReader> uncertainty = in.maybe_section(
-            "uncertainty", "relative; what a fit may move without calling it an effect")) {
+            "uncertainty", "relative; a change by a fit up to this does not count as an effect")) {
       const auto read = [&](const char* key, double fallback) {
         return uncertainty->number(key, {"", between(0.0, 1.0), "relative"}, fallback).value;
       };
@@ -183,25 +183,25 @@ class ModelReader {
       process.time_constant_s = in.need_number("time_constant", rule);
     } else if (in.maybe_number("time_constant", rule).given) {
       in.error("time_constant",
-               "does not go with `kind: integrating`; a lag beside the integrator is "
-               "second_time_constant");
+               "does not go with `kind: integrating`; use second_time_constant for a lag in "
+               "addition to the integrator");
     }
-    process.second_time_constant_s =
-        in.number("second_time_constant", {"s", at_least(0.0), "of a second lag, 0: none"}, 0.0);
+    process.second_time_constant_s = in.number(
+        "second_time_constant", {"s", at_least(0.0), "of a second lag; 0: no second lag"}, 0.0);
   }
 
   void read_twin(MapReader& in) {
     static const std::vector<std::string> kNames{"gain", "time_constant", "dead_time"};
     const Value<std::vector<std::string>> parameters =
-        in.maybe_words("parameters", kNames, "what the rows of covariance are of");
+        in.maybe_words("parameters", kNames, "parameters of the rows of covariance");
     const Value<std::vector<std::vector<double>>> covariance =
         in.maybe_table("covariance", "", "of the parameters' natural logarithms");
     plant::TwinFit twin;
     if (std::optional<MapReader> watch = in.maybe_section(
-            "watch", "what the healthy record showed: limits of model_gap and load_outside")) {
+            "watch", "statistics of the healthy record: limits of model_gap and load_outside")) {
       twin.largest =
-          watch->number("change", {"", at_least(0.0), "largest statistic, 0: not known"}, 0.0);
-      const NumberRule old{"", at_least(0.0), "of twins made before; of no account"};
+          watch->number("change", {"", at_least(0.0), "largest statistic; 0: unknown"}, 0.0);
+      const NumberRule old{"", at_least(0.0), "accepted from older twins and ignored"};
       watch->number("size", old, 0.0);
       watch->number("colour", old, 0.0);
       const NumberRule any{"PV units", {}, "of the healthy record's PV"};
@@ -217,7 +217,7 @@ class ModelReader {
       const double step = watch->number("load_step", of_load, 0.0);
       if (load_mean.given) twin.load = {load_mean.value, deviation, step};
       const NumberRule of_co{"CO units", at_least(0.0),
-                             "of CO from what the twin's controller makes of SP and PV"};
+                             "of CO relative to the output of the twin's controller"};
       const auto rms = watch->maybe_number("controller_rms", of_co);
       const double resolution =
           watch->number("co_resolution", {"CO units", at_least(0.0), "of CO"}, 0.0);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loop models: what the simulation believes of a loop. docs/configuration.md lists every key.
+// Reads loop models: the assumptions of the simulation about a loop. docs/configuration.md lists
+// all keys.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +14,7 @@
 namespace loopwarden::config {
 
 Loaded<plant::LoopModel> read_model_file(const std::filesystem::path& path);
-// `file` is the name that diagnostics carry.
+// `file` is the name in diagnostics.
 Loaded<plant::LoopModel> read_model_text(const std::string& file, std::string_view text);
 
 KeyReference describe_model();

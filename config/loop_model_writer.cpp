@@ -27,7 +27,7 @@ std::string points(const std::vector<std::pair<double, double>>& values) {
   return fmt::format("[{}]", text);
 }
 
-// `, s: 0.9, j: 0.3`, in the order of the catalogue.
+// Returns `, s: 0.9, j: 0.3`, in the order of the catalogue.
 std::string parameters(const EffectSpec& spec) {
   std::string text;
   const effects::Descriptor* info = effects::find_effect(spec.name);
@@ -49,7 +49,7 @@ std::string list(const std::vector<std::pair<double, double>>& values, bool seco
   return fmt::format("[{}]", text);
 }
 
-// In double quotes, as YAML has them.
+// Returns a YAML scalar in double quotes.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -81,7 +81,7 @@ std::string learned_keys(const EffectSpec& spec) {
   return text;
 }
 
-// `effect: stiction, s: 0.9, j: 0.3`
+// Returns `effect: stiction, s: 0.9, j: 0.3`.
 std::string effect_keys(const EffectSpec& spec) {
   const effects::Descriptor* known = effects::find_effect(spec.name);
   if (known != nullptr && known->is_learned) return learned_keys(spec);

@@ -7,12 +7,12 @@
 
 namespace loopwarden::config {
 
-// The model as a file that reads back equal, bit for bit in its numbers. Controller settings that a
-// model file has no key for (set-point limits and ramps, limits other than the output's range) are
-// not written. Each line of `heading`, if any, comes first as a comment.
+// Returns the model as a file that reads back with bit-identical numbers. Controller settings
+// without a key in model files are not written: set-point limits and ramps, and limits other than
+// the output's range. `heading` is put first, as comment lines.
 std::string write_model(const plant::LoopModel& model, const std::string& heading = "");
 
-// As files have them.
+// Return the words used in files.
 const char* to_text(control::AntiWindup anti_windup);
 const char* to_text(control::JacketForm form);
 

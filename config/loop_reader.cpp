@@ -40,13 +40,15 @@ constexpr auto kRecoveries = std::to_array<Choice<Recovery>>(
 constexpr auto kUncertain = std::to_array<Choice<bool>>({{"bad", false}, {"good", true}});
 constexpr auto kControls = std::to_array<Choice<bool>>({{"here", false}, {"elsewhere", true}});
 constexpr const char* kControlMeaning =
-    "who controls the loop; elsewhere: another controller does, and nothing of it is ever written";
+    "controller of the loop; elsewhere: another controller, and Loopwarden never writes to the "
+    "loop";
 constexpr const char* kAlarmsMeaning = "alarms of this loop: limits, delays, priorities, texts";
 constexpr auto kReadBack = std::to_array<Choice<bool>>({{"read_back", true}});
 
 bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
 
-// ISA-5.1: one to five capitals, a number of one to five digits, perhaps a suffix: FIC-101A.
+// Checks a tag of ISA-5.1: one to five capitals, a number of one to five digits, an optional
+// suffix: FIC-101A.
 bool is_isa_tag(std::string_view tag) {
   const auto count = [&](auto is_wanted) {
     const auto end = std::find_if_not(tag.begin(), tag.end(), is_wanted);
@@ -86,18 +88,17 @@ class LoopReader {
   LoopFile read() {
     read_head();
     std::optional<MapReader> controller = in_.need_section("controller", "the law and its limits");
-    in_.need_section("process_variable", "PV and when to doubt it",
+    in_.need_section("process_variable", "PV and its checks",
                      [&](MapReader& pv) { read_process_variable(pv); });
     std::optional<MapReader> jacket;
     if (controller) jacket = read_controller(*controller);
-    std::optional<MapReader> start = in_.need_section("start", "how the loop comes up");
+    std::optional<MapReader> start = in_.need_section("start", "start of the loop");
     if (start) read_start(*start);
-    in_.need_section("safe_actions",
-                     "what the output does in each kind of trouble: `hold`, or the CO to go to",
+    in_.need_section("safe_actions", "output for each kind of fault: `hold`, or the CO to move to",
                      [&](MapReader& actions) { read_safe_actions(actions); });
     in_.maybe_section("recording", "of the loop to disk",
                       [&](MapReader& recording) { read_recording(recording); });
-    in_.maybe_section("monitor", "windows of 961 samples, and the specialists that judge them",
+    in_.maybe_section("monitor", "windows of 961 samples, and the specialists that evaluate them",
                       [&](MapReader& monitor) { read_monitor(monitor); });
     std::optional<MapReader> alarms = in_.maybe_section("alarms", kAlarmsMeaning);
     IoSection io;
@@ -112,7 +113,7 @@ class LoopReader {
     if (jacket) check_jacket(*jacket, io);
     if (compensator_) check_compensator(*compensator_, io);
     if (corrective_) check_corrective_io(*corrective_, config().monitor.corrective, io);
-    // What the converter and the deadband hold back is no windup.
+    // Output that the converter and the deadband withhold does not count as windup.
     config().controller.pid.tolerance = config().controller.output.deadband + io.output_resolution;
     config().io = std::move(io.io);
     read_alarms(std::move(alarms));
@@ -123,19 +124,19 @@ class LoopReader {
     watched_ = true;
     loop_.watched = true;
     read_head();
-    in_.need_section("process_variable", "PV and when to doubt it",
+    in_.need_section("process_variable", "PV and its checks",
                      [&](MapReader& pv) { read_process_variable(pv); });
     in_.need_section("output", "CO of the other controller",
                      [&](MapReader& output) { read_watched_output(output); });
-    in_.maybe_section("controller", "the law as the other controller has it; for people",
+    in_.maybe_section("controller", "settings of the other controller; for people",
                       [&](MapReader& controller) { read_watched_law(controller); });
     in_.maybe_section("recording", "of the loop to disk",
                       [&](MapReader& recording) { read_recording(recording); });
-    in_.maybe_section("monitor", "windows of 961 samples, and the specialists that judge them",
+    in_.maybe_section("monitor", "windows of 961 samples, and the specialists that evaluate them",
                       [&](MapReader& monitor) { read_monitor(monitor); });
     std::optional<MapReader> alarms = in_.maybe_section("alarms", kAlarmsMeaning);
     refuse(in_, {"start", "safe_actions"});
-    if (std::optional<MapReader> section = in_.need_section("io", "where its values are read")) {
+    if (std::optional<MapReader> section = in_.need_section("io", "source of its values")) {
       IoSection io = read_watched_io(*section, io_context());
       loop_.command = io.command;
       config().io = std::move(io.io);
@@ -157,13 +158,13 @@ class LoopReader {
             .link_uses = &loop_.link_uses};
   }
 
-  // What would act on a loop that is only watched.
+  // Refuses keys that would act on a loop that is only watched.
   void refuse(MapReader& in, std::initializer_list<std::string_view> keys) {
     for (const std::string_view key : keys) {
       if (in.describing() || !in.given(key)) continue;
       in.declare(key, "", Presence::optional, "", "");
-      in.error(key, fmt::format("is refused: nothing of this loop is ever written, since another "
-                                "controller has it (control: elsewhere, at {})",
+      in.error(key, fmt::format("is refused: Loopwarden never writes to this loop, because another "
+                                "controller runs it (control: elsewhere, at {})",
                                 to_text(in_.place("control"))));
     }
   }
@@ -199,7 +200,8 @@ class LoopReader {
                                       "with a letter or digit (got '{}')",
                                       quotable(tag.value)));
       } else if (tag.value == alarm::kBox) {
-        in_.error("loop", "'box' stands for the box itself where alarms are named");
+        in_.error("loop",
+                  "'box' is reserved: it names the box itself in alarms. Choose another tag");
       } else if (!is_isa_tag(tag.value)) {
         in_.warning("loop", fmt::format("'{}' is no tag in the manner of ISA-5.1, such as FIC-101",
                                         tag.value));
@@ -226,19 +228,18 @@ class LoopReader {
                    "share of the span that PV, SP, CO and stem may lie outside their range; CO and "
                    "stem at least 0.05"},
                   pv.range_margin);
-    const Value<double> frozen_after = in.maybe_number(
-        "frozen_after",
-        {"s", at_least(0.0),
-         "that PV has to change after CO has moved by 10 % of its span; later it is "
-         "frozen; 0: not checked",
-         "60 s or 30 sample times, whichever is longer"});
+    const Value<double> frozen_after =
+        in.maybe_number("frozen_after", {"s", at_least(0.0),
+                                         "time in which PV must change after CO has moved by 10 % "
+                                         "of its span, otherwise PV is frozen; 0: not checked",
+                                         "60 s or 30 sample times, whichever is longer"});
     pv.frozen_acts = !watched_ && frozen_after.given;
     pv.frozen_after_s =
         frozen_after.given ? frozen_after.value : hal::usual_frozen_after_s(config().sample_time_s);
     pv.max_held_s = in.number("max_held",
                               {"s", at_least(0.0),
-                               "a value of a feeder without a new sample for so long is bad, also "
-                               "while the feeder lives; 0: it is held without end"},
+                               "longest time without a new sample for a value of a live feeder; "
+                               "older is bad; 0: held without limit"},
                               0.0);
     if (max_age_.given && max_age_.valid && sample_time_.valid && max_age_ < sample_time_) {
       in.error("max_age",
@@ -248,16 +249,16 @@ class LoopReader {
     }
   }
 
-  // Returns the jacket's section for what depends on the backend.
+  // Returns the jacket's section, for later checks that depend on the backend.
   std::optional<MapReader> read_controller(MapReader& in) {
     control::ControllerSettings& controller = config().controller;
     controller.pid.action = in.need_one_of("action", kActions, "reverse: PV up, output down");
     in.need_section("output", "CO and its limits", [&](MapReader& output) { read_output(output); });
     controller.pid.gains = read_gains(in, span(pv_range_), span(output_range_));
     if (controller.pid.gains.kd > 0.0 && controller.pid.gains.derivative_filter_s <= 0.0) {
-      in.warning(in.given("kd") ? "kd" : "td",
-                 "derivative without derivative_filter: noise of PV "
-                 "goes straight to the valve");
+      in.warning(
+          in.given("kd") ? "kd" : "td",
+          "derivative without derivative_filter: noise of PV passes unfiltered to the valve");
     }
     read_anti_windup(in, control::AntiWindup::back_calculation, controller.pid);
     sp_limits_ = pv_range_;
@@ -266,7 +267,7 @@ class LoopReader {
     std::tie(controller.set_point.low, controller.set_point.high) = sp_limits_.value;
     controller.set_point_tracks_in_manual =
         in.flag("set_point_tracks_in_manual", "SP follows PV while in manual", true);
-    compensator_ = in.maybe_section("compensator", "what is added to CO against the valve's fault");
+    compensator_ = in.maybe_section("compensator", "correction of CO against the valve's fault");
     if (compensator_) controller.compensator = read_compensator(*compensator_);
     std::optional<MapReader> jacket = in.maybe_section("jacket", "the stickband jacket");
     if (jacket) {
@@ -281,7 +282,7 @@ class LoopReader {
     return range.value.second - range.value.first;
   }
 
-  // A narrower range inside `outer`, or `outer` itself where none is given.
+  // Returns a narrower range inside `outer`; `outer` itself if the key is absent.
   RangeValue read_limits(MapReader& in, const char* unit, const RangeValue& outer,
                          const char* fallback, const char* meaning) {
     RangeValue limits = in.maybe_range("limits", {unit, any_number(), meaning, fallback});
@@ -299,11 +300,11 @@ class LoopReader {
     control::ControllerSettings& controller = config().controller;
     config().co_unit = in.need_text("unit", "of CO, such as V or %");
     output_range_ = in.need_range("range", {"CO units", any_number(), "of the controller output"});
-    output_limits_ = read_limits(in, "CO units", output_range_, "range", "what may go out");
+    output_limits_ = read_limits(in, "CO units", output_range_, "range", "permitted output");
     const Value<double> rate = in.maybe_number(
         "rate_limit", {"CO units/s", above(0.0), "fastest change of the output", "none"});
     const Value<double> deadband =
-        in.number("deadband", {"CO units", at_least(0.0), "changes below it do not go out"}, 0.0);
+        in.number("deadband", {"CO units", at_least(0.0), "smaller changes are not output"}, 0.0);
     std::tie(controller.pid.output_low, controller.pid.output_high) = output_range_.value;
     std::tie(controller.output.low, controller.output.high) = output_limits_.value;
     if (rate.given) controller.output.rate_per_s = rate;
@@ -319,7 +320,7 @@ class LoopReader {
   void read_set_point(MapReader& in) {
     control::SetPointLimits& set_point = config().controller.set_point;
     sp_limits_ =
-        read_limits(in, "PV units", pv_range_, "process_variable.range", "what SP may be set to");
+        read_limits(in, "PV units", pv_range_, "process_variable.range", "permitted set points");
     constexpr const char* kMeaning = "fastest change of the working set point";
     in.declare("ramp", "number > 0, PV units/s, or {up, down}", Presence::optional, "none",
                kMeaning);
@@ -342,7 +343,7 @@ class LoopReader {
 
   void read_valve_position(MapReader& in) {
     constexpr const char* kKey = "valve_position";
-    constexpr const char* kMeaning = "where the jacket has the valve's position from";
+    constexpr const char* kMeaning = "source of the valve's position for the jacket";
     ValvePosition& position = config().valve_position;
     in.declare(kKey, "`read_back` or {model: [effects]}", Presence::optional,
                "required unless form is off", kMeaning);
@@ -362,7 +363,7 @@ class LoopReader {
     if (!section->given("model")) section->error("missing key 'model' (list of valve effects)");
   }
 
-  // `hold` or a value within the output's limits.
+  // Reads `hold` or a value within the output's limits.
   OutputAction read_action(MapReader& in, std::string_view key, Presence presence,
                            const char* meaning) {
     if (!in.declare(key, "`hold` or number, CO units", presence, "hold", meaning)) return {};
@@ -374,23 +375,22 @@ class LoopReader {
 
   void read_start(MapReader& in) {
     Start& start = config().start;
-    start.mode = in.need_one_of("mode", kStartModes, "in which the loop comes up");
+    start.mode = in.need_one_of("mode", kStartModes, "at the start of the loop");
     const Value<double> set_point =
         in.need_number("set_point", {"PV units", any_number(), "to begin with"});
     start.set_point = set_point;
     require_within(in, set_point, sp_limits_, "the set point's limits");
     read_after_restart(in);
-    start.output = read_action(
-        in, "output", Presence::optional,
-        "the CO to begin with where there is no read-back; `hold`: nothing is written, a "
-        "watchdog register neither, until an operator sets an output");
+    start.output = read_action(in, "output", Presence::optional,
+                               "the first CO if there is no read-back; `hold`: neither CO nor a "
+                               "watchdog register is written until an operator sets an output");
   }
 
   void read_after_restart(MapReader& in) {
     constexpr const char* kKey = "after_restart";
     constexpr const char* kMeaning =
-        "when the daemon starts again: with the mode and set point that were last ordered, in "
-        "manual, or with mode and set_point of this file";
+        "after a restart of the daemon: continue with the mode and set point of the last command, "
+        "in manual, or with mode and set_point of this file";
     Start& start = config().start;
     start.after_restart =
         start.mode == Mode::automatic ? Start::AfterRestart::resume : Start::AfterRestart::manual;
@@ -415,16 +415,17 @@ class LoopReader {
     safety.on_enable_open =
         need("enable_open", "the enable contact is open; not a safety function");
     safety.on_late_cycle = read_action(in, "late_cycle", Presence::optional,
-                                       "a cycle came more than late_cycle_periods late");
-    safety.on_not_finite =
-        read_action(in, "not_finite", Presence::optional, "the law's result is no number");
+                                       "a cycle started more than late_cycle_periods late");
+    safety.on_not_finite = read_action(in, "not_finite", Presence::optional,
+                                       "the controller's result is NaN or infinity");
     safety.uncertain_is_good =
-        in.one_of("uncertain_pv", kUncertain, "how a PV of uncertain quality counts", false);
+        in.one_of("uncertain_pv", kUncertain, "treatment of a PV of uncertain quality", false);
     safety.late_cycle_periods = static_cast<std::uint32_t>(
         in.integer("late_cycle_periods", {1, 1000, "", "see late_cycle"}, 3));
     safety.recovery =
-        in.one_of("recovery", kRecoveries, "mode once the trouble is over", Recovery::manual);
-    in.set_number("recovery_delay", {"s", at_least(0.0), "without trouble before the loop goes on"},
+        in.one_of("recovery", kRecoveries, "mode after the fault has cleared", Recovery::manual);
+    in.set_number("recovery_delay",
+                  {"s", at_least(0.0), "time without a fault before the loop resumes"},
                   safety.recovery_delay_s);
   }
 
@@ -448,47 +449,47 @@ class LoopReader {
     Recording& recording = config().recording;
     in.set_flag("enabled", "record every cycle", recording.enabled);
     const Value<std::int64_t> limit =
-        in.integer("limit_mb", {1, 1'000'000, "MB", "the oldest goes first"}, 64);
+        in.integer("limit_mb", {1, 1'000'000, "MB", "the oldest is deleted first"}, 64);
     recording.limit_bytes = static_cast<std::size_t>(limit.value * kMegabyte);
   }
 
   void read_monitor(MapReader& in) {
     WindowCut& monitor = config().monitor;
     in.set_number("overlap",
-                  {"", between(0.0, 0.95), "share of a window that the next one has in common"},
+                  {"", between(0.0, 0.95), "share of a window that overlaps with the next one"},
                   monitor.overlap);
     const Value<std::int64_t> decimation =
         in.maybe_integer("decimation", {1, 10'000, "", "cycles averaged into one sample", false,
                                         "as many as fit into 0.1 s, so that a window is 96 s"});
     if (decimation.given) monitor.decimation = static_cast<std::size_t>(decimation.value);
-    in.set_flag("routine",
-                "alarms from routine evidence of minutes and hours, too; needs no "
-                "specialists",
-                monitor.routine);
-    const Value<std::string> specialists = in.text(
-        "specialists",
-        "folder that `loopwarden train` made; without it there are classical measures and routine "
-        "evidence",
-        "");
+    in.set_flag(
+        "routine",
+        "also raise alarms from routine evidence of minutes and hours; needs no specialists",
+        monitor.routine);
+    const Value<std::string> specialists =
+        in.text("specialists",
+                "folder made by `loopwarden train`; without it only classical measures and routine "
+                "evidence are used",
+                "");
     loop_.specialists = specialists.place;
     if (specialists.given && specialists.valid) {
       monitor.specialists = resolve(config().file, specialists.value);
     }
     const Value<std::string> twin =
         in.text("twin",
-                "file twin.yaml that `loopwarden commission` made: the alarm model_gap comes when "
-                "the loop no longer behaves so",
+                "file twin.yaml from `loopwarden commission`; the alarm model_gap is raised if the "
+                "loop no longer behaves like it",
                 "");
     loop_.twin = twin.place;
     if (twin.given && twin.valid) monitor.twin = resolve(config().file, twin.value);
     if (watched_) return refuse(in, {"corrective_action"});
     corrective_ = in.maybe_section("corrective_action",
-                                   "the jacket or planned moves act when the valve is known to "
-                                   "stick, and end if that does not help");
+                                   "the jacket or planned moves act while the valve is known to "
+                                   "stick, and end if they do not help");
     if (corrective_) read_corrective_action(*corrective_, config().controller, monitor);
   }
 
-  // After io: what there is follows from how the loop is wired.
+  // Called after io, because the available alarms depend on the wiring.
   void read_alarms(std::optional<MapReader> in) {
     config().alarms =
         read_loop_alarms(std::move(in), {.pv_range = pv_range_,
@@ -497,7 +498,8 @@ class LoopReader {
                                          .has_enable = has_enable(config().io)});
   }
 
-  // Without a read-back only a stated value or the operator can tell where the output stands.
+  // Checks that the present output is known. Without a read-back it needs a stated value or an
+  // operator.
   void check_start(MapReader& in, const IoSection& io) {
     config().start.output_is_told =
         io.has_read_back || config().start.output.kind != OutputAction::Kind::hold;
@@ -506,10 +508,8 @@ class LoopReader {
     if (config().start.mode == Mode::automatic) {
       in.error("mode",
                fmt::format("automatic can't begin: output is hold{} and the io section (at {}) has "
-                           "no read_back, so "
-                           "nothing tells where the output stands; add a read_back, state the CO "
-                           "to begin with as "
-                           "start.output, or start in manual",
+                           "no read_back, so the present output is unknown. Add a read_back, set "
+                           "start.output to the first CO, or start in manual",
                            in.given("output") ? "" : " (its default)", to_text(in_.place("io"))));
       return;
     }
@@ -518,8 +518,7 @@ class LoopReader {
     in.note(
         "output",
         fmt::format(
-            "hold{} without a read_back: nothing is written to the device until an operator sets "
-            "an "
+            "hold{} without a read_back: the device is not written until an operator sets an "
             "output{}",
             in.given("output") ? "" : " (the default)",
             arms ? "; only then is its watchdog register written, before the first command" : ""));
@@ -534,10 +533,9 @@ class LoopReader {
     }
     if (!io.known) return;
     if (config().valve_position.source == Source::read_back && !io.has_read_back) {
-      in.error("valve_position",
-               fmt::format("read_back is not there: the io section (at {}) has no "
-                           "read_back; add it or state a model of the valve",
-                           to_text(in_.place("io"))));
+      in.error("valve_position", fmt::format("read_back is missing: the io section (at {}) has no "
+                                             "read_back; add it or state a model of the valve",
+                                             to_text(in_.place("io"))));
     }
     const bool may_act = !jacket.shadow || switches_on(config().monitor.corrective);
     if (!may_act) return;
@@ -554,7 +552,7 @@ class LoopReader {
     }
   }
 
-  // A pulse has to reach its amplitude before it ends.
+  // A pulse must reach its amplitude before it ends.
   void check_pulse(MapReader& in) {
     const control::CompensatorSettings& c = config().controller.compensator;
     const double rate_per_s = config().controller.output.rate_per_s;
@@ -579,8 +577,9 @@ class LoopReader {
     if (jacket.form != control::JacketForm::off && jacket_acts) {
       in.error(
           "kind",
-          fmt::format("{} can't act beside the jacket, which {}; set shadow: true for one of them",
-                      to_text(c.kind), jacket.shadow ? "corrective_action switches on" : "acts"));
+          fmt::format(
+              "{} can't act together with the jacket, which {}; set shadow: true for one of them",
+              to_text(c.kind), jacket.shadow ? "corrective_action switches on" : "acts"));
     }
     if (!io.known) return;
     const Backing backing = backing_of(io.io);
@@ -601,7 +600,7 @@ class LoopReader {
     if (c.planned.read_back && !io.has_read_back) {
       in.error(
           "read_back",
-          fmt::format("is not there: the io section (at {}) has no read_back; add it, or set false",
+          fmt::format("is missing: the io section (at {}) has no read_back; add it, or set false",
                       to_text(in_.place("io"))));
     }
   }
@@ -609,7 +608,7 @@ class LoopReader {
   MapReader& in_;
   const DaemonConfig& daemon_;
   LoopFile loop_;
-  bool watched_ = false;     // another controller has the loop
+  bool watched_ = false;     // another controller runs the loop
   bool stop_known_ = false;  // the stop action has no error
   Value<double> sample_time_;
   Value<double> max_age_;

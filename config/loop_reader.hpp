@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop file: one control loop of the daemon. docs/configuration.md lists every key.
+// Reads a loop file: one control loop of the daemon. docs/configuration.md lists all keys.
 #pragma once
 
 #include <string>
@@ -15,21 +15,21 @@ namespace loopwarden::config {
 struct LoopFile {
   LoopConfig config;
   Place tag;
-  Place command;          // where the output's register or channel is stated
-  bool hardware = false;  // something real moves
-  bool watched = false;   // another controller has the loop
-  // Output and stop action have no error, whatever else is wrong: `loopwardend --safe` can drive
-  // it.
+  Place command;          // place of the output's register or channel
+  bool hardware = false;  // a real valve moves
+  bool watched = false;   // another controller runs the loop
+  // Output and stop action have no error, even if other keys have: `loopwardend --safe` can drive
+  // the output.
   bool output_known = false;
   std::vector<LinkUse> link_uses;
-  Place twin, specialists, record;  // where the files that it names are stated
+  Place twin, specialists, record;  // places of the names of these files
 };
 
-// A tag names files and appears on command lines.
+// Returns whether a text can be a tag, which is part of file names and command lines.
 bool is_usable_tag(std::string_view tag);
-// Links and feeders are those of `daemon`.
+// Reads a loop with the links and feeders of `daemon`.
 LoopFile read_loop(MapReader& in, const std::string& file, const DaemonConfig& daemon);
-// One with `control: elsewhere`.
+// Reads a loop with `control: elsewhere`.
 LoopFile read_watched_loop(MapReader& in, const std::string& file, const DaemonConfig& daemon);
 
 }  // namespace loopwarden::config

@@ -20,7 +20,7 @@ std::string range_text(const NumberRule& rule, MapReader::Ends ends) {
   return *rule.unit != '\0' ? fmt::format("{}, {}", text, rule.unit) : text;
 }
 
-// What stands there instead, for a message.
+// Returns a description of the present value for a message.
 std::string said(const YamlNode& node) {
   return node.kind == YamlNode::Kind::scalar ? fmt::format("'{}'", quotable(node.text))
                                              : to_text(node.kind);
@@ -367,7 +367,7 @@ Value<std::size_t> MapReader::choose(std::string_view key, const std::vector<std
   if (node == nullptr) return result;
   const std::string lower = base::lower_case(node->text);
   std::string written = rule.any_case ? lower : node->text;
-  // As operators say it and as the command line has it; nothing else is called so.
+  // Short forms that operators and the command line use. No other word has these spellings.
   if (lower == "auto") written = "automatic";
   if (lower == "man") written = "manual";
   const auto found = std::find(names.begin(), names.end(), written);
@@ -505,7 +505,7 @@ MapReader MapReader::variant(std::string_view name) const {
 void MapReader::ignore_rest() {
   if (node_ == nullptr) return;
   node_->visited = false;
-  // What misses its key may have it under a slip of the pen.
+  // A required key that is missing may be present in a misspelt form.
   for (const YamlNode& key : node_->keys) {
     const std::vector<std::string>& known = node_->known_keys;
     const bool is_known = std::find(known.begin(), known.end(), key.text) != known.end();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads one mapping of a document key by key. Each call states what may stand at a key; whatever
-// stands there instead is reported with its place, and reading goes on with a default, so that one
-// pass finds all errors. The same calls, on no document at all, describe the keys (KeyReference).
+// Reads one mapping of a document key by key. Each call states the permitted value of a key. Any
+// other value is reported with its place, and reading continues with a default, so that one pass
+// finds all errors. Without a document the same calls describe the keys (KeyReference).
 //
-// Names of the calls: need_... the key must be there; plain: there is a default;
-// maybe_...: absence is reported by `given` of the result.
+// Names of the calls: need_...: the key is required; plain: the key has a default; maybe_...:
+// `given` of the result reports whether the key is present.
 #pragma once
 
 #include <array>
@@ -24,16 +24,16 @@
 
 namespace loopwarden::config {
 
-// What may stand at a key, where it stands, and whether it can be used in further checks.
+// The value at a key, its place, and whether further checks can use it.
 template <class T>
 struct Value {
   T value{};
   Place place;         // of the value; of the mapping if the key is absent
   std::string key;     // its path
-  bool given = false;  // the key is there
-  bool valid = false;  // the value is as it should be, or the key's default
+  bool given = false;  // the key is present
+  bool valid = false;  // the value is permitted, or is the default
 
-  operator const T&() const noexcept { return value; }  // NOLINT: reads like the value it is
+  operator const T&() const noexcept { return value; }  // NOLINT: converts implicitly to its value
 };
 
 template <class E>
@@ -49,7 +49,7 @@ constexpr const char* name_of(const std::array<Choice<E>, N>& choices, E value) 
   }
   return "";
 }
-// A word that people know from elsewhere for one of the words that may stand at a key.
+// A word of another system, and the permitted word with the same meaning.
 struct OtherWord {
   const char* written;  // in lower case
   const char* meant;
@@ -57,24 +57,24 @@ struct OtherWord {
 
 struct WordRule {
   bool any_case = false;                   // ABCD is abcd
-  std::span<const OtherWord> others = {};  // are refused, with the right word in the message
-  const char* fallback = "";               // in words, where the default is no fixed word
+  std::span<const OtherWord> others = {};  // refused, with the correct word in the message
+  const char* fallback = "";               // text for a default that is no fixed word
 };
 
 enum class Presence { required, optional };
 
 class MapReader {
  public:
-  // Reads `node`; something else than a mapping is reported.
+  // Reads `node`. Reports a node that is no mapping.
   MapReader(YamlNode& node, std::string path, Report& report);
-  // Describes keys: every value is its default, nothing is reported.
+  // Describes keys: all values are defaults, and no error is reported.
   MapReader(KeyReference& reference, std::string path, Report& report);
 
   // --- numbers, finite and in decimal notation ---
   Value<double> need_number(std::string_view key, const NumberRule& rule);
   Value<double> number(std::string_view key, const NumberRule& rule, double fallback);
   Value<double> maybe_number(std::string_view key, const NumberRule& rule);
-  // Sets `value` where the key is there.
+  // Sets `value` if the key is present.
   template <class T>
   void maybe_number(std::string_view key, const NumberRule& rule, T& value) {
     if (const Value<double> read = maybe_number(key, rule); read.given) value = read.value;
@@ -83,30 +83,31 @@ class MapReader {
   Value<std::int64_t> integer(std::string_view key, const IntegerRule& rule, std::int64_t fallback);
   Value<std::int64_t> maybe_integer(std::string_view key, const IntegerRule& rule);
 
-  // [low, high], low below high; where the ends only differ, the first may be the higher one.
+  // Reads [low, high]. rise: low < high. differ: the ends differ, and the first may be the higher
+  // one.
   enum class Ends { rise, differ };
   Value<std::pair<double, double>> need_range(std::string_view key, const NumberRule& rule);
   Value<std::pair<double, double>> maybe_range(std::string_view key, const NumberRule& rule,
                                                Ends ends = Ends::rise);
-  // [[x, y], ...]
+  // Reads [[x, y], ...].
   Value<std::vector<std::pair<double, double>>> maybe_points(std::string_view key,
                                                              const char* value_text,
                                                              const char* meaning);
 
-  // [a, b, ...]
+  // Reads [a, b, ...].
   Value<std::vector<double>> maybe_numbers(std::string_view key, const char* unit,
                                            const char* meaning);
 
-  // [[a, b, ...], ...]
+  // Reads [[a, b, ...], ...].
   Value<std::vector<std::vector<double>>> maybe_table(std::string_view key, const char* unit,
                                                       const char* meaning);
 
   // --- text on one line, true or false, one word of several ---
-  // [word, word, ...], each of `words`, none twice
+  // Reads [word, word, ...]: words of `words`, each at most once.
   Value<std::vector<std::string>> maybe_words(std::string_view key,
                                               const std::vector<std::string>& words,
                                               const char* meaning);
-  // [text, text, ...]
+  // Reads [text, text, ...].
   Value<std::vector<std::string>> maybe_texts(std::string_view key, const char* meaning,
                                               const char* form = "[text, ...]");
   Value<std::string> need_text(std::string_view key, const char* meaning);
@@ -123,7 +124,7 @@ class MapReader {
     return choose_from(key, choices, Presence::optional, fallback, meaning, rule);
   }
 
-  // --- `value` is the default, and takes what stands at the key ---
+  // --- `value` is the default and receives the value of the key ---
   void set_number(std::string_view key, const NumberRule& rule, double& value) {
     value = number(key, rule, value);
   }
@@ -139,7 +140,7 @@ class MapReader {
                   const char* meaning, E& value, const WordRule& rule = {}) {
     value = one_of(key, choices, meaning, value, rule);
   }
-  // The same with the words as text, for words that are listed elsewhere.
+  // Variants with the words as text, for words that are listed elsewhere.
   Value<std::string> need_word(std::string_view key, const std::vector<std::string>& words,
                                const char* meaning);
   // The first of `words` is the default.
@@ -147,10 +148,10 @@ class MapReader {
                              const char* meaning);
 
   // --- mappings and lists within ---
-  // Nothing if the key is absent or holds something else.
+  // Return nullopt if the key is absent or its value has another type.
   std::optional<MapReader> need_section(std::string_view key, const char* meaning);
   std::optional<MapReader> maybe_section(std::string_view key, const char* meaning);
-  // Calls `read` where the mapping is there.
+  // Calls `read` if the mapping is present.
   template <class Read>
   void need_section(std::string_view key, const char* meaning, Read read) {
     if (std::optional<MapReader> in = need_section(key, meaning)) read(*in);
@@ -159,30 +160,30 @@ class MapReader {
   void maybe_section(std::string_view key, const char* meaning, Read read) {
     if (std::optional<MapReader> in = maybe_section(key, meaning)) read(*in);
   }
-  // A list of mappings.
+  // Reads a list of mappings.
   std::vector<MapReader> maybe_list(std::string_view key, const char* meaning);
-  // A mapping of names to mappings.
+  // Reads a mapping of names to mappings.
   std::vector<std::pair<std::string, MapReader>> maybe_named_sections(std::string_view key,
                                                                       const char* name,
                                                                       const char* meaning);
 
-  // For keys that depend on the value of another one: describes them under a heading of their own.
+  // Describes the keys that depend on the value of another one under a separate heading.
   MapReader variant(std::string_view name) const;
 
-  // --- where several kinds of value may stand at one key ---
-  // Says so; true if something is there. A key that is required and absent is reported.
+  // --- keys that permit several kinds of value ---
+  // Declares the key. Returns true if it is present. Reports a required key that is absent.
   bool declare(std::string_view key, std::string value_text, Presence presence,
                std::string fallback, const char* meaning);
   YamlNode::Kind kind(std::string_view key) const noexcept;
-  // The word at the key, empty if there is something else.
+  // Returns the word at the key; empty if the value is no word.
   std::string_view word(std::string_view key) const noexcept;
 
-  // Keys that nobody asks for are no error here, since what they belong to is in error itself; but
-  // for those that look like a key that was asked for.
+  // Suppresses errors for unknown keys, because the section itself has an error. Keys that look
+  // like a misspelt known key are still reported.
   void ignore_rest();
 
-  // Reports the keys of this mapping, and of the mappings in it, that no reader has asked for so
-  // far: who needs to know now whether the section is free of errors. They are reported once.
+  // Reports the unknown keys of this mapping and of the mappings in it now, and only once. For
+  // readers that must already know whether the section has errors.
   void close();
 
   // --- for checks of values against each other ---
@@ -198,7 +199,7 @@ class MapReader {
   Report& report() noexcept { return *report_; }
 
  private:
-  // Makes the key known, describes it, and reports its absence if it is required.
+  // Marks the key as known, describes it, and reports its absence if it is required.
   YamlNode* find(std::string_view key, std::string value_text, Presence presence,
                  std::string fallback, const char* meaning);
   const YamlNode* at(std::string_view key) const noexcept;
@@ -217,7 +218,7 @@ class MapReader {
   Value<std::size_t> choose(std::string_view key, const std::vector<std::string>& names,
                             Presence presence, std::size_t fallback, const char* meaning,
                             const WordRule& rule);
-  // The list at the key; `read` takes an item over and returns whether it is sound.
+  // Reads the list at the key. `read` receives each item and returns whether it is valid.
   template <class T, class Read>
   Value<std::vector<T>> read_list(std::string_view key, std::string value_text, const char* meaning,
                                   Read read);

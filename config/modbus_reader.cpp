@@ -53,7 +53,7 @@ constexpr const char* kCommLoss =
 
 bool is_whole_number(RegisterType type) { return type < RegisterType::f32; }
 
-// What the register itself can hold.
+// Returns the range that the register type can hold.
 std::pair<double, double> raw_range(RegisterType type) {
   const auto limits = []<class T>(T) {
     return std::pair{static_cast<double>(std::numeric_limits<T>::lowest()),
@@ -72,8 +72,7 @@ std::pair<double, double> raw_range(RegisterType type) {
 
 enum class Use { read, read_mode, write };
 
-// Words of other systems. None is taken in place of ours: an int or a word is not the same
-// everywhere.
+// Type names of other systems. They are refused, because an int or a word differs between systems.
 constexpr auto kOtherTypes = std::to_array<OtherWord>(
     {{"uint16", "u16"}, {"uint", "u16"},  {"word", "u16"},   {"ushort", "u16"}, {"int16", "i16"},
      {"int", "i16"},    {"short", "i16"}, {"uint32", "u32"}, {"udint", "u32"},  {"dword", "u32"},
@@ -81,8 +80,8 @@ constexpr auto kOtherTypes = std::to_array<OtherWord>(
      {"float", "f32"},  {"real", "f32"},  {"single", "f32"}, {"real32", "f32"}, {"float64", "f64"},
      {"double", "f64"}, {"lreal", "f64"}, {"real64", "f64"}});
 
-// What a register's number in a device's manual means: 40201, 400201 and 4x0201 are holding
-// register 200 counted from 0, 30011 is input register 10.
+// Meaning of a register number in a device's manual: 40201, 400201 and 4x0201 are holding register
+// 200 counted from 0, 30011 is input register 10.
 struct ManualNumber {
   bool holding = false;
   std::int64_t address = 0;
@@ -118,13 +117,13 @@ Value<std::int64_t> read_address(MapReader& in) {
                                                             .meaning = kAddress,
                                                             .hexadecimal = true,
                                                             .advice = advice_on_address<use>});
-  // Devices with registers up there exist, and a decimal number that was meant works as ever. In
-  // hexadecimal no manual's number is written.
+  // Devices with such high addresses exist, so a decimal number is accepted with a warning. Manuals
+  // don't print these numbers in hexadecimal, so hexadecimal addresses get no warning.
   if (!address.given || !address.valid) return address;
   const std::string advice = advice_on_address<use>(in.word("address"));
   if (!advice.empty()) {
-    in.warning("address", fmt::format("is taken as it stands, but reads like a number out of a "
-                                      "manual. {}. If {} counted from 0 is meant, write 0x{:04X}",
+    in.warning("address", fmt::format("is used as written, but looks like a number from a manual. "
+                                      "{}. If {} counted from 0 is meant, write 0x{:04X}",
                                       advice, address.value, address.value));
   }
   return address;
@@ -135,7 +134,7 @@ struct Register {
   Value<std::pair<double, double>> eu;  // engineering values that the device states, if given
 };
 
-// scale and offset, or raw and eu.
+// Reads scale and offset, or raw and eu.
 void read_scaling(MapReader& in, const char* unit, const Value<RegisterType>& type, Register& reg) {
   RegisterSpec& spec = reg.spec;
   const Value<double> scale = in.number(
@@ -155,11 +154,11 @@ void read_scaling(MapReader& in, const char* unit, const Value<RegisterType>& ty
   for (const Value<double>* other : {&scale, &offset}) {
     if (!other->given) continue;
     in.report().error(other->place, other->key,
-                      fmt::format("stands beside {} (at {}); give raw and eu, or scale and offset",
+                      fmt::format("conflicts with {} (at {}); give raw and eu, or scale and offset",
                                   raw.given ? "raw" : "eu", to_text((raw.given ? raw : eu).place)));
   }
-  if (!raw.given) in.error("eu", "needs raw beside it: the register's values at these two");
-  if (!eu.given) in.error("raw", "needs eu beside it: the engineering values at these two");
+  if (!raw.given) in.error("eu", "needs raw as well: the register's values at these two");
+  if (!eu.given) in.error("raw", "needs eu as well: the engineering values at these two");
   if (!raw.given || !eu.given || !raw.valid || !eu.valid) return;
   const auto [raw_low, raw_high] = raw.value;
   if (type.valid) {
@@ -174,7 +173,7 @@ void read_scaling(MapReader& in, const char* unit, const Value<RegisterType>& ty
   spec.scale = (eu.value.second - eu.value.first) / (raw_high - raw_low);
   spec.offset = eu.value.first - raw_low * spec.scale;
   if (spec.scale == 0.0 || !std::isfinite(spec.scale) || !std::isfinite(spec.offset)) {
-    in.error("eu", "and raw are of sizes between which no number can scale");
+    in.error("eu", "and raw differ too much in size to be scaled");
     spec.scale = 1.0;
   }
 }
@@ -194,7 +193,7 @@ Register read_register(MapReader& in, const char* unit) {
   spec.address = static_cast<std::uint16_t>(address);
   if (is_bit(spec.table) && !in.describing()) return reg;
   const Value<RegisterType> type =
-      in.need_one_of("type", kTypes, "what the registers hold", {.others = kOtherTypes});
+      in.need_one_of("type", kTypes, "type of the value in the registers", {.others = kOtherTypes});
   spec.type = type;
   const Value<ByteOrder> order =
       in.one_of("order", kByteOrders,
@@ -227,7 +226,7 @@ Register read_register(MapReader& in, const char* unit) {
   return reg;
 }
 
-// What the device states for its register should reach as far as the loop does.
+// Warns if the engineering range of the register does not cover the loop's range.
 void check_eu(MapReader& in, const Register& reg, const char* what,
               const Value<std::pair<double, double>>& needed) {
   if (!reg.eu.given || !reg.eu.valid || !needed.valid) return;
@@ -242,7 +241,7 @@ void check_eu(MapReader& in, const Register& reg, const char* what,
 
 std::optional<StatusRegister> read_status(MapReader& point, std::string_view key) {
   std::optional<MapReader> in = point.maybe_section(
-      key, "register that tells whether the value can be trusted: (register & mask) == value");
+      key, "register that shows whether the value is valid: (register & mask) == value");
   if (!in) return std::nullopt;
   StatusRegister status;
   status.table = in->need_one_of("table", kTables, "which registers");
@@ -251,8 +250,8 @@ std::optional<StatusRegister> read_status(MapReader& point, std::string_view key
         in->integer(name, {0, 0xFFFF, "", meaning, true}, fallback).value);
   };
   status.address = static_cast<std::uint16_t>(read_address<Use::read>(*in));
-  status.mask = read("mask", "bits that count", status.mask);
-  status.value = read("value", "of these bits while the value is good", status.value);
+  status.mask = read("mask", "relevant bits", status.mask);
+  status.value = read("value", "value of these bits while the point is good", status.value);
   if ((status.value & ~status.mask) != 0) {
     in->error("value", fmt::format("has bits outside mask (at {}): it could never match",
                                    to_text(in->place("mask"))));
@@ -260,7 +259,7 @@ std::optional<StatusRegister> read_status(MapReader& point, std::string_view key
   return status;
 }
 
-// link and unit of a device. The link is null if it is not there.
+// Reads link and unit of a device. Returns null if the link does not exist.
 const LinkSettings* read_device(MapReader& in, const IoContext& context, std::uint8_t& unit) {
   const Value<std::string> name = in.need_text("link", "name of a link in loopwardend.yaml");
   const Value<std::int64_t> number = in.need_integer(
@@ -288,7 +287,7 @@ const LinkSettings* read_device(MapReader& in, const IoContext& context, std::ui
   return &link->second;
 }
 
-// A value that is read, with the device that has it; `what` has `wanted` as its range.
+// Reads a value to be read and its device. `wanted` is the range of `what`.
 template <Use use>
 void read_point(MapReader& in, const IoContext& context, hal::modbus::SourcePoint& read_from,
                 const char* meaning, const char* unit, const char* what,
@@ -313,7 +312,7 @@ void read_transmitter(MapReader& in, const IoContext& context, LoopModbusSetting
   settings.process_variable = transmitter.point;
 }
 
-// The command's register must be able to say what the loop may ask for.
+// Checks that the command's register can represent all outputs of the loop.
 void check_command(MapReader& in, const IoContext& context, const RegisterSpec& spec) {
   if (!context.output_range.valid || spec.scale == 0.0) return;
   const auto [raw_low, raw_high] = raw_range(spec.type);
@@ -321,7 +320,7 @@ void check_command(MapReader& in, const IoContext& context, const RegisterSpec& 
   const double at_high = raw_high * spec.scale + spec.offset;
   const auto [low, high] = context.output_range.value;
   const double step = is_whole_number(spec.type) ? std::abs(spec.scale) : 0.0;
-  constexpr double kRounding = 0.5;        // of a step, which the device rounds away
+  constexpr double kRounding = 0.5;        // of a step that the device rounds
   constexpr double kCoarsestShare = 0.01;  // of the output's span
   if (low < std::min(at_low, at_high) - kRounding * step ||
       high > std::max(at_low, at_high) + kRounding * step) {
@@ -340,13 +339,14 @@ void check_command(MapReader& in, const IoContext& context, const RegisterSpec& 
 
 void read_output_stage(MapReader& in, const IoContext& context, LoopModbusSettings& settings) {
   const Value<std::pair<double, double>> range = in.maybe_range(
-      "range", {"CO units", any_number(), "what the positioner accepts", "the output's range"});
+      "range",
+      {"CO units", any_number(), "range that the positioner accepts", "the output's range"});
   const std::pair<double, double> limits = range.given ? range.value : context.output_range.value;
   settings.output.low = limits.first;
   settings.output.high = limits.second;
-  settings.output.resolution = in.number(
-      "resolution", {"CO units", at_least(0.0), "step of the positioner's converter, 0: not known"},
-      0.0);
+  settings.output.resolution =
+      in.number("resolution",
+                {"CO units", at_least(0.0), "step of the positioner's converter; 0: unknown"}, 0.0);
 }
 
 hal::modbus::CommLossSettings read_protection(MapReader& in, const PointSettings& command,
@@ -359,7 +359,7 @@ hal::modbus::CommLossSettings read_protection(MapReader& in, const PointSettings
     section.need_section(
         "register", "watchdog of the device, written at every connect",
         [&](MapReader& spec) { reg.point.reg = read_register<Use::write>(spec, "").spec; });
-    reg.value = section.need_number("value", {"", any_number(), "that is written to it"});
+    reg.value = section.need_number("value", {"", any_number(), "value that is written to it"});
     watchdog = reg;
   });
   timeout = loss.timeout;
@@ -388,7 +388,7 @@ void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings
       check_command(in, context, command.reg);
       check_eu(*reg, written, "output range", context.output_range);
     }
-    reg->close();  // a key that is misspelt may be the scale
+    reg->close();  // an unknown key may be a misspelt scale
   }
   section.output_known = link != nullptr && in.report().error_count() == errors_at_first;
   if (std::optional<MapReader> reg =
@@ -413,7 +413,7 @@ void read_positioner(MapReader& in, const IoContext& context, LoopModbusSettings
   settings.comm_loss = read_protection(in, command, watchdog_timeout);
 }
 
-// The watchdog must not act while all is well.
+// Checks that the watchdog does not act during normal operation.
 void check_timeout(MapReader& in, const Value<double>& timeout, const Value<double>& poll_period,
                    const LinkSettings& link) {
   if (!timeout.given || !timeout.valid || !poll_period.valid) return;
@@ -435,11 +435,11 @@ void read_modbus(MapReader in, const IoContext& context, IoSection& section) {
   const Value<double> poll_period = read_poll_period(in, context, between(0.01, 60.0));
   settings.poll_period_ns = nanoseconds(poll_period);
   settings.max_command_age_ns = read_max_command_age(in, context);
-  in.need_section("transmitter", "where PV is read", [&](MapReader& transmitter) {
+  in.need_section("transmitter", "source of PV", [&](MapReader& transmitter) {
     read_transmitter(transmitter, context, settings);
   });
   Value<double> watchdog_timeout;
-  in.need_section("positioner", "where CO is written", [&](MapReader& positioner) {
+  in.need_section("positioner", "destination of CO", [&](MapReader& positioner) {
     read_positioner(positioner, context, settings, section, watchdog_timeout);
   });
   check_timeout(in, watchdog_timeout, poll_period, settings.positioner_link);

@@ -5,9 +5,9 @@
 
 namespace loopwarden::config {
 
-// io with `backend: modbus`.
+// Reads io with `backend: modbus`.
 void read_modbus(MapReader in, const IoContext& context, IoSection& section);
-// The same of a loop that another controller runs.
+// Reads the same for a loop that another controller runs.
 void read_modbus_source(MapReader in, const IoContext& context, IoSection& section);
 
 }  // namespace loopwarden::config

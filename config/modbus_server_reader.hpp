@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sections of loopwardend.yaml: the Modbus server and the alarms.
+// Reads sections of loopwardend.yaml: the Modbus server and the alarms.
 #pragma once
 
 #include "config/loop_config.hpp"

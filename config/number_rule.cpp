@@ -13,7 +13,7 @@
 namespace loopwarden::config {
 namespace {
 
-// Without its sign.
+// Returns the text without its sign.
 std::string_view magnitude(std::string_view text) {
   if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
   return text;
@@ -30,7 +30,7 @@ bool is_not_finite(std::string_view text) {
   return lower == "inf" || lower == "nan" || lower == "infinity";
 }
 
-// Digits with at most one point among them and an optional exponent.
+// Returns whether the text has only digits, at most one point among them and an optional exponent.
 bool is_decimal(std::string_view text) {
   text = magnitude(text);
   std::size_t digits = 0;
@@ -97,7 +97,7 @@ bool is_hexadecimal(std::string_view text) {
 
 std::string fault_of_number(const YamlNode& node, const NumberRule& rule) {
   const std::string expected = fmt::format("must be {}a number", rule.words);
-  if (node.kind == YamlNode::Kind::nothing) return fmt::format("{} (nothing is given)", expected);
+  if (node.kind == YamlNode::Kind::nothing) return fmt::format("{} (no value given)", expected);
   if (node.kind != YamlNode::Kind::scalar)
     return fmt::format("{} (got {})", expected, to_text(node.kind));
   const std::string got = quotable(node.text);
@@ -111,16 +111,16 @@ std::string fault_of_number(const YamlNode& node, const NumberRule& rule) {
                        got);
   }
   if (is_decimal(node.text)) return {};
-  // Most often a unit behind a number, "5 s".
+  // The usual cause is a unit after the number, "5 s".
   const std::string_view rest = magnitude(node.text);
   if (!rest.empty() && is_digit(rest.front()) && *rule.unit != '\0') {
-    return fmt::format("{} alone, its unit is {} (got '{}')", expected, rule.unit, got);
+    return fmt::format("{} only, its unit is {} (got '{}')", expected, rule.unit, got);
   }
   return fmt::format("{} (got '{}')", expected, got);
 }
 
 double parse_decimal(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);  // from_chars knows no plus sign
+  if (text.starts_with('+')) text.remove_prefix(1);  // from_chars does not accept a plus sign
   double value = 0.0;
   const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
   return result.ec == std::errc() ? value : kInfinity;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which numbers may stand at a key, and how a text is read as one: finite and in decimal notation.
+// The numbers that a key permits, and their conversion from text: finite and in decimal notation.
 #pragma once
 
 #include <cstdint>
@@ -35,8 +35,8 @@ struct NumberRule {
   const char* unit = "";  // empty: a pure number
   Interval range{};
   const char* meaning = "";
-  const char* fallback = "";  // in words, where the default is no fixed number
-  const char* words = "";     // in messages: what may stand there besides a number, "hold or "
+  const char* fallback = "";  // text for a default that is no fixed number
+  const char* words = "";     // in messages: permitted values that are no numbers, "hold or "
 };
 
 struct IntegerRule {
@@ -46,21 +46,21 @@ struct IntegerRule {
   const char* meaning = "";
   bool hexadecimal = false;  // 0x... is accepted as well
   const char* fallback = "";
-  // A sentence to add where the text is refused; empty: none.
+  // Returns a sentence to add if the text is refused. May be empty or null.
   std::string (*advice)(std::string_view text) = nullptr;
 };
 
-// In words, as the reference and messages have it.
+// Returns the rule in the words of the reference and of messages.
 std::string to_text(const NumberRule& rule);
 std::string to_text(const IntegerRule& rule);
 // "> 0 and < 1 s"
 std::string with_unit(const Interval& interval, std::string_view unit);
 
-// Why `node` is no number; empty if it is one.
+// Returns why `node` is no number; empty if it is one.
 std::string fault_of_number(const YamlNode& node, const NumberRule& rule);
-// Of a text without such a fault; infinity if it is beyond what a double can hold.
+// Returns the number of a text without such a fault; infinity if a double can't hold it.
 double parse_decimal(std::string_view text);
-// 0x...
+// Returns whether the text has the form 0x...
 bool is_hexadecimal(std::string_view text);
 
 }  // namespace loopwarden::config

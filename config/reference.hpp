@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands around the keys in docs/configuration.md, as the files in reference/ have it (CMakeLists.txt puts them
-// into the library): Markdown of headings, paragraphs, lists, code and `words`, so that docs/man/configuration.awk can
-// make loopwardend.yaml(5) of it.
+// The texts around the keys in docs/configuration.md, from the files in reference/ (CMakeLists.txt
+// puts them into the library). They are Markdown with headings, paragraphs, lists, code and `words`
+// only, so that docs/man/configuration.awk can convert it to loopwardend.yaml(5).
 #pragma once
 
 namespace loopwarden::config {

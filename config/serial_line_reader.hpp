@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The keys of a serial line, the same for a link to devices and for the slave that the daemon is.
+// Reads the keys of a serial line, which are the same for a link to devices and for the daemon's
+// own slave.
 #pragma once
 
 #include "config/map_reader.hpp"

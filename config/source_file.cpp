@@ -20,7 +20,7 @@ std::optional<std::string> read_source_file(const fs::path& path, Report& report
                  fmt::format("can't be read: {}", error ? error.message() : "no such file"));
     return std::nullopt;
   }
-  // A FIFO or a terminal would block; a directory has no bytes.
+  // Opening a FIFO or a terminal would block; a directory has no bytes.
   if (!fs::is_regular_file(status)) {
     report.error({}, "", "is not a regular file");
     return std::nullopt;

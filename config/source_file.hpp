@@ -11,11 +11,11 @@ namespace loopwarden::config {
 
 inline constexpr std::size_t kMostFileBytes = 1024UL * 1024UL;
 
-// The bytes of a regular file of at most kMostFileBytes; otherwise nothing, and the reason in the
-// report.
+// Returns the bytes of a regular file of at most kMostFileBytes. Otherwise returns nullopt and
+// reports the reason.
 std::optional<std::string> read_source_file(const std::filesystem::path& path, Report& report);
 
-// `path` as written in the file `referring_file`: relative paths start from that file's folder.
+// Resolves `path` as written in `referring_file`: relative paths start from that file's folder.
 std::filesystem::path resolve(const std::string& referring_file, const std::string& path);
 
 }  // namespace loopwarden::config

@@ -18,7 +18,7 @@ enum class Backend { modbus, feed };
 constexpr auto kBackends =
     std::to_array<Choice<Backend>>({{"modbus", Backend::modbus}, {"feed", Backend::feed}});
 
-// NAME:VALUE, of a feeder that loopwardend.yaml knows.
+// Reads FEEDER:NAME with a feeder of loopwardend.yaml.
 hal::feed::FeedName read_name(MapReader& in, const IoContext& context) {
   const Value<std::string> text = in.need_text(
       "feed", "FEEDER:NAME, a feeder of loopwardend.yaml and the name it gives the value");
@@ -66,7 +66,7 @@ void read_feed(MapReader in, const IoContext& context, IoSection& section) {
 
 hal::ModeValues read_mode_values(MapReader& mode, ModeForm form) {
   const bool words = form == ModeForm::numbers_and_words;
-  // By value, so that a doubled one is named as it is written.
+  // By value, so that a duplicate is reported as it is written.
   std::map<double, std::string> said;
   const auto read = [&](const char* key, const char* meaning) {
     std::vector<double> values;
@@ -93,13 +93,13 @@ hal::ModeValues read_mode_values(MapReader& mode, ModeForm form) {
   const hal::ModeValues values{.automatic = automatic, .manual = manual};
   if (mode.describing()) return values;
   if (!mode.given("automatic")) {
-    mode.error(
-        fmt::format("missing key 'automatic' (list of {}: windows are judged in these modes alone)",
-                    words ? "numbers or words" : "numbers"));
+    mode.error(fmt::format(
+        "missing key 'automatic' (list of {}: windows are evaluated in these modes only)",
+        words ? "numbers or words" : "numbers"));
   }
   for (const double value : values.manual) {
     if (hal::holds(values.automatic, value)) {
-      mode.error("manual", fmt::format("{} stands in automatic (at {}) as well",
+      mode.error("manual", fmt::format("{} is in automatic (at {}) as well",
                                        quotable(said.at(value)), to_text(place)));
     }
   }
@@ -110,7 +110,7 @@ IoSection read_watched_io(MapReader& in, const IoContext& context) {
   IoSection section;
   section.command = in.place();
   const Value<Backend> backend =
-      in.need_one_of("backend", kBackends, "what delivers the values; nothing is written to it");
+      in.need_one_of("backend", kBackends, "source of the values; it is never written");
   section.known = backend.valid && backend.given;
   if (!section.known && !in.describing()) {
     in.ignore_rest();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The io section of a loop that another controller runs: where its values are read.
+// Reads the io section of a loop that another controller runs: the sources of its values.
 #pragma once
 
 #include "config/io_reader.hpp"
@@ -9,7 +9,7 @@ namespace loopwarden::config {
 
 IoSection read_watched_io(MapReader& in, const IoContext& context);
 
-// What the keys of such a section mean, whatever the backend.
+// Meanings of the keys of such a section, for all backends.
 inline constexpr const char* kWatchedPv = "the process variable";
 inline constexpr const char* kWatchedCo = "the other controller's output";
 inline constexpr const char* kWatchedSp =
@@ -17,7 +17,8 @@ inline constexpr const char* kWatchedSp =
 inline constexpr const char* kWatchedStem = "read-back of the valve's position";
 inline constexpr const char* kWatchedMode = "its mode; without it the loop counts as in automatic";
 
-// automatic and manual, of a mode. A register holds numbers; a feeder may bring words as well.
+// Reads the modes automatic and manual. A register has numbers only; a feeder may send words as
+// well.
 enum class ModeForm { numbers, numbers_and_words };
 hal::ModeValues read_mode_values(MapReader& mode, ModeForm form);
 

@@ -23,7 +23,7 @@ constexpr const char* kNoAnchors =
 
 Place place_of(const YAML::Mark& mark) { return {mark.line + 1, mark.column + 1}; }
 
-// A fault that ends the reading of the file.
+// An error that ends the reading of the file.
 class Refused : public std::runtime_error {
  public:
   Refused(Place place, const std::string& message) : std::runtime_error(message), place_(place) {}
@@ -33,7 +33,7 @@ class Refused : public std::runtime_error {
   Place place_;
 };
 
-// What yaml-cpp would pass over in silence or misread.
+// Refuses bytes that yaml-cpp would ignore or misread.
 void check_bytes(std::string_view text) {
   Place place{1, 1};
   bool in_indentation = true;
@@ -61,8 +61,8 @@ void check_bytes(std::string_view text) {
   }
 }
 
-// yaml-cpp takes the end of the file for a closing quote, so that one that was forgotten would
-// swallow the keys behind it.
+// yaml-cpp accepts the end of the file as a closing quote. A forgotten quote would therefore hide
+// the keys after it.
 void require_closing_quote(std::string_view text, const YAML::Mark& mark) {
   const auto start = static_cast<std::size_t>(mark.pos);
   const char quote = start < text.size() ? text[start] : '\0';
@@ -78,7 +78,7 @@ void require_closing_quote(std::string_view text, const YAML::Mark& mark) {
   throw Refused(place_of(mark), "the closing quote is missing on this line");
 }
 
-// What the parser's message means to whoever wrote the file.
+// Translates the parser's message for the author of the file.
 std::string in_plain_words(const std::string& message) {
   const std::array<std::pair<std::string_view, std::string_view>, 7> words_for{{
       {YAML::ErrorMsg::END_OF_MAP, "the indentation or a ':' is wrong here or in the line before"},
@@ -97,7 +97,7 @@ std::string in_plain_words(const std::string& message) {
   return fmt::format("not YAML: {}", message);
 }
 
-// Makes the tree from the parser's events.
+// Builds the tree from the parser's events.
 class TreeBuilder : public YAML::EventHandler {
  public:
   TreeBuilder(std::string_view text, Report& report) : text_(text), report_(report) {}
@@ -202,7 +202,7 @@ class TreeBuilder : public YAML::EventHandler {
     if (map.keys.size() >= kMostKeys) {
       throw Refused(key_->place, fmt::format("more than {} keys in one mapping", kMostKeys));
     }
-    // The parser gives an absent value the place of whatever follows it.
+    // The parser gives an absent value the place of the next token.
     if (value.kind == YamlNode::Kind::nothing) value.place = key_->place;
     map.keys.push_back(std::move(*key_));
     map.values.push_back(std::move(value));
@@ -214,7 +214,7 @@ class TreeBuilder : public YAML::EventHandler {
   YamlNode root_;
   std::vector<YamlNode> open_;                         // from the root to the innermost
   std::vector<std::optional<YamlNode>> waiting_keys_;  // of the maps around the innermost
-  std::optional<YamlNode> key_;                        // whose value comes next
+  std::optional<YamlNode> key_;                        // whose value is next
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One YAML document as a tree of nodes that know where they stand. Strict: what a configuration has
-// no use for is an error with its place, never a surprise:
+// One YAML document as a tree of nodes with their places. Strict: features that a configuration
+// does not need are errors with their place:
 //   several documents, anchors, aliases and tags; keys that are not plain text; duplicate keys;
 //   tabs in the indentation; bytes that are not UTF-8 text; more than kMostDepth levels or
 //   kMostKeys.
@@ -22,13 +22,13 @@ inline constexpr std::size_t kMostKeys = 1000;  // of one mapping
 struct YamlNode {
   enum class Kind { nothing, scalar, list, map };
   Kind kind = Kind::nothing;
-  bool quoted = false;  // scalar in quotes or as a block: never a number or a word
+  bool quoted = false;  // scalar in quotes or as a block: always text
   std::string text;     // of a scalar
   Place place;
   std::vector<YamlNode> keys;    // of a map, without duplicates
   std::vector<YamlNode> values;  // of a list or, in the order of `keys`, of a map
 
-  // Map: filled by whoever reads it, so that what nobody asked for can be named in the end.
+  // Map: set by its reader, so that unknown keys can be reported at the end.
   bool visited = false;
   std::vector<std::string> known_keys;
 
@@ -38,11 +38,10 @@ struct YamlNode {
 
 const char* to_text(YamlNode::Kind kind) noexcept;
 
-// Nothing if the text can't be made a tree at all. Never throws but for lack of memory.
+// Returns nullopt if the text can't be parsed. Throws only if memory runs out.
 std::optional<YamlNode> parse_yaml(std::string_view text, Report& report);
 
-// An error for each key of the maps that were visited that is not among their known keys; none when
-// asked again.
+// Reports an error for each unknown key of the visited maps. A second call reports no error again.
 void report_unknown_keys(YamlNode& node, Report& report);
 
 }  // namespace loopwarden::config

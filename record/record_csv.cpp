@@ -33,7 +33,7 @@ class Parser {
 
   Record parse() {
     constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    // Text that a spreadsheet saved as "Unicode" has a mark, or every other byte zero.
+    // Text that a spreadsheet saved as "Unicode" begins with a mark, or each other byte is zero.
     if (rest_.starts_with("\xFF\xFE") || rest_.starts_with("\xFE\xFF") ||
         rest_.substr(0, 2).find('\0') != std::string_view::npos) {
       fail(0, "is UTF-16 and not UTF-8; save it as CSV UTF-8");
@@ -86,7 +86,7 @@ class Parser {
         cells_.push_back({base::trimmed(text_.substr(start + 1, close - start - 1)), start + 1});
         end = text_.find(',', close);
         if (!base::trimmed(text_.substr(close + 1, end - close - 1)).empty()) {
-          fail(close + 2, "text behind the closing quote");
+          fail(close + 2, "text after the closing quote");
         }
       } else {
         const std::string_view cell = text_.substr(at, end - at);
@@ -102,7 +102,7 @@ class Parser {
     while (true) {
       at = text_.find('"', at);
       if (at == std::string_view::npos) fail(open + 1, "no closing quote in this line");
-      // A doubled quote stands for the character itself.
+      // A doubled quote means the character itself.
       if (at + 1 >= text_.size() || text_[at + 1] != '"') return at;
       at += 2;
     }
@@ -130,7 +130,7 @@ class Parser {
   }
 
   [[noreturn]] void fail_twice(const Cell& cell) const {
-    fail(cell.column, fmt::format("column '{}' stands twice in the header", cell.text));
+    fail(cell.column, fmt::format("column '{}' appears twice in the header", cell.text));
   }
 
   [[noreturn]] void fail_missing(std::string_view wanted) const {
@@ -157,8 +157,7 @@ class Parser {
   }
 
   void reserve() {
-    // An estimate from the first data row; what a hostile file can make of it is bounded by its
-    // size.
+    // An estimate from the first data row. The size of a hostile file limits it.
     const std::size_t row_bytes = std::max<std::size_t>(rest_.find('\n'), 8);
     const std::size_t rows = row_bytes > rest_.size() ? 1 : rest_.size() / row_bytes + 1;
     for (Column& column : columns_) {
@@ -168,7 +167,7 @@ class Parser {
 
   void read_row() {
     if (base::trimmed(text_).empty()) {
-      // Only the end of the file may be blank.
+      // Blank lines are allowed at the end of the file only.
       if (rest_.find_first_not_of(" \t\r\n") != std::string_view::npos) fail(1, "an empty line");
       rest_ = {};
       return;
@@ -181,18 +180,18 @@ class Parser {
     for (const Column& column : columns_) {
       if (column.index != kAbsent) column.values->push_back(value(column, cells_[column.index]));
     }
-    // Never an error: until now the column was anybody's.
+    // Never an error, because earlier versions allowed any content in this column.
     if (mode_index_ != kAbsent) record_.automatic.push_back(parse_mode(cells_[mode_index_].text));
     const std::vector<double>& time_s = record_.time_s;
     if (time_s.size() > 1 && !(time_s.back() > time_s[time_s.size() - 2])) {
       fail(cells_[columns_.front().index].column,
-           fmt::format("time: {} s does not come after the {} s of the row before", time_s.back(),
+           fmt::format("time: {} s is not later than the {} s of the row before", time_s.back(),
                        time_s[time_s.size() - 2]));
     }
   }
 
   double value(const Column& column, const Cell& cell) const {
-    // Written by many programs where there is no value.
+    // Many programs write this for a missing value.
     const bool nan = cell.text.size() == 3 && base::lower_case(cell.text) == "nan";
     if (cell.text.empty() || nan) {
       if (column.missing == nullptr) fail(cell.column, fmt::format("{}: no value", column.name));
@@ -201,7 +200,7 @@ class Parser {
     }
     double number = 0.0;
     const char* end = cell.text.data() + cell.text.size();
-    // from_chars knows no leading plus sign.
+    // from_chars does not accept a leading plus sign.
     const bool plus = cell.text.size() > 1 && cell.text[0] == '+' && cell.text[1] != '-';
     const auto [stop, error] = std::from_chars(cell.text.data() + (plus ? 1 : 0), end, number);
     if (error == std::errc::result_out_of_range) {
@@ -218,12 +217,12 @@ class Parser {
     return number;
   }
 
-  // Keeps the line of what fails: row i stands in line i + 2.
+  // Errors name their line: row i is in line i + 2.
   void check_period() {
     const std::vector<double>& time_s = record_.time_s;
     if (time_s.size() < 2) {
       line_ = 0;
-      fail(0, fmt::format("{} rows; a period takes two at least", time_s.size()));
+      fail(0, fmt::format("{} rows; a period needs at least two", time_s.size()));
     }
     std::vector<double> steps;
     steps.reserve(time_s.size() - 1);
@@ -247,7 +246,7 @@ class Parser {
 
   std::string_view rest_;
   std::string name_;
-  std::string_view text_;  // the current line
+  std::string_view text_;  // the present line
   std::size_t line_ = 0;
   std::vector<Cell> cells_;
   std::size_t columns_in_file_ = 0;
@@ -270,8 +269,8 @@ class Parser {
   fail_io(path, fmt::format("{}: {}", what, base::error_text(error)));
 }
 
-// 0.3 and not 0.30000000000000004, as three times a period of 0.1 s gives: 15 digits, unless that
-// moves a time by more than 1 ns.
+// Removes rounding errors: 0.3 instead of 0.30000000000000004 for three periods of 0.1 s. It rounds
+// to 15 digits, unless that moves a time by more than 1 ns.
 double without_rounding_error(double time_s) {
   std::array<char, 32> digits;
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), time_s,
@@ -402,7 +401,7 @@ double parse_mode(std::string_view text) {
   const auto is = [&](const char* known) { return word == known; };
   if (std::any_of(kBySystem.begin(), kBySystem.end(), is)) return 1.0;
   if (std::any_of(kByHand.begin(), kByHand.end(), is)) return 0.0;
-  // As programs write whole numbers of a column that has gaps: 1.0.
+  // Some programs write 1.0 for a whole number in a column with gaps.
   double number = 0.0;
   const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), number);
   if (problem == std::errc() && end == word.data() + word.size()) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One cycle of one loop, as it crosses from the real-time thread to the recorder and onto the disk.
+// One cycle of one loop, as the real-time thread passes it to the recorder, which stores it on the
+// disk.
 #pragma once
 
 #include <cstdint>
@@ -16,18 +17,18 @@ enum RecordFlag : std::uint8_t {
   kJacketActs = 0x10,
   kOutputLost = 0x20,
   kCompensatorActs = 0x40,
-  kOutOfService = 0x80,  // somebody commissions the loop
+  kOutOfService = 0x80,  // maintenance work on the loop
 };
 
 struct RecordRow {
   std::int64_t time_ns = 0;        // CLOCK_MONOTONIC at the start of the cycle
-  std::uint64_t period_index = 0;  // periods since the daemon started; a gap shows as a jump
+  std::uint64_t period_index = 0;  // periods since the daemon's start; a gap appears as a jump
   double sp = 0.0;                 // PV units
-  double pv = 0.0;                 // PV units; NaN if there was none
-  double co = 0.0;          // CO units, what really went out; NaN: where it stands is not known
-  double stem = 0.0;        // CO units, read-back; NaN if there is none
-  float calculated = 0.0F;  // CO units, the controller's result before limits; NaN as CO
-  // What acted, and what was asked for whether it acted or not.
+  double pv = 0.0;                 // PV units; NaN if missing
+  double co = 0.0;                 // CO units, actual output; NaN: unknown
+  double stem = 0.0;               // CO units, read-back; NaN if missing
+  float calculated = 0.0F;         // CO units, the controller's result before limits; NaN as CO
+  // Active correction, and requested correction (shadow) whether active or not.
   float jacket_rate = 0.0F;         // CO units/s, on the integral
   float jacket_rate_shadow = 0.0F;  // CO units/s
   float compensator = 0.0F;         // CO units, added to the output
@@ -38,9 +39,9 @@ struct RecordRow {
   std::uint8_t pv_reason = 0;       // hal::Reason
   std::uint8_t flags = 0;           // RecordFlag
   std::uint8_t jacket_form = 0;     // control::JacketForm
-  std::uint8_t requested_mode = 0;  // control::Mode that the operator asked for
-  std::uint8_t pv_limit = 0;        // hal::Limit: PV at an end of what its transmitter can measure
-  float age_ms = 0.0F;              // age of PV when the cycle began, ms
+  std::uint8_t requested_mode = 0;  // control::Mode requested by the operator
+  std::uint8_t pv_limit = 0;        // hal::Limit: PV is at a limit of its transmitter
+  float age_ms = 0.0F;              // age of PV at the start of the cycle, ms
 };
 
 static_assert(std::is_trivially_copyable_v<RecordRow>);

@@ -30,7 +30,7 @@ const std::vector<std::string>& further_columns() {
   return names;
 }
 
-// The double that is written with as few digits as the float.
+// Returns the double with the same short decimal text as the float.
 double widened(float value) {
   if (!std::isfinite(value)) return RecordSample::kNone;
   std::array<char, 32> digits;
@@ -100,7 +100,7 @@ class Exporter {
         RecordColumns{.more = further_columns()});
   }
 
-  // Files that begin in the same second are numbered.
+  // Files that begin in the same second get a number.
   fs::path free_path(std::string loop, std::int64_t utc) const {
     for (char& c : loop) {
       const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_';

@@ -20,7 +20,7 @@ constexpr std::uint32_t kVersion = 2;
 constexpr std::uint32_t kOldVersion = 1;
 constexpr double kShortestPeriod = 1e-6;  // s
 constexpr double kLongestPeriod = 1e6;    // s
-// The layout of RecordRow in words, so that another program can read the rows.
+// The layout of RecordRow as text, so that other programs can read the rows.
 constexpr std::string_view kColumns =
     "time_ns:i64 period_index:u64 sp:f64 pv:f64 co:f64 stem:f64 calculated:f32 jacket_rate:f32 "
     "jacket_rate_shadow:f32 compensator:f32 compensator_shadow:f32 mode:u8 fault:u8 pv_quality:u8 "
@@ -40,10 +40,10 @@ struct HeaderLayout {
   double period_s;
   std::int64_t start_utc_ns;
   std::int64_t start_monotonic_ns;
-  std::array<char, 64> loop;      // ends with a zero byte
-  std::array<char, 384> columns;  // likewise
+  std::array<char, 64> loop;      // terminated by a zero byte
+  std::array<char, 384> columns;  // same
   std::uint32_t spare;
-  std::uint32_t crc;  // of all before it
+  std::uint32_t crc;  // of all members before it
 };
 static_assert(sizeof(HeaderLayout) == kSegmentHeaderBytes);
 static_assert(std::is_trivially_copyable_v<HeaderLayout>);
@@ -52,7 +52,7 @@ static_assert(kColumns.size() < sizeof(HeaderLayout::columns));
 struct RowLayout {
   RecordRow row;
   std::uint32_t index;
-  std::uint32_t crc;  // of all before it, continued from the header's
+  std::uint32_t crc;  // of all members before it, continued from the header's
 };
 static_assert(sizeof(RowLayout) == kSegmentRowBytes);
 
@@ -106,7 +106,7 @@ RecordRow row_of(const OldRowLayout& old) noexcept {
   }
   row.compensator = old.jacket;
   row.compensator_shadow = old.jacket_shadow;
-  // The one flag of that time stood for both.
+  // Version 1 used one flag for both.
   if ((row.flags & kJacketActs) != 0) {
     row.flags = static_cast<std::uint8_t>((row.flags & ~kJacketActs) | kCompensatorActs);
   }

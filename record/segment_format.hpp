@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a segment looks on the disk: a header of 512 bytes, then rows of 88, little-endian, each with
-// a CRC-32 (IEEE 802.3). A row's CRC starts from its header's, so that a row of an older segment
-// that a power failure left in the same place of the disk is not taken for one of this segment.
+// The format of a segment on the disk: a header of 512 bytes, then rows of 88, little-endian, each
+// with a CRC-32 (IEEE 802.3). A row's CRC continues its header's CRC. A row of an older segment,
+// left in the same place of the disk by a power failure, is therefore recognised as foreign.
 //
-// Version 2. Version 1 had rows of 80 bytes, with one pair of columns for jacket and compensator. It is
-// still read: the pair is the jacket's where the row has a form of it, else the compensator's. A loop that
-// had both, which was of use with one of them in shadow only, can't be told from one with a jacket.
+// Version 2. Version 1 is still read. It had rows of 80 bytes, with one pair of columns for jacket
+// and compensator. The pair belongs to the jacket if the row has a form of it, otherwise to the
+// compensator. A loop with both, which needed one of them in shadow, can't be distinguished from
+// one with a jacket.
 #pragma once
 
 #include <array>
@@ -23,7 +24,7 @@ inline constexpr std::size_t kSegmentHeaderBytes = 512;
 inline constexpr std::size_t kSegmentRowBytes = sizeof(RecordRow) + 8;
 
 struct SegmentHeader {
-  std::uint64_t sequence = 0;           // counts the segments of a loop
+  std::uint64_t sequence = 0;           // number of the segment of a loop
   std::uint64_t run = 0;                // sequence of the first segment since the daemon's start
   std::string loop{};                   // at most 63 bytes are kept
   double period_s = 0.0;                // s
@@ -31,9 +32,9 @@ struct SegmentHeader {
   std::int64_t start_monotonic_ns = 0;  // RecordRow::time_ns of the first row
 };
 
-// UTC of a row, ns. The clock that was read at the start of the segment is trusted for its length.
+// Returns the UTC of a row, ns, from the clock at the start of the segment.
 constexpr std::int64_t utc_ns(const SegmentHeader& header, const RecordRow& row) noexcept {
-  // Unsigned: a damaged clock value may not overflow.
+  // Unsigned, because a damaged clock value must not overflow.
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(header.start_utc_ns) +
                                    static_cast<std::uint64_t>(row.time_ns) -
                                    static_cast<std::uint64_t>(header.start_monotonic_ns));
@@ -41,7 +42,7 @@ constexpr std::int64_t utc_ns(const SegmentHeader& header, const RecordRow& row)
 
 struct EncodedHeader {
   std::array<char, kSegmentHeaderBytes> bytes;
-  std::uint32_t crc;  // the start of the rows' CRCs
+  std::uint32_t crc;  // start value of the rows' CRCs
 };
 EncodedHeader encode(const SegmentHeader& header) noexcept;
 
@@ -49,15 +50,15 @@ struct DecodedHeader {
   SegmentHeader header;
   std::uint32_t crc = 0;
   std::size_t row_bytes = kSegmentRowBytes;  // of this segment's version
-  const char* problem = nullptr;             // null: the header is sound
+  const char* problem = nullptr;             // null: the header is valid
 };
 DecodedHeader decode_header(std::span<const char> bytes);
 
-// `bytes` holds kSegmentRowBytes.
+// `bytes` has the size kSegmentRowBytes.
 void encode(const RecordRow& row, std::uint32_t index, std::uint32_t header_crc,
             std::span<char> bytes) noexcept;
-// `bytes` holds a row of the size that the header told. Nothing if that is not the undamaged row `index` of
-// the segment.
+// `bytes` has the size of a row given by the header. Returns nullopt if it is not the undamaged row
+// `index` of the segment.
 std::optional<RecordRow> decode_row(std::span<const char> bytes, std::uint32_t index,
                                     std::uint32_t header_crc) noexcept;
 

@@ -19,14 +19,14 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kExtension = ".lwseg";
 constexpr std::size_t kSequenceDigits = 10;
-// Far above what the writer makes; a larger file with the right name is not one of its own.
+// Far above the writer's limit; a larger file with this name is not a segment.
 constexpr std::size_t kLargestSegmentBytes = 64UL * 1024UL * 1024UL;
 
 [[noreturn]] void fail(RecordError::Kind kind, std::string_view name, std::string_view what) {
   throw RecordError(kind, 0, 0, fmt::format("{}: {}", name, what));
 }
 
-// 0: not the name of a segment.
+// Returns 0 if it is not the name of a segment.
 std::uint64_t sequence_in(const std::string& name) {
   if (name.size() < kSequenceDigits + kExtension.size() || !name.ends_with(kExtension)) return 0;
   const char* end = name.data() + name.size() - kExtension.size();
@@ -73,7 +73,7 @@ Segment read_segment(const fs::path& path) {
   std::vector<char> bytes(static_cast<std::size_t>(size));
   std::ifstream stream(path, std::ios::binary);
   stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  // Shorter than a moment ago, when the ring has dropped it: what was read counts.
+  // The file may be shorter than before if the ring has deleted it: the part already read is used.
   if (!stream.is_open() || stream.bad())
     fail(RecordError::Kind::io, path.string(), "can't be read");
   bytes.resize(static_cast<std::size_t>(stream.gcount()));

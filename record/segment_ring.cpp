@@ -32,15 +32,15 @@ std::int64_t clock_ns(clockid_t clock) noexcept {
   return now.tv_sec * 1'000'000'000LL + now.tv_nsec;
 }
 
-// When a row was taken. Rows wait a moment before they are written; those of an accelerated
-// simulation carry a clock of their own, for which the present has to do.
+// Returns when a row was taken. Rows wait for a short time before they are written. Rows of an
+// accelerated simulation have another clock, so the present time is used for them.
 std::int64_t utc_of(const RecordRow& row) noexcept {
-  constexpr std::int64_t kLongestWait = 300'000'000'000;  // longer than a queue bridges
+  constexpr std::int64_t kLongestWait = 300'000'000'000;  // longer than the capacity of a queue
   const std::int64_t waited = clock_ns(CLOCK_MONOTONIC) - row.time_ns;
   return clock_ns(CLOCK_REALTIME) - (waited >= 0 && waited < kLongestWait ? waited : 0);
 }
 
-// 0: its header can't be read.
+// Returns 0 if its header can't be read.
 std::int64_t start_utc_ms(const std::filesystem::path& path) noexcept {
   const base::File file(path, O_RDONLY);
   std::array<char, kSegmentHeaderBytes> bytes{};
@@ -121,7 +121,7 @@ bool SegmentWriter::write_rows(std::span<const RecordRow> rows) {
   }
   if (!written) {
     failed("writing a segment", errno);
-    // What is torn would be recognised; cut off, it leaves the space to others.
+    // A torn tail would be recognised; cutting it releases the space.
     if (::ftruncate(file_.fd(), static_cast<off_t>(offset)) != 0)
       failed("cutting a segment", errno);
     return false;
@@ -149,7 +149,7 @@ bool SegmentWriter::begin_segment(const RecordRow& first) {
   return false;
 }
 
-// False, with the reason in errno and nothing left behind, if the disk refuses.
+// Returns false, with the reason in errno and without leaving a file, if the disk refuses.
 bool SegmentWriter::create_segment(const RecordRow& first) {
   sequence_ = next_sequence_++;
   path_ = settings_.folder / segment_name(sequence_);
@@ -187,7 +187,7 @@ void SegmentWriter::end_segment() noexcept {
   try {
     ended_.push_back({std::move(path_), sequence_, bytes});
   } catch (const std::bad_alloc&) {
-    // Forgotten until the next start, which finds it in the folder.
+    // This segment is not tracked until the next start, which finds it in the folder.
     failed("memory for the recording", ENOMEM);
   }
 }
@@ -207,7 +207,8 @@ bool SegmentWriter::make_room() noexcept {
   return std::exchange(may_make_room_, false) && drop_oldest();
 }
 
-// One that can't be deleted stays, counted against the limit, and the next oldest goes.
+// Deletes the oldest segment. If it can't be deleted, it stays, still counts for the limit, and the
+// next one is deleted.
 bool SegmentWriter::drop_oldest() noexcept {
   for (auto segment = ended_.begin(); segment != ended_.end(); ++segment) {
     if (::unlink(segment->path.c_str()) == 0 || errno == ENOENT) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recording on the box: a ring of segment files of limited size, one folder per loop.
+// Records on the box: a ring of segment files of limited size, one folder per loop.
 //
-// Segments are appended to only. After a power failure a torn tail is recognised by its CRCs, and
-// one damaged row costs one row. A restart of the daemon begins a new segment and a new run; the
-// oldest segment goes when the next one would exceed the limit.
+// Segments are only appended to. After a power failure a torn tail is recognised by its CRCs, and
+// one damaged row loses one row. A restart of the daemon begins a new segment and a new run. The
+// oldest segment is deleted if the next one would exceed the limit.
 #pragma once
 
 #include <chrono>
@@ -23,26 +23,27 @@
 namespace loopwarden::record {
 
 struct SegmentSettings {
-  std::filesystem::path folder;  // of this loop alone; created when the first row arrives
+  std::filesystem::path folder;  // of this loop only; created with the first row
   std::string loop;              // at most 63 bytes are kept
   double period_s = 0.1;         // s, sampling period of the loop
   std::size_t limit_bytes = 64UL * 1024UL * 1024UL;  // of all segments together, at least 64 KiB
-  std::chrono::milliseconds sync_interval{5000};     // what a power failure may cost
+  std::chrono::milliseconds sync_interval{5000};     // longest loss of data in a power failure
   std::chrono::milliseconds retry_interval{5000};    // after a disk error
 };
 
 struct SegmentStatus {
-  std::uint64_t rows = 0;       // handed to the disk
-  std::uint64_t rows_lost = 0;  // not taken by the disk
+  std::uint64_t rows = 0;       // passed to the disk
+  std::uint64_t rows_lost = 0;  // refused by the disk
   std::uint64_t disk_errors = 0;
-  std::uint64_t segments_dropped = 0;  // to keep the limit, or for room on a full disk
+  std::uint64_t segments_dropped = 0;  // to keep the limit, or to free space on a full disk
   std::uint64_t syncs = 0;
   std::size_t bytes = 0;           // of all segments together
-  std::int64_t oldest_utc_ms = 0;  // of the first row that is kept; 0: none is
-  std::string last_error;          // empty: none so far
+  std::int64_t oldest_utc_ms = 0;  // of the oldest row kept; 0: no rows
+  std::string last_error;          // empty: no error so far
 };
 
-// Used by one thread. Only the constructor throws: a recorder in trouble must not harm the loop.
+// The recorder of one loop. Used by one thread. Only the constructor throws, because a recorder
+// with a fault must not affect the loop.
 class SegmentWriter {
  public:
   // Throws RecordError if the folder can't be read, or the period is not positive.
@@ -51,7 +52,7 @@ class SegmentWriter {
   SegmentWriter& operator=(const SegmentWriter&) = delete;
   ~SegmentWriter() { end_segment(); }
 
-  // Rows in the order of their cycles.
+  // Appends rows in the order of their cycles.
   void append(std::span<const RecordRow> rows) noexcept;
   SegmentStatus status() const;
 
@@ -73,22 +74,22 @@ class SegmentWriter {
   std::uint32_t rows_per_segment_;
   std::deque<SegmentFile> ended_;  // oldest first
   std::uint64_t next_sequence_ = 1;
-  std::uint64_t run_ = 0;  // sequence of this run's first segment; 0: none yet
+  std::uint64_t run_ = 0;  // sequence of this run's first segment; 0: not yet set
 
   base::File file_;
-  std::filesystem::path path_;  // of the open segment, as the three below
+  std::filesystem::path path_;  // of the open segment, as the three members below
   std::uint64_t sequence_ = 0;
   std::uint32_t header_crc_ = 0;
   std::uint32_t rows_in_segment_ = 0;
   std::vector<char> buffer_;
   bool unsynced_ = false;
-  // A full disk costs one old segment for each new one: a neighbour that eats what is freed must
-  // not cost the whole history.
+  // A full disk costs one old segment for each new one. Otherwise another program that uses the
+  // freed space could cost the whole history.
   bool may_make_room_ = true;
   std::chrono::steady_clock::time_point last_sync_;
   std::optional<std::chrono::steady_clock::time_point> retry_at_;
 
-  SegmentStatus status_;  // its text is made by status()
+  SegmentStatus status_;  // status() creates its text
   const char* failed_step_ = nullptr;
   int failed_errno_ = 0;
 };

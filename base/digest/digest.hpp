@@ -12,13 +12,13 @@ namespace loopwarden::base {
 
 std::string to_hex(std::span<const std::uint8_t> bytes);
 
-// In 64 hexadecimal digits.
+// Return 64 hexadecimal digits.
 std::string sha256_hex(std::string_view bytes);
 std::string hmac_sha256_hex(std::string_view key, std::string_view bytes);
 // Throws std::runtime_error if the file can't be read.
 std::string sha256_hex_of_file(const std::filesystem::path& file);
 
-// CRC-32 as zlib's, of `bytes` continued from `start`.
+// Returns the CRC-32 of zlib, continued from `start` over `bytes`.
 std::uint32_t crc32(std::span<const char> bytes, std::uint32_t start = 0) noexcept;
 
 }  // namespace loopwarden::base

@@ -35,7 +35,7 @@ bool DiskErrand::begin_until(std::function<void()> errand, Time deadline) {
   {
     std::unique_lock lock(mutex_);
     if (quit_) return false;
-    start();  // two may ask for the first time at once
+    start();  // two threads may make the first request at the same time
     if (!wait_.hung()) changed_.wait_until(lock, deadline, [&] { return !busy_ || quit_; });
     if (busy_ || quit_) return false;
     errand_ = std::move(errand);
@@ -60,7 +60,7 @@ void DiskErrand::run() {
     } catch (const std::exception& e) {
       spdlog::error("{}: {}", thread_name_, e.what());
     }
-    errand = nullptr;  // what it owns goes before the next one may come
+    errand = nullptr;  // frees the data of this errand before the next one is accepted
     {
       const std::lock_guard lock(mutex_);
       busy_ = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A thread that does one thing at a time with the disk for threads that may not wait for it: a disk
-// that hangs keeps the errand, and nobody else.
+// A thread that does one disk operation (an errand) at a time for threads that must not wait for
+// the disk. If the disk hangs, only this thread hangs.
 #pragma once
 
 #include <chrono>
@@ -27,23 +27,23 @@ class DiskErrand {
   DiskErrand& operator=(const DiskErrand&) = delete;
   ~DiskErrand() { stop(); }
 
-  // Else the first errand starts the thread.
+  // Starts the thread. Without this call, the first errand starts it.
   void start();
   void stop();
-  // Tells the thread to end and waits for at most `patience`; false if its disk hangs.
+  // Requests the thread to end and waits for at most `patience`. Returns false if its disk hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // Hands the errand over; false, and nothing is done, while the last one is not finished. The errand
-  // owns all that it works on: nobody may be there any more when it ends.
+  // Hands the errand over. Returns false, without running it, if the last one is not finished. The
+  // errand must own all its data, because the caller may be gone when it ends.
   bool begin(std::function<void()> errand) {
     return begin_until(std::move(errand), std::chrono::steady_clock::now());
   }
-  // What `errand` returns or throws; nothing if it is not there after `patience`, the time for the
-  // one before it included. Behind an errand that hangs already nobody waits.
+  // Runs `errand` and returns its result or rethrows its exception. Returns nullopt if it has not
+  // finished after `patience`, which includes the wait for the errand before it.
   template <class Result>
   std::optional<Result> ask(std::function<Result()> errand, std::chrono::milliseconds patience);
 
-  // Since when the errand of now lasts, s; 0: there is none.
+  // Returns the duration of the present errand so far, s; 0: no errand runs.
   double seconds() const noexcept { return wait_.seconds(); }
 
  private:

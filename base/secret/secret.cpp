@@ -13,10 +13,10 @@ std::filesystem::path path_of(const Secret& secret) {
   if (secret.credential.empty()) return secret.file;
   const char* folder = std::getenv("CREDENTIALS_DIRECTORY");
   if (folder == nullptr) {
-    throw std::runtime_error(
-        fmt::format("credential '{}': there are none ($CREDENTIALS_DIRECTORY is not set; the unit "
-                    "needs LoadCredential=)",
-                    secret.credential));
+    throw std::runtime_error(fmt::format(
+        "credential '{}': $CREDENTIALS_DIRECTORY is not set. Add LoadCredential= to the "
+        "unit.",
+        secret.credential));
   }
   return std::filesystem::path(folder) / secret.credential;
 }

@@ -32,13 +32,13 @@ void Database::demand_schema(const Schema& schema) {
                 fmt::format("it is no {} of version {}", schema.what, schema.version));
   }
   if (version == schema.version) return;
-  // Not even its log is put in order: that is for the version that wrote it.
+  // The write-ahead log is left as it is: only the version that wrote it may process it.
   sqlite3_db_config(handle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   throw Error(
       Error::Kind::other_version,
-      fmt::format("{} is a {} of version {}, this program knows version {}: the file stays "
-                  "as it is; install the version of Loopwarden that wrote it, or move the "
-                  "file away and a new one begins",
+      fmt::format("{} is a {} of version {}, this program knows version {}. The file is not "
+                  "changed. Install the version of Loopwarden that wrote it, or move the file away "
+                  "to start a new one",
                   sqlite3_db_filename(handle(), "main"), schema.what, version, schema.version));
 }
 
@@ -70,7 +70,7 @@ std::int64_t Database::last_row() const noexcept { return sqlite3_last_insert_ro
 
 void Database::fail(const char* step) const {
   const int code = sqlite3_errcode(handle()) & 0xFF;
-  // SQLITE_ERROR: what the file says of its tables is not what we made.
+  // SQLITE_ERROR: the tables of the file are not those of our schema.
   const bool damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB || code == SQLITE_ERROR;
   throw Error(damaged ? Error::Kind::damaged : Error::Kind::unavailable,
               fmt::format("{}: {}", step, sqlite3_errmsg(handle())));
@@ -163,7 +163,7 @@ void Transaction::commit() {
 std::filesystem::path move_aside(const std::filesystem::path& file, std::int64_t utc_ms) {
   std::filesystem::path aside = fmt::format("{}.damaged-{}", file.string(), utc_ms);
   std::filesystem::rename(file, aside);
-  // A log left behind would be played into the new database.
+  // SQLite would apply a log of the old database to the new one.
   for (const char* belongs : {"-wal", "-shm"}) {
     if (std::filesystem::exists(file.string() + belongs)) {
       std::filesystem::rename(file.string() + belongs, aside.string() + belongs);

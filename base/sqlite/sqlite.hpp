@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A SQLite file of this project's: opened and checked, statements and transactions that clean up after themselves.
-// Whatever SQLite refuses is an Error. For one thread at a time.
+// Opens and checks the SQLite files of this project. Statements and transactions clean up after
+// themselves. Each refusal by SQLite is thrown as an Error. For one thread at a time.
 #pragma once
 
 #include <chrono>
@@ -21,9 +21,9 @@ namespace loopwarden::sqlite {
 class Error : public std::runtime_error {
  public:
   enum class Kind : std::uint8_t {
-    damaged,        // it is no sound database of ours
-    other_version,  // written by another version of the program: not to be touched
-    unavailable     // disk full, no rights, I/O error, locked: may work later
+    damaged,        // not a valid database of this project
+    other_version,  // written by another version of the program: must not be changed
+    unavailable     // disk full, no permission, I/O error, locked: may work later
   };
   Error(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
   bool damaged() const noexcept { return kind_ == Kind::damaged; }
@@ -34,7 +34,7 @@ class Error : public std::runtime_error {
   Kind kind_;
 };
 
-// What the file says of itself: its application_id tells file(1) and us whose it is.
+// Identity of the file. file(1) and this code recognise it by its application_id.
 struct Schema {
   const char* what;  // "it is no ... of version 1"
   int application_id;
@@ -43,22 +43,24 @@ struct Schema {
 };
 
 enum class Access : std::uint8_t { write, read };
-// What a power failure takes back: the newest transactions, or none. The file stays sound in both.
+// Effect of a power failure: normal loses the newest transactions, full loses none. The file stays
+// valid with both.
 enum class Sync : std::uint8_t { normal, full };
 
 class Database {
  public:
-  // Makes the file if there is none and `access` is write. Waits up to `patience` if another process, such as a backup,
-  // holds it.
+  // Creates a missing file if `access` is write. Waits up to `patience` if another process, such as
+  // a backup, holds it.
   Database(const std::filesystem::path& file, Access access, std::chrono::milliseconds patience);
 
-  // Makes the tables of a new file. One that is another's, of another version or damaged is an error, and is not
-  // touched. Writes go to a write-ahead log: readers never make the writer wait.
+  // Creates the tables of a new file. Throws an Error, without changing the file, if it belongs to
+  // another program or version or is damaged. Writes use a write-ahead log: readers never make the
+  // writer wait.
   void adopt(const Schema& schema, Sync sync);
-  // For who only reads: a file that is another's or of another version is an error.
+  // For readers. Throws an Error if the file belongs to another program or version.
   void demand_schema(const Schema& schema);
   void execute(const std::string& sql);
-  std::int64_t last_row() const noexcept;  // that was inserted
+  std::int64_t last_row() const noexcept;  // that was inserted last
   [[noreturn]] void fail(const char* step) const;
   sqlite3* handle() const noexcept { return handle_.get(); }
 
@@ -99,17 +101,17 @@ class Statement {
     value ? bind(parameter, *value) : bind(parameter, std::nullopt);
   }
 
-  // True while there are rows.
+  // Moves to the next row. Returns false after the last one.
   bool step();
-  // To its end, with these values or those that it has; it can be run again.
+  // Runs to the end, with these values or with the present ones. It can be run again.
   template <class... Values>
   void run(const Values&... values) {
     bind_all(values...);
     run_once();
   }
 
-  // Of the row; columns count from 0.
-  std::string text(int column) const;  // or bytes; null is empty
+  // Columns of the present row count from 0.
+  std::string text(int column) const;  // or bytes; null becomes empty
   std::int64_t integer(int column) const;
   double number(int column) const;
   bool is_null(int column) const;
@@ -134,7 +136,7 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Finaliser> statement_;
 };
 
-// All or, without commit(), nothing.
+// Changes inside it take effect together at commit(). Without commit() they are rolled back.
 class Transaction {
  public:
   explicit Transaction(Database& database) : database_(database) {
@@ -150,12 +152,12 @@ class Transaction {
   bool open_ = true;
 };
 
-// Moves a damaged database and what belongs to it aside; returns its new name. Throws
+// Moves a damaged database and its log files aside. Returns its new name. Throws
 // std::filesystem::filesystem_error.
 std::filesystem::path move_aside(const std::filesystem::path& file, std::int64_t utc_ms);
 
-// What `open` makes of the file. Where that is damaged, it is moved aside, `moved` hears of the error and of the new name,
-// and `open` makes another one.
+// Returns the result of `open` for the file. A damaged file is moved aside, `moved` receives the
+// error and the new name, and `open` runs again to create a new file.
 template <std::invocable Open, std::invocable<const Error&, const std::filesystem::path&> Moved>
 std::invoke_result_t<Open> open_or_replace(const std::filesystem::path& file, std::int64_t utc_ms,
                                            Open open, Moved moved) {

@@ -15,7 +15,7 @@
 namespace loopwarden::config {
 
 int say(const CLI::App& app, const CLI::ParseError& what) {
-  // CLI11 prints by streams of its own, whose failures nobody sees.
+  // CLI11 prints to these buffers, because it ignores failures of its output streams.
   std::ostringstream out;
   std::ostringstream error;
   const int code = app.exit(what, out, error);
@@ -41,7 +41,7 @@ int run_service(CLI::App& app, std::vector<std::string> words, const std::functi
     return kExitUsage;
   }
   try {
-    std::reverse(words.begin(), words.end());  // as CLI11 takes them
+    std::reverse(words.begin(), words.end());  // CLI11 expects the words in reverse order
     app.parse(words);
     return run();
   } catch (const CLI::ParseError& e) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs that run as services have in common.
+// Common functions of the programs that run as services.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,17 +10,17 @@
 
 namespace loopwarden::config {
 
-// Wrong usage, --help or --version, as CLI11 met it; returns the exit code.
+// Prints wrong usage, --help or --version as CLI11 reports it. Returns the exit code.
 int say(const CLI::App& app, const CLI::ParseError& what);
 
-// `help COMMAND` and `version` as options.
+// Converts `help COMMAND` and `version` to options.
 std::vector<std::string> in_options(std::vector<std::string> words);
 
-// Reads the command line, without the program's name, and does `run`. Returns the exit code: 64 after wrong usage, 74 if
-// `run` or a command throws.
+// Reads the command line, without the program's name, and calls `run`. Returns the exit code: 64
+// after wrong usage, 74 if `run` or a command throws.
 int run_service(CLI::App& app, std::vector<std::string> words, const std::function<int()>& run);
 
-// What is logged goes to the error output, a line each, with its time in UTC.
+// Sends log lines, with their time in UTC, to the error output.
 void log_to_stderr(const std::string& program, const std::string& level);
 
 }  // namespace loopwarden::config

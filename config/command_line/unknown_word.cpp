@@ -30,7 +30,8 @@ std::vector<std::string> commands_of(const CLI::App& app) {
   return names;
 }
 
-// The option of `app`, or of what stands above it where a command lets options fall through to there.
+// Returns the option of `app`, or of its parent commands if the command lets options fall through
+// to them.
 const CLI::Option* find_option(const CLI::App* app, const std::string& name) {
   for (; app != nullptr; app = app->get_fallthrough() ? app->get_parent() : nullptr) {
     if (const CLI::Option* option = app->get_option_no_throw(name)) return option;
@@ -72,7 +73,7 @@ std::string unknown_word(const CLI::App& app, const std::vector<std::string>& wo
                          command == &app ? "" : " of " + command->get_name(),
                          suggestion(name, options_of(command)));
     }
-    // Its value may look like anything.
+    // The option's value may look like anything.
     if (option->get_expected_min() > 0 && equals == std::string::npos) ++i;
   }
   return {};

@@ -8,8 +8,9 @@
 
 namespace loopwarden::config {
 
-// What is wrong with the first word that no command or option answers to, with the nearest that one does; empty if
-// all are known. Asked first: CLI11 would rather name what is missing.
+// Returns an error text for the first word that no command or option accepts, with the nearest
+// accepted word; empty if all are known. Called before CLI11 parses, because CLI11 would report
+// missing words first.
 std::string unknown_word(const CLI::App& app, const std::vector<std::string>& words);
 
 }  // namespace loopwarden::config

@@ -30,7 +30,7 @@ using specialist::Condition;
 using Result = alarm::WindowJudgement::Result;
 
 constexpr const char* kFormat = "loopwarden-evidence";
-// 1 had windows of specialists only, and no kind; 2 no twins.
+// Version 1 had only windows of specialists, without a kind; version 2 had no twins.
 constexpr int kVersion = 3;
 constexpr std::array kKinds{"window", "routine", "twin"};
 
@@ -198,7 +198,8 @@ watch::RoutineWatch::Judgement routine_of(const json& j) {
                 .play = j.at("play").get<double>(),
                 .hammerstein = j.at("hammerstein").get<double>(),
                 .parts_for = j.at("parts_for").get<double>(),
-                .standing = j.value("standing", 0.0),  // of no file before these three were judged
+                .standing = j.value("standing", 0.0),  // missing in files from before these three
+                                                       // were computed
                 .relation = j.value("relation", 1.0),
                 .turns = {}};
   if (const auto turns = j.find("turns"); turns != j.end()) {
@@ -280,7 +281,7 @@ void write_text(const std::string& text, const fs::path& path) {
   }
 }
 
-// What another library wrote is on the disk as well.
+// Waits until files written by another library are on the disk.
 void sync_files(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     base::File file(entry.path(), O_RDONLY);
@@ -294,7 +295,7 @@ std::uint32_t crc_of(const fs::path& path) {
   return base::crc32(base::read_file(path).value_or(""));
 }
 
-// What the verdict depends on; the manifest has the digests of the weights.
+// Returns the files that the verdict depends on. The manifest contains the digests of the weights.
 std::vector<const char*> files_of(const Evidence& evidence) {
   if (evidence.routine) return {"record.csv"};
   if (evidence.by_twin) return {"record.csv", "twin.yaml"};
@@ -334,7 +335,7 @@ void write_evidence(const Evidence& evidence, const config::SpecialistFolder* sp
                     const fs::path& folder) {
   const fs::path temporary = folder.parent_path() / ("." + folder.filename().string() + ".tmp");
   std::error_code ignored;
-  fs::remove_all(temporary, ignored);  // of a program that was killed
+  fs::remove_all(temporary, ignored);  // left by a program that was killed
   try {
     write_into(evidence, specialists, temporary);
     fs::rename(temporary, folder);
@@ -348,14 +349,14 @@ void write_evidence(const Evidence& evidence, const config::SpecialistFolder* sp
 Evidence read_evidence(const fs::path& folder) {
   const fs::path file = folder / "evidence.json";
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw EvidenceError(file.string() + ": not there, or not to be read");
+  if (!stream) throw EvidenceError(file.string() + ": missing or unreadable");
   Evidence evidence;
   try {
     const json about = json::parse(stream);
     evidence = evidence_of(about);
     for (const char* name : files_of(evidence)) {
       if (about.at("files").at(name) != crc_of(folder / name)) {
-        throw EvidenceError(fmt::format("{} is not what it was", name));
+        throw EvidenceError(fmt::format("{} has been changed", name));
       }
     }
   } catch (const std::exception& e) {
@@ -365,7 +366,7 @@ Evidence read_evidence(const fs::path& folder) {
     record::Record record = record::read_record(folder / "record.csv");
     const std::size_t samples =
         evidence.routine ? watch::RoutineWatch::kSamples : alarm::kWindowSamples;
-    // Routine evidence is also two windows as one record.
+    // A record of routine evidence may also have two windows.
     const bool fits =
         record.size() == samples || (evidence.routine && record.size() == 2 * samples);
     if ((!evidence.by_twin && !fits) || !record.has_sp || !record.has_co) {

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evidence as a folder that says all by itself, for ever:
+// Evidence as a complete folder, readable without other files:
 //
-//   evidence.json  alarm, verdict, hashes; of a window every specialist's error and the classical measures, of routine
-//                  evidence the numbers that diagnose() weighs, and the sum of nats before and after; of a twin its residual
-//   record.csv     the samples, a record like any other (loopwarden gap, diagnose, classify)
-//   specialists/   those that judged it, where specialists did
-//   twin.yaml      the loop's twin, where it has one: `loopwarden explain` holds the newest minutes against it
+//   evidence.json  alarm, verdict, hashes; of a window each specialist's error and the classical
+//                  measures; of routine evidence the numbers that diagnose() weighs, and the sum of
+//                  nats before and after; of a twin its residual
+//   record.csv     the samples, a normal record (loopwarden gap, diagnose, classify)
+//   specialists/   the specialists used, if any
+//   twin.yaml      the loop's twin, if any: compared by `loopwarden explain`
 //
-// The folder gets its name when all of it is on the disk: what has a name is whole.
+// The folder gets its name after all files are on the disk, so a folder with a name is complete.
 #pragma once
 
 #include <filesystem>
@@ -24,15 +25,15 @@ class EvidenceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Throws EvidenceError with the reason; nothing of it is left then. `folder` must not exist; the one that
-// it is in must. `specialists`: null where none found it.
+// Throws EvidenceError with the reason and removes all its files. `folder` must not exist, but its
+// parent must. `specialists`: null if none was used.
 void write_evidence(const Evidence& evidence, const config::SpecialistFolder* specialists,
                     const std::filesystem::path& folder);
 
-// Throws EvidenceError for what is no evidence.
+// Throws EvidenceError if the folder is no evidence.
 Evidence read_evidence(const std::filesystem::path& folder);
 
-// Where the specialists of this evidence are.
+// Returns the folder of the specialists of this evidence.
 std::filesystem::path specialists_of(const std::filesystem::path& folder);
 
 }  // namespace loopwarden::evidence

@@ -25,7 +25,7 @@ enum class Form { explaining, signature };
 constexpr auto kForms =
     std::to_array<Choice<Form>>({{"explaining", Form::explaining}, {"signature", Form::signature}});
 
-// "31-10-10-31"; nothing if it is none.
+// Parses "31-10-10-31"; nullopt if the text has another form.
 std::optional<NetworkShape> parse_layers(std::string_view text) {
   std::array<std::size_t, 4> sizes{};
   for (std::size_t i = 0; i < sizes.size(); ++i) {
@@ -41,7 +41,7 @@ std::optional<NetworkShape> parse_layers(std::string_view text) {
   return NetworkShape{sizes[0], sizes[1], sizes[2], sizes[3]};
 }
 
-// A plain name: nothing that could lead out of the folder.
+// Returns whether a name is plain, so that it can't refer to a file outside the folder.
 bool is_plain_name(std::string_view name) {
   return !name.empty() && name.size() <= 64 && name.front() != '.' &&
          std::all_of(name.begin(), name.end(), [](char c) {
@@ -56,11 +56,11 @@ class ManifestReader {
       : root_(std::move(root)), folder_(std::move(folder)), of_weights_(of_weights) {}
 
   SpecialistFolder read() {
-    root_.need_word("format", {"loopwarden-specialists"}, "what this file is");
+    root_.need_word("format", {"loopwarden-specialists"}, "kind of file");
     const Value<std::int64_t> version =
         root_.need_integer("version", {1, kSpecialistVersion, "", "of the format"});
     if (version.valid && version.value == 1) inputs_ = kInputsOfVersion1;
-    result_.plant = root_.need_text("plant", "what the specialists' names begin with");
+    result_.plant = root_.need_text("plant", "prefix of the specialists' names");
     read_training();
     read_figures();
     std::vector<MapReader> entries = root_.maybe_list("specialists", "one each");
@@ -76,21 +76,21 @@ class ManifestReader {
 
  private:
   void read_training() {
-    std::optional<MapReader> in = root_.need_section("training", "on what and how");
+    std::optional<MapReader> in = root_.need_section("training", "training data and method");
     if (!in) return;
     constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
     const auto count = [&](const char* key, const char* meaning) {
       return static_cast<std::size_t>(in->integer(key, {0, kMost, "", meaning}, 0).value);
     };
     result_.training.source = in->need_text("source", "in words");
-    result_.training.seed =
-        static_cast<std::uint64_t>(in->need_integer("seed", {0, kMost, "", "of all chance"}).value);
+    result_.training.seed = static_cast<std::uint64_t>(
+        in->need_integer("seed", {0, kMost, "", "of all random numbers"}).value);
     result_.training.windows = count("windows", "simulated");
     result_.training.signatures = count("signatures", "used");
   }
 
   void read_figures() {
-    std::optional<MapReader> in = root_.maybe_section("figures", "on data never seen in training");
+    std::optional<MapReader> in = root_.maybe_section("figures", "on data not used in training");
     if (!in) return;
     const auto percent = [&](const char* key) {
       return in->need_number(key, {"%", between(0.0, 100.0), ""}).value;
@@ -148,13 +148,13 @@ class ManifestReader {
 
   void read_specialist(MapReader& in) {
     const Value<std::string> name = in.need_text("name", "of the specialist");
-    const Value<Form> form = in.need_one_of("form", kForms, "what it does with a window");
+    const Value<Form> form = in.need_one_of("form", kForms, "form of the specialist");
     std::vector<std::string> classes;
     for (std::size_t c = 0; c < specialist::kConditions; ++c) {
       classes.emplace_back(to_text(static_cast<Condition>(c)));
     }
     if (form == Form::signature) classes.pop_back();
-    const Value<std::string> word = in.need_word("class", classes, "what it knows");
+    const Value<std::string> word = in.need_word("class", classes, "class that it detects");
     const Value<std::string> layers = in.need_text("layers", "inputs-hidden-hidden-outputs");
     const Value<std::string> file = in.need_text("file", "of its weights, in this folder");
     const Value<std::string> sum = in.need_text("sha256", "of that file");
@@ -162,7 +162,7 @@ class ManifestReader {
     double most_misfit = 0.0;
     if (form == Form::signature) {
       const auto range =
-          in.need_range("scaling", {"PV units", any_number(), "what becomes -1 and 1"});
+          in.need_range("scaling", {"PV units", any_number(), "values that become -1 and 1"});
       scaling = {0.5 * (range.value.first + range.value.second),
                  0.5 * (range.value.second - range.value.first)};
     } else {
@@ -235,7 +235,7 @@ class ManifestReader {
     if (!text) return fail();
     const std::string found = base::sha256_hex(*text);
     if (found != sum) {
-      report.error({}, "", fmt::format("has another sha256 than the manifest says: {}", found));
+      report.error({}, "", fmt::format("sha256 differs from the manifest: {}", found));
       return fail();
     }
     std::optional<Weights> weights = parse_weights(*text, shape, target, report);
@@ -246,7 +246,7 @@ class ManifestReader {
   std::filesystem::path folder_;
   std::vector<Diagnostic>& of_weights_;
   SpecialistFolder result_;
-  std::size_t inputs_ = specialist::kNetworkInputs;  // of the explaining networks on the disk
+  std::size_t inputs_ = specialist::kNetworkInputs;  // of the explaining networks in the file
   bool explaining_ = false;
   std::set<Condition> seen_;
 };

@@ -37,7 +37,7 @@ class Writer {
     if (error) failure_ = fmt::format("{}: {}", folder.string(), error.message());
   }
 
-  // Sets failure() where the disk refuses.
+  // Sets failure() if the disk refuses.
   void write(const std::string& name, const std::string& text) {
     if (!failure_.empty()) return;
     const auto error = base::replace_file(folder_ / name, text, {.mode = 0666});
@@ -51,7 +51,7 @@ class Writer {
   std::string failure_;
 };
 
-// Writes the weights; returns the entry's lines about them.
+// Writes the weights. Returns the lines about them for the manifest.
 std::string write_weights(const std::filesystem::path& folder, const SpecialistFileSink& write,
                           const std::string& name, const specialist::Network& network,
                           const std::vector<double>& target) {

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Specialists as a folder: manifest.yaml and a file of weights for each.
+// Reads and writes specialists as a folder: manifest.yaml and one file of weights per specialist.
 //
-// The loader refuses what it can't trust: another format or version, files larger than their layers can
-// need, a checksum that differs, layers that don't fit, numbers that are not finite, a class that is
-// missing or there twice.
+// The loader refuses:
+// - another format or version
+// - files larger than their layers need
+// - a wrong checksum
+// - layers that don't fit together
+// - numbers that are not finite
+// - a class that is missing or present twice
 //
-// Version 1 is read as well: its explaining networks have one input more, the last, that was always 0. It is left
-// out, and what is left answers as before.
+// Version 1 is read as well. Its explaining networks have one additional input, the last one, which
+// was always 0. It is removed, which does not change their output.
 #pragma once
 
 #include <cstdint>
@@ -26,46 +30,47 @@ namespace loopwarden::config {
 inline constexpr int kSpecialistVersion = 2;
 
 struct SpecialistTraining {
-  std::string source;  // what they were trained on, in words
+  std::string source;  // description of the training data
   std::uint64_t seed = 1;
   std::size_t windows = 0;  // of the simulated loop
   std::size_t signatures = 0;
 };
 
-// On data that training never saw.
+// Results on data that was not used for training.
 struct SpecialistFigures {
   std::size_t windows = 0;
-  double named_percent = 0.0;        // of faulty windows, by their own name
-  double false_alarm_percent = 0.0;  // of windows without a valve fault, called one
-  double undecided_percent = 0.0;    // of all, not_enough_movement
-  double calibration_error = 0.0;    // mean of |probability - share right|, over ten bins
+  double named_percent = 0.0;        // of faulty windows, with the correct fault
+  double false_alarm_percent = 0.0;  // of windows without a valve fault, but a fault was named
+  double undecided_percent = 0.0;    // of all windows, not_enough_movement
+  double calibration_error = 0.0;    // mean of |probability - share of correct answers|, over ten
+                                     // bins
 };
 
 struct SpecialistFolder {
-  std::string plant;  // what their names begin with
+  std::string plant;  // prefix of their names
   SpecialistTraining training;
   std::optional<SpecialistFigures> figures;
   std::optional<specialist::Team> team;                     // form `explaining`
   std::vector<specialist::SignatureSpecialist> signatures;  // form `signature`
 };
 
-// `folder` holds manifest.yaml.
+// Reads the specialists of `folder`, which contains manifest.yaml.
 Loaded<SpecialistFolder> read_specialists(const std::filesystem::path& folder);
 
-// The files of weights that a folder's manifest names; none where it has no manifest.
+// Returns the files of weights that a folder's manifest names; empty if it has no manifest.
 std::vector<std::string> weight_files(const std::filesystem::path& folder);
-// Removes those of `earlier` that the manifest does not name any more.
+// Removes the files of `earlier` that the manifest no longer names.
 void remove_weights(const std::filesystem::path& folder, const std::vector<std::string>& earlier);
 
-// Hands each file over by name and text, the manifest last. No weights that `folder` has are
-// written over: a set that is replaced stays whole until the new manifest is there. A name that is
-// taken gets the digest behind it.
+// Passes each file by name and text to the sink, the manifest last. Weights present in `folder` are
+// never overwritten: the old set stays complete until the new manifest exists. If a name is in use,
+// the digest is appended to it.
 using SpecialistFileSink = std::function<void(const std::string& name, const std::string& text)>;
 void write_specialists(const SpecialistFolder& specialists, const std::filesystem::path& folder,
                        const SpecialistFileSink& write);
 
-// Each file under a temporary name first, the manifest last: a folder with a manifest is whole,
-// also after a power failure. Returns what went wrong, empty for nothing.
+// Writes each file under a temporary name first, and the manifest last. A folder with a manifest is
+// therefore complete, also after a power failure. Returns an error text; empty on success.
 std::string write_specialists(const SpecialistFolder& specialists,
                               const std::filesystem::path& folder);
 

@@ -15,7 +15,7 @@ void append(std::string& text, double value, char end) {
   fmt::format_to(std::back_inserter(text), "{}{}", static_cast<float>(value), end);
 }
 
-// The numbers of a text, with their places.
+// Splits a text into numbers with their places.
 class Numbers {
  public:
   Numbers(std::string_view text, int line) : text_(text), line_(line) {}

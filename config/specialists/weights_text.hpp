@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file of one specialist's weights:
+// Reads and writes the file of one specialist's weights:
 //
 //   loopwarden-weights 1
 //   <numbers, separated by blanks or line ends>
 //
-// Layer by layer and neuron by neuron its weights and then its bias; behind them, for a specialist of
-// signatures, the samples of the target. Numbers have single precision.
+// The numbers are, layer by layer and neuron by neuron, its weights and then its bias. For a
+// signature specialist, the samples of the target follow. Numbers have single precision.
 #pragma once
 
 #include <optional>
@@ -27,8 +27,8 @@ struct Weights {
   std::vector<double> target;
 };
 
-// Nothing, and the reason in the report, if there are more or fewer numbers than shape and target take, or one
-// that is not finite.
+// Returns nullopt and reports the reason if the number of values does not match shape and target,
+// or if a value is not finite.
 std::optional<Weights> parse_weights(std::string_view text, const specialist::NetworkShape& shape,
                                      std::size_t target_samples, Report& report);
 

@@ -23,7 +23,7 @@ std::uint32_t hash_of_manifest(const std::string& folder, std::uint32_t start) {
   return base::crc32(base::read_file(manifest).value_or(""), start);
 }
 
-// Why a twin is none of this loop; empty where it is.
+// Returns why a twin does not fit this loop; empty if it fits.
 std::string mismatch(const LoopConfig& loop, const plant::LoopModel& twin) {
   const auto apart = [](double a, double b, double span) {
     return std::abs(a - b) > kPeriodTolerance * std::abs(span);
@@ -66,7 +66,7 @@ void append(std::vector<Diagnostic>& all, std::vector<Diagnostic> more) {
 }  // namespace
 
 watch::WindowSettings window_of(const LoopConfig& loop) {
-  constexpr double kSample = 0.1;  // s: a window of 961 is then 96 s
+  constexpr double kSample = 0.1;  // s: a window of 961 samples is then 96 s
   const auto fitting =
       static_cast<std::size_t>(std::max(1L, std::lround(kSample / loop.sample_time_s)));
   return {.overlap = loop.monitor.overlap,
@@ -121,7 +121,7 @@ void SpecialistFiles::check_specialists(const LoopFile& loop, Report& report,
     auto loaded = read_specialists(folder);
     append(of_named_files, std::move(loaded.diagnostics));
     if (loaded && loaded->team) {
-      loaded->signatures.clear();  // nobody judges by them
+      loaded->signatures.clear();  // the daemon does not use this form
       read_.folders.emplace(
           folder, Specialists::Folder{std::move(*loaded.value), hash_of_manifest(folder, 0)});
       read_.hash = hash_of_manifest(folder, read_.hash);
@@ -135,10 +135,10 @@ void SpecialistFiles::check_specialists(const LoopFile& loop, Report& report,
   const auto window = window_of(loop.config);
   const double sample_s = window.sample_time_s * static_cast<double>(window.decimation);
   if (std::abs(sample_s - known_s) > kPeriodTolerance * known_s) {
-    error(
-        fmt::format(" knows windows with a sample each {:g} s; this loop's have one each {:g} s "
-                    "(sample_time times monitor.decimation)",
-                    known_s, sample_s));
+    error(fmt::format(
+        " was trained on windows with one sample per {:g} s; this loop has one per {:g} s "
+        "(sample_time times monitor.decimation)",
+        known_s, sample_s));
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The specialists and twins that the loops' files name, loaded once each.
+// Loads the specialists and twins that the loops' files refer to, each once.
 #pragma once
 
 #include <cstdint>
@@ -24,21 +24,21 @@ struct Specialists {
     std::uint32_t hash = 0;    // CRC-32 of its manifest, which has the digests of its weights
   };
   std::map<std::string, Folder> folders;            // by name
-  std::uint32_t hash = 0;                           // CRC-32 of all manifests; 0: none
+  std::uint32_t hash = 0;                           // CRC-32 of all manifests; 0: no manifest
   std::map<std::string, plant::LoopModel> twins{};  // by file
 };
 
-// How a loop is cut into windows.
+// Returns how a loop's data is divided into windows.
 watch::WindowSettings window_of(const LoopConfig& loop);
 
-// Loads them as loops name them, and refuses what the daemon can't work with: folders that can't be
-// trusted, specialists of another sample time than the loop's windows, and twins of another sample
-// time or other ranges than the loop.
+// Loads specialists and twins as loops refer to them. It refuses invalid folders, specialists with
+// another sample time than the loop's windows, and twins with another sample time or other ranges
+// than the loop.
 class SpecialistFiles {
  public:
-  // As LoopCheck (config_reader.hpp).
+  // See LoopCheck (config_reader.hpp).
   void check(const LoopFile& file, Report& report, std::vector<Diagnostic>& of_named_files);
-  // What loaded.
+  // Returns the loaded files.
   Specialists take() { return std::move(read_); }
 
  private:

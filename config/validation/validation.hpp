@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Validates a configuration: the one judgement for `loopwarden check`, `loopwardend --check`, the
-// start, a reload, its dry run and `loopwarden setup`. All that a start refuses because of
-// what files say is an error here, also in files that loop files name: twins, specialists, records
-// to replay. What depends on the machine, such as a port that is in use or a device that is absent,
-// is none.
+// Validates a configuration. All programs use this check: `loopwarden check`, `loopwardend
+// --check`, the start, a reload, its dry run and `loopwarden setup`. Each fault in files that
+// prevents a start is an error here, also in files that loop files refer to: twins, specialists,
+// records to replay. Conditions of the machine are not checked, such as a port in use or an absent
+// device.
 #pragma once
 
 #include <filesystem>
@@ -19,11 +19,11 @@ struct Validated {
 };
 Validated validate(const std::filesystem::path& directory, const Drafts& drafts = {});
 
-// All or nothing, without the specialists.
+// Returns the whole configuration or only errors, without the specialists.
 Loaded<Configuration> validate_all(const std::filesystem::path& directory,
                                    const Drafts& drafts = {});
 
-// One loop file by itself, with the files that it names.
+// Validates one loop file and the files that it refers to.
 Loaded<LoopConfig> validate_loop_file(const std::filesystem::path& path);
 
 }  // namespace loopwarden::config

@@ -45,7 +45,7 @@ console::Rights rights_of(const config::DaemonConfig& config) {
   return {.page = config.page, .edge = config.edge};
 }
 
-// Where the sockets lie; made where it is missing.
+// Returns the folder of the sockets. Creates it if it is missing.
 std::filesystem::path socket_folder(const std::string& runtime_directory) {
   std::error_code error;
   std::filesystem::create_directories(runtime_directory, error);
@@ -150,7 +150,8 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
   }
 }
 
-// Mode and set point as before a restart, where a loop's file says so.
+// Makes the loops. A loop starts with the mode and set point from before the restart if its file
+// requests it.
 void Assembly::make_loops() {
   const LastOrdersFile file(std::filesystem::path(configuration.daemon.state_directory) /
                             "last-orders.json");
@@ -177,7 +178,7 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
   }
   std::vector<supervision::MonitoredLoop> monitored;
   for (LoopRuntime& loop : loops.all()) {
-    // One judge serves all loops of its folder: there is one monitor thread.
+    // All loops of a specialist folder share one judge, because there is one monitor thread.
     const auto judge = watching.judges.find(loop.config.monitor.specialists);
     const auto twin = specialists.twins.find(loop.config.monitor.twin);
     monitored.push_back({.cycles = &loop.channels->watched,
@@ -240,7 +241,7 @@ ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
           .ready = [&service] { service.ready(); }};
 }
 
-// References; what is behind them is asked for when it is needed.
+// Returns references. The console reads the data at each request.
 console::Parts Assembly::console_parts() {
   return {
       .loops = loops.all(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's parts, made and connected, none of them running yet.
+// The daemon's parts, created and connected, but not running yet.
 #pragma once
 
 #include <cstdint>
@@ -33,19 +33,19 @@
 
 namespace loopwarden::daemon {
 
-// What stays as it is from the start to the end.
+// Values that are fixed from the start to the end.
 struct Origin {
   std::filesystem::path configuration;            // absolute
   std::int64_t started_ns;                        // monotonic
   std::int64_t started_ms;                        // UTC
-  std::uint32_t model_hash;                       // of the specialists; 0: none
+  std::uint32_t model_hash;                       // hash of the specialists; 0: not configured
   std::function<std::uint64_t()> log_lines_lost;  // may be empty
 };
 
-// The monitor and what it works with.
+// The monitor and the parts that it uses.
 struct Watching {
   std::map<std::string, std::unique_ptr<alarm::WindowJudge>> judges;  // by folder
-  std::deque<orders::OrderDesk> desks;  // one for each loop
+  std::deque<orders::OrderDesk> desks;                                              // one per loop
   std::unique_ptr<supervision::Monitor> monitor;
 };
 
@@ -57,8 +57,8 @@ struct ModbusServer {
 };
 
 struct Assembly {
-  // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error. `specialists` and `service`
-  // outlive this.
+  // Makes everything that can fail: backends, channels and sockets. Throws std::runtime_error.
+  // `specialists` and `service` must outlive this.
   Assembly(config::Configuration from_files, const std::filesystem::path& folder,
            const config::Specialists& specialists, std::function<std::uint64_t()> log_lines_lost,
            ServiceManager& service);
@@ -81,7 +81,7 @@ struct Assembly {
   Reloader reloader;
   ControlServer control;
   StatusServer readers;
-  std::unique_ptr<ModbusServer> modbus;  // null: none is configured
+  std::unique_ptr<ModbusServer> modbus;  // null: not configured
   std::unique_ptr<OrderKeeper> keeper;
 
  private:

@@ -7,7 +7,8 @@
 
 namespace loopwarden::daemon {
 
-// What goes wrong beside the loops, such as memory that can't be had, must not end them. False if it did.
+// Runs a step that must not end the loops if it fails, for example for lack of memory. Returns
+// false if the step failed.
 template <class Step>
 bool attempt(const char* what, Step step) {
   try {

@@ -21,7 +21,7 @@ void log_link_event(base::LimitedLog& log, const hal::modbus::LinkEvent& event) 
   using Kind = hal::modbus::LinkEvent::Kind;
   const bool good = event.kind == Kind::connected || event.kind == Kind::unit_back ||
                     event.kind == Kind::watchdog_set || event.kind == Kind::closes_connections;
-  // A remark is true together with the state of the link: it is a subject of its own.
+  // A remark can be true in every state of the link, so it is logged as a separate subject.
   const bool remark = event.kind == Kind::closes_connections || event.kind == Kind::echo ||
                       event.kind == Kind::stray_bytes;
   const std::string kind = std::to_string(static_cast<int>(event.kind));

@@ -17,8 +17,8 @@ class FeedBoard;
 
 namespace loopwarden::daemon {
 
-// Makes the hardware backend that a loop's configuration asks for, and keeps what several loops
-// share (a serial line). Outlives every backend it made.
+// Makes the hardware backend of a loop's configuration, and owns what several loops share (a serial
+// line). It must outlive every backend that it made.
 class BackendFactory {
  public:
   BackendFactory();
@@ -26,12 +26,13 @@ class BackendFactory {
   BackendFactory& operator=(const BackendFactory&) = delete;
   ~BackendFactory();
 
-  // Of a loop controlled here. Throws std::runtime_error for what can't work.
+  // Makes the backend of a loop that is controlled here. Throws std::runtime_error if it can't
+  // work.
   std::unique_ptr<hal::LoopIo> make(const config::LoopConfig& loop);
-  // Of a loop that another controller runs; `board` outlives it.
+  // Makes the source of a loop that another controller runs. `board` must outlive it.
   std::unique_ptr<hal::LoopSource> make_source(const config::LoopConfig& loop,
                                                hal::feed::FeedBoard& board);
-  // Of links and analog channels.
+  // Log of links and analog channels.
   base::LimitedLog& log() noexcept { return log_; }
 
  private:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the daemon's files on a thread of its own (lw-reload): the disk may hang. Used by the main thread.
+// Reads the daemon's files on a separate thread (lw-reload), because the disk may hang. For the
+// main thread only.
 #pragma once
 
 #include <atomic>
@@ -16,7 +17,7 @@ namespace loopwarden::daemon {
 
 struct ReadFiles {
   config::Loaded<config::Configuration> files;
-  std::string error;  // why they could not be read at all
+  std::string error;  // why the files could not be read at all
 };
 
 class ConfigurationFiles {
@@ -24,24 +25,25 @@ class ConfigurationFiles {
   explicit ConfigurationFiles(std::filesystem::path folder);
   void start() { reader_.start(); }
   void stop() { reader_.stop(); }
-  // As stop(), but waits for the disk for at most `patience`; false if it hangs.
+  // Does the same as stop(), but waits for the disk for at most `patience`. Returns false if it
+  // hangs.
   bool stop_for(std::chrono::milliseconds patience) { return reader_.stop_for(patience); }
 
-  // False: the thread is about to finish what it read last; try again.
+  // Starts reading. Returns false if the thread has not finished its last read: try again.
   bool begin();
   bool reading() const noexcept { return now_ != nullptr; }
-  // What begin() asked for, once it is there; null until then. Says once in the log that the disk is slow.
+  // Returns the files when they are read; null until then. Logs once if the disk is slow.
   std::shared_ptr<const ReadFiles> fetch();
-  // What is being read is not wanted any more.
+  // Discards the read that is in progress.
   void forget() noexcept { now_ = nullptr; }
 
  private:
-  // What the errand fills in.
+  // The result of the read, written by the thread.
   struct Reading : ReadFiles {
     std::atomic<bool> there{false};
   };
   std::filesystem::path folder_;
-  std::shared_ptr<Reading> now_;  // null: no files are being read
+  std::shared_ptr<Reading> now_;  // null: no read is in progress
   bool slow_reported_ = false;
   base::DiskErrand reader_{"lw-reload"};
 };

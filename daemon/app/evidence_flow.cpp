@@ -20,10 +20,11 @@
 namespace loopwarden::daemon {
 namespace {
 
-// Of what has changed: after so much of it an incident that lasts is explained again.
+// A lasting incident is explained again when this much time since the change has been seen.
 constexpr std::array kAgain_s{0.5 * twin::kMostSeen_s, twin::kMostSeen_s};
 
-// The next of them: the last that is over, or the first to come. 0: none.
+// Returns the next of these times after `explained_s`: the last one that has passed, otherwise the
+// first one to come. 0: none remains.
 double next_of(double explained_s, double seen_s) {
   double next_s = 0.0;
   for (const double again_s : kAgain_s) {
@@ -39,7 +40,7 @@ std::map<std::string, config::SpecialistFolder> contents_of(
   return contents;
 }
 
-// How long it takes until so much of the loops' time has passed.
+// Converts a time of the loops to real time.
 std::chrono::milliseconds wall_clock(double loop_s, double accelerate) {
   return std::chrono::milliseconds(std::llround(1000.0 * loop_s / accelerate));
 }
@@ -129,7 +130,7 @@ void EvidenceFlow::report_evidence(const evidence::Evidence& evidence,
   line.alarm = alarm::to_text(evidence.alarm);
   line.new_value = folder.string();
   ends_.journal.post(std::move(line));
-  // What joins an incident is explained with it.
+  // A later alarm of an incident is explained together with the first one.
   const bool first = folder.parent_path() == store_folder_;
   if (why.empty() && first && !evidence.twin.empty()) have_explained(evidence, folder);
 }
@@ -142,7 +143,8 @@ void EvidenceFlow::have_explained(const evidence::Evidence& evidence,
                                   const std::filesystem::path& folder) {
   const std::size_t loop = find_loop(ends_.loops, evidence.loop).value();
   const supervision::History& history = *ends_.history(loop);
-  // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
+  // The minutes before the alarm may be too few for an explanation. Then it waits for minutes after
+  // the alarm.
   const double unquiet_s = history.unquiet_s();
   const double wait_s = unquiet_s > 0.0 ? std::max(0.0, twin::kEnough_s - unquiet_s) : 0.0;
   const double since_s = static_cast<double>(history.newest() - evidence.raised_at) *
@@ -163,7 +165,7 @@ void EvidenceFlow::report_explanation(const ExplainJob& job, const Explanation* 
                                       const std::string& why) {
   if (explanation != nullptr) {
     ends_.board.explained(job.loop, *explanation);
-  } else if (!job.repeat) {  // else the one before it stands
+  } else if (!job.repeat) {  // a repeat leaves the previous explanation in force
     tell_not_explained(job, why);
   }
   explain_again(job);
@@ -196,7 +198,7 @@ void EvidenceFlow::explain_again(const ExplainJob& job) {
   if (next_s == 0.0 || !lasts(job)) return;
   ExplainJob next = job;
   next.repeat = true;
-  // What was before a restart is explained: from here on it is the minutes of after it.
+  // The saved minutes from before the restart are explained. Repeats use the minutes after it.
   next.renewed = job.renewed || job.resumed_s;
   next.resumed_s.reset();
   const double there_s = next.renewed ? history.unquiet_s() : twin::kEnough_s;
@@ -253,7 +255,7 @@ void EvidenceFlow::remember() {
         resume_explanation(i, kind, *folder);
       }
     }
-    // The newest last.
+    // Sorts the newest explanation to the end.
     std::sort(known.begin(), known.end(),
               [](const auto& a, const auto& b) { return a.ended_ms < b.ended_ms; });
     for (const Explanation& explanation : known) ends_.board.restore(i, explanation);
@@ -261,14 +263,14 @@ void EvidenceFlow::remember() {
   }
 }
 
-// Of an alarm that the daemon did not come to explain before it ended. Where no minutes were saved, the samples of its
-// evidence are what there is.
+// Queues an alarm whose explanation was pending when the daemon ended. If no minutes were saved,
+// the samples of its evidence are used.
 void EvidenceFlow::resume_explanation(std::size_t loop, alarm::AlarmKind alarm,
                                       const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder / "twin.yaml")) return;
   const PendingExplanation pending =
       read_pending(folder).value_or(PendingExplanation{.enough_s = twin::kEnough_s});
-  spdlog::info("loop {}: alarm {} is explained now: the restart came before",
+  spdlog::info("loop {}: alarm {}: the explanation continues after the restart",
                ends_.board.name(loop), alarm::to_text(alarm));
   const supervision::LoopWatch watch = ends_.board.watch(loop);
   const std::int64_t raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;

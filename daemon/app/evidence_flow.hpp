@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a valve alarm to what stays of it: evidence on the disk, a line in the journal, and, of a loop with a twin, an
-// explanation on the board.
+// Processes a valve alarm: stores evidence on the disk and writes a line to the journal. For a loop
+// with a twin it also puts an explanation on the board.
 //
 //   monitor -> keep() -> EvidenceStore -> journal
 //                            -> Explainer (with a twin) -> board
@@ -33,28 +33,29 @@ class EvidenceFlow {
     supervision::WatchBoard& board;
     journal::Journal& journal;
     std::function<std::uint32_t()> config_hash;
-    // Of a loop with a twin; null: it has none.
+    // Returns the history of a loop with a twin; null: no twin.
     std::function<const supervision::History*(std::size_t loop)> history;
     std::filesystem::path explain = workbench_program();
-    // What the explainer does while nothing is to be explained.
+    // Work of the explainer's thread while no explanation is due.
     std::function<bool(const StopWork& stop)> spare{};
   };
-  // What is referred to outlives this.
+  // The referenced objects must outlive this.
   EvidenceFlow(const config::DaemonConfig& config, const config::Specialists& specialists,
                Ends ends);
   EvidenceFlow(const EvidenceFlow&) = delete;
   EvidenceFlow& operator=(const EvidenceFlow&) = delete;
 
-  // Of alarms that were on before the start: before start() only.
+  // Restores the alarms that were on before the start. Call it before start().
   void remember();
   void start();
 
-  // The monitor's thread, as an alarm is raised (Monitor::Raised).
+  // Keeps the evidence of an alarm that is raised (Monitor::Raised). Called by the monitor's
+  // thread.
   void keep(std::size_t loop, alarm::AlarmKind alarm,
             const watch::LoopMonitor& loop_monitor,
             const watch::MonitorStep& step, alarm::AlarmReason reason);
 
-  // The file of a loop's twin as text; empty: it has none.
+  // Returns the text of the file of a loop's twin; empty: no twin.
   std::string twin(std::size_t loop) const;
 
   EvidenceStore& store() noexcept { return store_; }
@@ -67,15 +68,16 @@ class EvidenceFlow {
                        const std::string& why);
   void report_removal(const std::string& why);
   void have_explained(const evidence::Evidence& evidence, const std::filesystem::path& folder);
-  // Of an incident that lasts: when kAgain_s of what has changed have been seen, whatever came of the explanation before.
+  // Queues a repeat for a lasting incident when kAgain_s of time since the change have been seen,
+  // whatever the result of the previous explanation was.
   void explain_again(const ExplainJob& job);
   bool lasts(const ExplainJob& job) const;
-  // The loop's time between two moments, s.
+  // Returns the loop's time between two moments, s.
   double since_s(std::int64_t from_ms, std::int64_t to_ms) const;
-  // The loop's cycle so long ago; below 0: before the start.
+  // Returns the loop's cycle `s` ago; negative if that is before the start.
   std::int64_t cycle_before(std::size_t loop, double s) const;
   void tell_not_explained(const ExplainJob& job, const std::string& why);
-  // Of what an earlier run of the daemon explained.
+  // Continues with a loop whose alarm an earlier run of the daemon has explained.
   void go_on(std::size_t loop, const Explanation& newest);
   void report_explanation(const ExplainJob& job, const Explanation* explanation,
                           const std::string& why);

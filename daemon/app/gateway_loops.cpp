@@ -14,7 +14,7 @@ GatewayLoops::GatewayLoops(console::Parts parts) : parts_(std::move(parts)) {
 
 gateway::LoopReading GatewayLoops::read(std::size_t loop) {
   gateway::LoopReading reading = readings_.read(loop);
-  // What was ordered reads back at once.
+  // A command reads back at once, before the cycle takes it.
   const rt::InForce now = in_force(parts_.loops[loop], desks_[loop]);
   reading.standing = desks_[loop].standing();
   reading.set_point_wanted = now.set_point;

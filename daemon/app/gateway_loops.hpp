@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's loops as the Modbus server sees them. Used by the server's thread alone.
+// The daemon's loops as seen by the Modbus server. For the server's thread only.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,7 @@ class GatewayLoops final : public gateway::LoopsView {
  private:
   console::Parts parts_;
   console::PlantReadings readings_{parts_};
-  std::deque<orders::OrderDesk> desks_;  // one for each loop
+  std::deque<orders::OrderDesk> desks_;  // one per loop
 };
 
 }  // namespace loopwarden::daemon

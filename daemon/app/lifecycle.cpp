@@ -24,7 +24,7 @@ namespace loopwarden::daemon {
 namespace {
 
 constexpr std::int64_t kSecond = base::kNanosecondsPerSecond;
-constexpr std::int64_t kSupervisePeriod = kSecond / 10;  // ns between two looks of the main thread
+constexpr std::int64_t kSupervisePeriod = kSecond / 10;  // ns between two rounds of the main thread
 
 }  // namespace
 
@@ -77,7 +77,7 @@ void App::start() {
   if (!missing.empty()) spdlog::warn("without real-time rights: {}", missing);
   wait_for_first_cycles();
   parts_.keeper->start();
-  // Only now are there values to be read.
+  // The registers have values from here on.
   if (parts_.modbus) {
     parts_.modbus->gateway.start();
     spdlog::info("Modbus server at port {}", parts_.modbus->gateway.port());
@@ -93,7 +93,7 @@ void App::start() {
                watched > 0 ? fmt::format(", {} of them controlled elsewhere", watched) : "",
                out > 0 ? fmt::format(", {} of them out of service", out) : "");
   if (loops > registers::kMostLoops) {
-    spdlog::warn("the register map has blocks for the first {} loops alone",
+    spdlog::warn("the register map has blocks for the first {} loops only",
                  registers::kMostLoops);
   }
   service_.ready();
@@ -116,7 +116,8 @@ void App::tell_out_of_service() {
   }
 }
 
-// Ready means: every loop has run at least once. Whether it found its devices shows in its fault.
+// Waits until every loop has run at least once. A loop that can't reach its devices reports a
+// fault.
 void App::wait_for_first_cycles() {
   base::Clock& clock = parts_.loops.clock();
   const std::int64_t deadline_ns = parts_.origin.started_ns + 30 * kSecond;
@@ -214,7 +215,7 @@ void App::show_state() {
 }
 
 void App::log_events() {
-  // One burst must not fill the disk: what is beyond the limit is counted.
+  // Limits the lines of a burst, so that it can't fill the disk. Further lines are counted.
   constexpr int kMostLinesPerLook = 50;
   rt::Event event;
   int lines = 0;
@@ -225,7 +226,7 @@ void App::log_events() {
       continue;
     }
     const config::LoopConfig& loop = parts_.loops.all()[event.loop].config;
-    // Why it does nothing is said at the start.
+    // Loops out of service were reported at the start.
     if (config::out_of_service(loop.io) != nullptr) continue;
     const EventText line = describe(event, loop);
     const auto level = line.severity == Severity::error     ? spdlog::level::err
@@ -254,7 +255,8 @@ void App::stop() {
   drive_to_stop(parts_.loops.all());
 }
 
-// Outputs have had their stop action. What is left is the disk, and a disk may hang for ever.
+// Ends the threads. The outputs have had their stop actions. The remaining work is on the disk,
+// which may hang for ever.
 void App::end_threads() {
   constexpr std::int64_t kEndPatience = 5 * kSecond;
   constexpr std::chrono::milliseconds kLook{50};
@@ -280,7 +282,7 @@ void App::end_threads() {
   end("box", parts_.box_looker);
   end("evidence", parts_.evidence.store());
   end("explanations", parts_.evidence.explainer());
-  end("journal", parts_.journal);  // the last: evidence has a line for it
+  end("journal", parts_.journal);  // last, because evidence writes lines to it
   ended_ = hung.empty();
   if (ended_) return;
   std::uint64_t rows = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes the daemon's parts through start, run, reload and stop. daemon/README.md has the table of threads.
+// Takes the daemon's parts through start, run, reload and stop. daemon/README.md has the table of
+// threads.
 #pragma once
 
 #include <cstdint>
@@ -15,19 +16,20 @@ namespace loopwarden::daemon {
 
 class App {
  public:
-  // Makes everything that can fail: backends, channels, sockets. Throws std::runtime_error. `specialists` outlive this.
-  // `log_lines_lost` counts what the log had no room for; may be empty.
+  // Makes everything that can fail: backends, channels and sockets. Throws std::runtime_error.
+  // `specialists` must outlive this. `log_lines_lost` counts lines that did not fit into the log's
+  // queue; it may be empty.
   App(config::Configuration configuration, const std::filesystem::path& config_path,
       const config::Specialists& specialists, std::function<std::uint64_t()> log_lines_lost = {});
   App(const App&) = delete;
   App& operator=(const App&) = delete;
   ~App();
 
-  // Runs until SIGTERM or SIGINT; returns the exit code. The signals must be blocked in the calling
-  // thread before the App is made.
+  // Runs until SIGTERM or SIGINT. Returns the exit code. The calling thread must block these
+  // signals before it makes the App.
   int run();
-  // After run(): false if a thread hangs on the disk. Then the App must not be destroyed: the process
-  // ends without.
+  // After run(): false if a thread hangs on the disk. The App must then not be destroyed; end the
+  // process directly.
   bool ended() const noexcept { return ended_; }
 
  private:

@@ -21,7 +21,7 @@ void write_all(int fd, std::string_view text) {
       pollfd room{fd, POLLOUT, 0};
       ::poll(&room, 1, -1);
     } else if (errno != EINTR) {
-      return;  // nobody to tell
+      return;  // a failed log can't be reported
     }
   }
 }
@@ -78,7 +78,8 @@ void LogQueue::run() {
     write_all(fd_, line);
     const std::uint64_t lost_now = lost();
     if (lost_now == told) continue;
-    write_all(fd_, fmt::format("{} lines of the log found no room\n", lost_now - told));
+    write_all(fd_,
+              fmt::format("{} lines of the log were lost: its queue was full\n", lost_now - told));
     told = lost_now;
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The log's way out: lines go into a bounded queue, and a thread of its own writes them to a file
-// descriptor. Where the log's reader or disk hangs, no thread that logs hangs with it.
+// Writes the log: lines enter a bounded queue, and a separate thread writes them to a file
+// descriptor. Threads that log never wait for a reader or a disk that hangs.
 #pragma once
 
 #include <spdlog/sinks/base_sink.h>
@@ -21,15 +21,17 @@ namespace loopwarden::daemon {
 
 class LogQueue final : public spdlog::sinks::base_sink<std::mutex> {
  public:
-  // Writes to `fd`, which it does not close. Keeps the first `most_lines` that can't be written yet.
+  // Writes to `fd`, which it does not close. Keeps up to `most_lines` unwritten lines; further
+  // lines are lost.
   explicit LogQueue(int fd, std::size_t most_lines = 2000);
   LogQueue(const LogQueue&) = delete;
   LogQueue& operator=(const LogQueue&) = delete;
   ~LogQueue() override;
 
-  // Writes what is waiting and ends the thread; false if that takes longer than `patience`.
+  // Writes the waiting lines and ends the thread. Returns false if that takes longer than
+  // `patience`.
   bool stop_for(std::chrono::milliseconds patience);
-  // Lines that found no room.
+  // Lines that did not fit into the queue.
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
  protected:

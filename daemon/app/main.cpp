@@ -36,14 +36,14 @@ constexpr const char* kFooter =
 std::shared_ptr<loopwarden::daemon::LogQueue> open_log(const std::string& level) {
   auto queue = std::make_shared<loopwarden::daemon::LogQueue>(STDERR_FILENO);
   spdlog::set_default_logger(std::make_shared<spdlog::logger>("loopwardend", queue));
-  // What spdlog itself runs into, such as memory that can't be had, would go past the queue.
+  // Errors inside spdlog, such as lack of memory, would otherwise bypass the queue.
   spdlog::set_error_handler([](const std::string&) {});
   spdlog::set_level(spdlog::level::from_str(level));
   spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
   return queue;
 }
 
-// Runs the loops until a signal. Whatever hangs then, a disk or who reads the log, the program ends.
+// Runs the loops until a signal. The program ends also if a disk or the log's reader hangs then.
 int run_loops(loopwarden::config::Configuration configuration, const std::string& directory,
               const loopwarden::config::Specialists& specialists) {
   const auto log = open_log(configuration.daemon.log_level);
@@ -52,7 +52,7 @@ int run_loops(loopwarden::config::Configuration configuration, const std::string
   const int exit_code = app->run();
   const bool ended = app->ended();
   if (ended) app.reset();
-  // Threads that hang still work on what the destructors would take away.
+  // Hanging threads still use objects that the destructors would free.
   if (!log->stop_for(std::chrono::seconds(2)) || !ended) ::_exit(exit_code);
   return exit_code;
 }
@@ -71,7 +71,7 @@ int say_sound(const std::string& directory,
 
 int run(const std::string& directory, bool check, bool safe) {
   namespace config = loopwarden::config;
-  // Taken by the main thread alone, at a place of its choosing.
+  // Only the main thread takes these signals, at a place of its choice.
   loopwarden::base::block_signals({SIGTERM, SIGINT, SIGHUP});
   auto [reading, specialists] = config::validate(directory);
   fmt::print(stderr, "{}", config::to_text(reading.diagnostics));

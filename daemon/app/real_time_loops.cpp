@@ -36,13 +36,13 @@ rt::ValvePositionSource source_of(const config::ValvePosition& position) {
 
 }  // namespace
 
-// The monitor is after it has judged a window and routine evidence of every
-// loop, all of which may be full at the same moment: 8 ms a loop, 20 ms on a slow machine.
+// Sizes the queues for the monitor's longest delay: windows and routine evidence of all loops may
+// be full at the same moment. Judging takes 8 ms per loop, and 20 ms on a slow host.
 rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops,
                                double accelerate) {
   constexpr double kHistorianLate_s = 5.0;
   constexpr double kMonitorLate_s = 10.0;
-  constexpr double kJudging_s = 0.02;  // a loop
+  constexpr double kJudging_s = 0.02;  // per loop
   const auto cycles = [&](double late_s) {
     return static_cast<std::size_t>(late_s / loop.sample_time_s * accelerate) + 8;
   };
@@ -63,7 +63,7 @@ void RealTimeLoops::make(const config::Configuration& configuration, const Start
   for (const config::LoopConfig& loop : configuration.loops) {
     if (!config::is_watched(loop.io)) tick_ns = std::gcd(tick_ns, period_ns(loop, accelerate));
   }
-  // Where nothing is controlled here the thread has nothing to run.
+  // Without loops to control, the thread keeps a default period.
   if (tick_ns == 0) tick_ns = base::kNanosecondsPerSecond;
   runner_ = std::make_unique<rt::CyclicRunner>(clock_, tick_ns);
 
@@ -97,7 +97,7 @@ void RealTimeLoops::start(const config::RealTime& rights) {
   if (refused.empty()) return;
   const std::lock_guard lock(status_mutex_);
   rights_missing_ += (rights_missing_.empty() ? "" : "; ") + refused +
-                     ": a busy machine may delay the loops; raise LimitRTPRIO";
+                     ": other load on the host may delay the loops; raise LimitRTPRIO";
 }
 
 bool RealTimeLoops::all_stopped() const noexcept {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops on the real-time thread: their backends, channels and cycles, and the runner that paces them.
+// The loops on the real-time thread: their backends, channels and cycles, and the runner that paces
+// them.
 #pragma once
 
 #include <atomic>
@@ -27,15 +28,14 @@ class RealTimeLoops {
   RealTimeLoops& operator=(const RealTimeLoops&) = delete;
   ~RealTimeLoops() { end(); }
 
-  // Before anything large is allocated.
+  // Locks the process's memory. Call it before anything large is allocated.
   void lock_memory();
-  // The loops that are controlled here, with room for the others behind them. Throws std::runtime_error for a backend
-  // that can't work.
-  // `start`: how a loop begins.
+  // Makes the loops that are controlled here, with room for the watched loops after them. `start`
+  // returns how a loop starts. Throws std::runtime_error if a backend can't work.
   using Starts = std::function<rt::StartSettings(const config::LoopConfig&)>;
   void make(const config::Configuration& configuration, const Starts& start);
   void start(const config::RealTime& rights);
-  // Outputs go to their stop actions, within their rate limits.
+  // Moves the outputs to their stop actions, within their rate limits.
   void stop() noexcept { stop_ = true; }
   bool all_stopped() const noexcept;
   // Ends the thread.
@@ -48,13 +48,13 @@ class RealTimeLoops {
   base::Clock& clock() noexcept { return clock_; }
   std::uint64_t ticks() const noexcept { return runner_->ticks(); }
 
-  // Main thread: what the cycles tell; the runner's status, from then on what status() returns.
+  // Main thread: returns the next event of the cycles.
   bool next_event(rt::Event& event) noexcept { return events_.try_pop(event); }
   rt::RunnerStatus publish_status();
 
-  // Any thread.
+  // Returns the runner's status. From any thread.
   rt::RunnerStatus status() const;
-  // What real-time rights were refused, in words; empty: none.
+  // Returns the refused real-time rights in words; empty: all were granted.
   std::string rights_missing() const;
   std::uint64_t events_dropped() const noexcept { return events_.dropped(); }
 
@@ -67,14 +67,14 @@ class RealTimeLoops {
   std::atomic<bool> stop_{false};
   std::atomic<bool> quit_{false};
   base::Thread thread_;
-  mutable std::mutex status_mutex_;  // for what the sockets' threads read
+  mutable std::mutex status_mutex_;  // guards data that the sockets' threads read
   rt::RunnerStatus status_;
   std::string rights_missing_;
 };
 
-// ns on the wall clock.
+// Returns a loop's period in ns of real time.
 std::int64_t period_ns(const config::LoopConfig& loop, double accelerate);
-// How late the other ends of a loop's channels may be; `loops`: how many there are.
+// Returns how far readers of a loop's channels may lag. `loops`: number of loops.
 rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops,
                                double accelerate);
 

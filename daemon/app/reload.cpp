@@ -16,7 +16,7 @@ using config::Configuration;
 using config::DaemonConfig;
 using config::LoopConfig;
 
-constexpr const char* kWithIt = "waits with what changes the meaning of the loop's numbers";
+constexpr const char* kWithIt = "waits together with a change of the meaning of the loop's numbers";
 
 LoopPlan plan_of(const LoopConfig& running, const LoopConfig& wanted, const Output& output) {
   LoopPlan plan{.loop = wanted.name,
@@ -47,7 +47,7 @@ constexpr const char* kNew = "the loop is new; it needs a restart";
 constexpr const char* kMended =
     "the loop is out of service since the start; its files are good now, it needs a restart";
 constexpr const char* kGone =
-    "the loop is gone from the files; it runs on as it is until a restart";
+    "the loop is no longer in the files; it runs on unchanged until a restart";
 
 LoopPlan plan_of(const LoopConfig& loop, Decision decision, const std::string& why) {
   return {.loop = loop.name,
@@ -153,9 +153,8 @@ void hold(LoopPlan& loop, const std::string& why) {
 std::string why_held(const LoopConfig& wanted, const Output& output) {
   const control::OutputLimits& limits = wanted.controller.output;
   if (!output.known) {
-    return fmt::format(
-        "until it is known where the output stands: the new limits [{}, {}] {} may exclude it",
-        limits.low, limits.high, wanted.co_unit);
+    return fmt::format("until the output is known: the new limits [{}, {}] {} may exclude it",
+                       limits.low, limits.high, wanted.co_unit);
   }
   return fmt::format("until CO, at {:.5g} {}, is inside the new limits [{}, {}] {}", output.value,
                      wanted.co_unit, limits.low, limits.high, wanted.co_unit);

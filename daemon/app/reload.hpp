@@ -1,24 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reload does, said before it is done: `plan` compares the files of now with what runs.
+// Plans a reload before it is carried out: `plan` compares the present files with the configuration
+// in force.
 //
-// There is one baseline: what is in force, that is the files of the start with what reloads, and a
-// Modbus master's gains, have changed since. What needs a restart never comes into force before it, so
-// that for those keys the baseline is the start, and going back to the old files leaves nothing waiting.
+// The baseline is the configuration in force: the files of the start, changed by reloads and by
+// gains from a Modbus master. Keys that need a restart stay at their values of the start. If the
+// old files are restored, no change waits.
 //
-// All or nothing for each loop. A key has one of three effects (the tables in reload_keys.cpp say which):
+// Each loop is reloaded completely or not at all. A key has one of three effects (tables in
+// reload_keys.cpp):
 //   applied   tuning, limits, checks, safe actions: at once, between two cycles, without a bump
-//   restart   counts at the next start and changes no number's meaning (description, start, recording,
-//             monitor): waits by itself while the rest of its loop is applied
-//   meaning   changes what other numbers of the loop mean, or which device they go to (units, ranges,
-//             sample_time, io with its links and its model, valve_position): nothing of the loop is
-//             applied before a restart
-// Output limits that exclude CO wait, and with them all that would be applied of that loop, until CO
-// is inside. The loop's cycle is the one that knows (rt::can_take_over); here it is foretold.
+//   restart   applies at the next start and changes the meaning of no number (description, start,
+//             recording, monitor): waits, while the other changes of its loop are applied
+//   meaning   changes the meaning of other numbers of the loop, or the device that they go to
+//             (units, ranges, sample_time, io with its links and its model, valve_position): blocks
+//             all changes of the loop until a restart
+// Output limits that exclude CO wait until CO is inside, together with the loop's other changes.
+// The loop's cycle decides that (rt::can_take_over); the plan only predicts it.
 //
 // A loop whose files had errors at the start stays out of service until a restart.
 //
-// Of loopwardend.yaml log_level, stop_timeout, page and edge are applied, everything else waits for a
-// restart. A loop that came waits, one that is gone runs on as it is.
+// In loopwardend.yaml, log_level, stop_timeout, page and edge are applied. All other keys wait for
+// a restart. A new loop waits for a restart. A removed loop runs on unchanged.
 #pragma once
 
 #include <cstdint>
@@ -32,12 +34,12 @@
 
 namespace loopwarden::daemon::reload {
 
-// One key with another value than the one in force.
+// A key whose value differs from the one in force.
 struct Change {
-  std::string key;   // such as controller.kp, in the parallel form; "loop": one that came or went
-  std::string from;  // both empty where a value has no short text
+  std::string key;   // such as controller.kp, in the parallel form; "loop": a new or removed loop
+  std::string from;  // both empty if a value has no short text
   std::string to;
-  std::string why;  // it waits; empty where it does not
+  std::string why;  // why it waits; empty: it does not wait
 
   friend bool operator==(const Change&, const Change&) = default;
 };
@@ -45,7 +47,7 @@ struct Change {
 enum class Decision : std::uint8_t {
   apply,
   wait_for_output,  // until CO is inside the new limits
-  keep,             // nothing of the loop is applied before a restart
+  keep,             // changes of the loop wait for a restart
   came,
   gone
 };
@@ -61,40 +63,41 @@ struct LoopPlan {
   std::string loop;
   Decision decision = Decision::apply;
   FilePlan keys;
-  std::uint32_t file_hash = 0;  // CRC-32 of the file's text as it was read for this plan; 0: gone
+  // CRC-32 of the text of the file that this plan was made from; 0: the file is gone
+  std::uint32_t file_hash = 0;
   std::vector<Change> waiting_for_output;
 };
 
 struct Plan {
   FilePlan daemon;
-  std::vector<LoopPlan> loops;  // in the order of the files; those that are gone at the end
+  std::vector<LoopPlan> loops;  // in the order of the files; removed loops at the end
 
   bool all_in_force() const noexcept;
 };
 
-// Where the output of a running loop stands.
+// The output of a running loop.
 struct Output {
   bool known = false;
   double value = 0.0;  // CO units
 };
 
-// `outputs`: one for each loop that runs, in their order.
+// Makes the plan. `outputs`: one per running loop, in their order.
 Plan plan(const config::Configuration& running, const config::Configuration& wanted,
           std::span<const Output> outputs);
 
-// Right after the start: loops that are out of service wait for a restart.
+// Returns the plan right after the start: loops out of service wait for a restart.
 Plan at_start(const config::Configuration& started);
 
-// What a reload applies of loopwardend.yaml, put into what is in force.
+// Copies the keys of loopwardend.yaml that a reload applies into the configuration in force.
 void apply(const config::DaemonConfig& wanted, config::DaemonConfig& running);
 
-// What the loop's cycle says: its settings are in force; they wait.
+// Update the plan with the cycle's report: the loop's settings are in force, or they wait.
 void confirm(LoopPlan& loop);
 void hold(LoopPlan& loop, const std::string& why);
-// Why limits wait.
+// Returns why limits wait.
 std::string why_held(const config::LoopConfig& wanted, const Output& output);
 
-// A line for each file and group of keys; none where nothing has another value.
+// Returns one line per file and group of keys; empty if no value differs.
 std::vector<std::string> to_lines(const Plan& plan);
 protocol::ReloadPlan told(const Plan& plan);
 std::vector<protocol::Diagnostic> told(std::span<const config::Diagnostic> diagnostics);

@@ -22,7 +22,7 @@ using config::DaemonConfig;
 using config::LoopConfig;
 
 constexpr const char* kRestart = "needs a restart";
-constexpr const char* kNextStart = "counts at the next start";
+constexpr const char* kNextStart = "applies at the next start";
 
 struct Range {
   double low = 0.0;
@@ -49,14 +49,14 @@ const char* name_of(alarm::NormalMode mode) {
   return alarm::to_text(mode);
 }
 
-// Its mode has a row of its own.
+// normal_mode has a separate row.
 config::LoopAlarmConfig alarms_without_mode(const LoopConfig& loop) {
   config::LoopAlarmConfig alarms = loop.alarms;
   alarms.process.normal_mode = {};
   return alarms;
 }
 
-// A value as a person reads it; empty where that takes more than a few words.
+// Returns the value for a reader; empty if that takes more than a few words.
 template <class T>
 std::string shown(const T& value) {
   if constexpr (std::is_same_v<T, double>) {
@@ -124,57 +124,114 @@ constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("area", kWaits, [](const LoopConfig& l) { return l.area; }),
     loop_row("sample_time", kKept, [](const LoopConfig& l) { return l.sample_time_s; }),
     loop_row("process_variable.unit", kKept, [](const LoopConfig& l) { return l.pv_unit; }),
-    loop_row("process_variable.range", kKept, [](const LoopConfig& l) { return Range{l.pv.low, l.pv.high}; }),
-    loop_row("process_variable.max_age", kApplied, [](const LoopConfig& l) { return l.pv.max_age_s; }),
-    loop_row("process_variable.range_margin", kApplied, [](const LoopConfig& l) { return l.pv.range_margin; }),
-    loop_row("process_variable.frozen_after", kApplied, [](const LoopConfig& l) { return FrozenAfter{l.pv.frozen_after_s, l.pv.frozen_acts}; }),
-    loop_row("process_variable.max_held", kApplied, [](const LoopConfig& l) { return l.pv.max_held_s; }),
-    loop_row("controller.action", kApplied, [](const LoopConfig& l) { return l.controller.pid.action; }),
-    loop_row("controller.kp", kApplied, [](const LoopConfig& l) { return l.controller.pid.gains.kp; }),
-    loop_row("controller.ki", kApplied, [](const LoopConfig& l) { return l.controller.pid.gains.ki; }),
-    loop_row("controller.kd", kApplied, [](const LoopConfig& l) { return l.controller.pid.gains.kd; }),
-    loop_row("controller.derivative_filter", kApplied, [](const LoopConfig& l) { return l.controller.pid.gains.derivative_filter_s; }),
-    loop_row("controller.anti_windup", kApplied, [](const LoopConfig& l) { return l.controller.pid.anti_windup; }),
-    loop_row("controller.tracking_time", kApplied, [](const LoopConfig& l) { return l.controller.pid.tracking_time_s; }),
+    loop_row("process_variable.range", kKept,
+             [](const LoopConfig& l) { return Range{l.pv.low, l.pv.high}; }),
+    loop_row("process_variable.max_age", kApplied,
+             [](const LoopConfig& l) { return l.pv.max_age_s; }),
+    loop_row("process_variable.range_margin", kApplied,
+             [](const LoopConfig& l) { return l.pv.range_margin; }),
+    loop_row("process_variable.frozen_after", kApplied,
+             [](const LoopConfig& l) {
+               return FrozenAfter{l.pv.frozen_after_s, l.pv.frozen_acts};
+             }),
+    loop_row("process_variable.max_held", kApplied,
+             [](const LoopConfig& l) { return l.pv.max_held_s; }),
+    loop_row("controller.action", kApplied,
+             [](const LoopConfig& l) { return l.controller.pid.action; }),
+    loop_row("controller.kp", kApplied,
+             [](const LoopConfig& l) { return l.controller.pid.gains.kp; }),
+    loop_row("controller.ki", kApplied,
+             [](const LoopConfig& l) { return l.controller.pid.gains.ki; }),
+    loop_row("controller.kd", kApplied,
+             [](const LoopConfig& l) { return l.controller.pid.gains.kd; }),
+    loop_row("controller.derivative_filter", kApplied,
+             [](const LoopConfig& l) { return l.controller.pid.gains.derivative_filter_s; }),
+    loop_row("controller.anti_windup", kApplied,
+             [](const LoopConfig& l) { return l.controller.pid.anti_windup; }),
+    loop_row("controller.tracking_time", kApplied,
+             [](const LoopConfig& l) { return l.controller.pid.tracking_time_s; }),
     loop_row("controller.output.unit", kKept, [](const LoopConfig& l) { return l.co_unit; }),
-    loop_row("controller.output.range", kKept, [](const LoopConfig& l) { return Range{l.controller.pid.output_low, l.controller.pid.output_high}; }),
-    loop_row("controller.output.limits", kApplied, [](const LoopConfig& l) { return Range{l.controller.output.low, l.controller.output.high}; }),
-    loop_row("controller.output.rate_limit", kApplied, [](const LoopConfig& l) { return l.controller.output.rate_per_s; }),
-    loop_row("controller.output.deadband", kApplied, [](const LoopConfig& l) { return l.controller.output.deadband; }),
-    loop_row("controller.set_point.limits", kApplied, [](const LoopConfig& l) { return Range{l.controller.set_point.low, l.controller.set_point.high}; }),
-    loop_row("controller.set_point.ramp.up", kApplied, [](const LoopConfig& l) { return l.controller.set_point.rate_up_per_s; }),
-    loop_row("controller.set_point.ramp.down", kApplied, [](const LoopConfig& l) { return l.controller.set_point.rate_down_per_s; }),
-    loop_row("controller.set_point_tracks_in_manual", kApplied, [](const LoopConfig& l) { return l.controller.set_point_tracks_in_manual; }),
-    loop_row("controller.compensator", kApplied, [](const LoopConfig& l) { return l.controller.compensator; }),
-    loop_row("controller.jacket.form", kApplied, [](const LoopConfig& l) { return l.controller.jacket.form; }),
-    loop_row("controller.jacket.shadow", kApplied, [](const LoopConfig& l) { return l.controller.jacket.shadow; }),
-    loop_row("controller.jacket.ks", kApplied, [](const LoopConfig& l) { return l.controller.jacket.gain_per_s; }),
-    loop_row("controller.jacket.dead_zone", kApplied, [](const LoopConfig& l) { return l.controller.jacket.dead_zone; }),
-    loop_row("controller.jacket.max_mean_error", kApplied, [](const LoopConfig& l) { return l.controller.jacket.max_mean_error; }),
-    loop_row("controller.jacket.mean_error_time", kApplied, [](const LoopConfig& l) { return l.controller.jacket.mean_error_time_s; }),
-    loop_row("controller.jacket.valve_position", kKept, [](const LoopConfig& l) { return l.valve_position; }),
-    loop_row("start", kWaits, [](const LoopConfig& l) { return std::tuple(l.start.mode, l.start.set_point, l.start.output, l.start.after_restart); }, kNextStart),
+    loop_row("controller.output.range", kKept,
+             [](const LoopConfig& l) {
+               return Range{l.controller.pid.output_low, l.controller.pid.output_high};
+             }),
+    loop_row("controller.output.limits", kApplied,
+             [](const LoopConfig& l) {
+               return Range{l.controller.output.low, l.controller.output.high};
+             }),
+    loop_row("controller.output.rate_limit", kApplied,
+             [](const LoopConfig& l) { return l.controller.output.rate_per_s; }),
+    loop_row("controller.output.deadband", kApplied,
+             [](const LoopConfig& l) { return l.controller.output.deadband; }),
+    loop_row("controller.set_point.limits", kApplied,
+             [](const LoopConfig& l) {
+               return Range{l.controller.set_point.low, l.controller.set_point.high};
+             }),
+    loop_row("controller.set_point.ramp.up", kApplied,
+             [](const LoopConfig& l) { return l.controller.set_point.rate_up_per_s; }),
+    loop_row("controller.set_point.ramp.down", kApplied,
+             [](const LoopConfig& l) { return l.controller.set_point.rate_down_per_s; }),
+    loop_row("controller.set_point_tracks_in_manual", kApplied,
+             [](const LoopConfig& l) { return l.controller.set_point_tracks_in_manual; }),
+    loop_row("controller.compensator", kApplied,
+             [](const LoopConfig& l) { return l.controller.compensator; }),
+    loop_row("controller.jacket.form", kApplied,
+             [](const LoopConfig& l) { return l.controller.jacket.form; }),
+    loop_row("controller.jacket.shadow", kApplied,
+             [](const LoopConfig& l) { return l.controller.jacket.shadow; }),
+    loop_row("controller.jacket.ks", kApplied,
+             [](const LoopConfig& l) { return l.controller.jacket.gain_per_s; }),
+    loop_row("controller.jacket.dead_zone", kApplied,
+             [](const LoopConfig& l) { return l.controller.jacket.dead_zone; }),
+    loop_row("controller.jacket.max_mean_error", kApplied,
+             [](const LoopConfig& l) { return l.controller.jacket.max_mean_error; }),
+    loop_row("controller.jacket.mean_error_time", kApplied,
+             [](const LoopConfig& l) { return l.controller.jacket.mean_error_time_s; }),
+    loop_row("controller.jacket.valve_position", kKept,
+             [](const LoopConfig& l) { return l.valve_position; }),
+    loop_row("start", kWaits,
+             [](const LoopConfig& l) {
+               return std::tuple(l.start.mode, l.start.set_point, l.start.output,
+                                 l.start.after_restart);
+             }, kNextStart),
     loop_row("safe_actions.stop", kApplied, [](const LoopConfig& l) { return l.safety.on_stop; }),
-    loop_row("safe_actions.bad_pv", kApplied, [](const LoopConfig& l) { return l.safety.on_bad_pv; }),
-    loop_row("safe_actions.bad_pv.hold_for", kApplied, [](const LoopConfig& l) { return l.safety.bad_pv_hold_s; }),
-    loop_row("safe_actions.output_lost", kApplied, [](const LoopConfig& l) { return l.safety.on_output_lost; }),
-    loop_row("safe_actions.enable_open", kApplied, [](const LoopConfig& l) { return l.safety.on_enable_open; }),
-    loop_row("safe_actions.late_cycle", kApplied, [](const LoopConfig& l) { return l.safety.on_late_cycle; }),
-    loop_row("safe_actions.not_finite", kApplied, [](const LoopConfig& l) { return l.safety.on_not_finite; }),
-    loop_row("safe_actions.uncertain_pv", kApplied, [](const LoopConfig& l) { return std::string(l.safety.uncertain_is_good ? "good" : "bad"); }),
-    loop_row("safe_actions.late_cycle_periods", kApplied, [](const LoopConfig& l) { return l.safety.late_cycle_periods; }),
-    loop_row("safe_actions.recovery", kApplied, [](const LoopConfig& l) { return l.safety.recovery; }),
-    loop_row("safe_actions.recovery_delay", kApplied, [](const LoopConfig& l) { return l.safety.recovery_delay_s; }),
+    loop_row("safe_actions.bad_pv", kApplied,
+             [](const LoopConfig& l) { return l.safety.on_bad_pv; }),
+    loop_row("safe_actions.bad_pv.hold_for", kApplied,
+             [](const LoopConfig& l) { return l.safety.bad_pv_hold_s; }),
+    loop_row("safe_actions.output_lost", kApplied,
+             [](const LoopConfig& l) { return l.safety.on_output_lost; }),
+    loop_row("safe_actions.enable_open", kApplied,
+             [](const LoopConfig& l) { return l.safety.on_enable_open; }),
+    loop_row("safe_actions.late_cycle", kApplied,
+             [](const LoopConfig& l) { return l.safety.on_late_cycle; }),
+    loop_row("safe_actions.not_finite", kApplied,
+             [](const LoopConfig& l) { return l.safety.on_not_finite; }),
+    loop_row("safe_actions.uncertain_pv", kApplied,
+             [](const LoopConfig& l) {
+               return std::string(l.safety.uncertain_is_good ? "good" : "bad");
+             }),
+    loop_row("safe_actions.late_cycle_periods", kApplied,
+             [](const LoopConfig& l) { return l.safety.late_cycle_periods; }),
+    loop_row("safe_actions.recovery", kApplied,
+             [](const LoopConfig& l) { return l.safety.recovery; }),
+    loop_row("safe_actions.recovery_delay", kApplied,
+             [](const LoopConfig& l) { return l.safety.recovery_delay_s; }),
     loop_row("recording.enabled", kWaits, [](const LoopConfig& l) { return l.recording.enabled; }),
-    loop_row("recording.limit_mb", kWaits, [](const LoopConfig& l) { return l.recording.limit_bytes / 1'000'000; }),
-    loop_row("alarms.normal_mode", kWaits, [](const LoopConfig& l) { return l.alarms.process.normal_mode; }),
+    loop_row("recording.limit_mb", kWaits,
+             [](const LoopConfig& l) { return l.recording.limit_bytes / 1'000'000; }),
+    loop_row("alarms.normal_mode", kWaits,
+             [](const LoopConfig& l) { return l.alarms.process.normal_mode; }),
     loop_row("alarms", kWaits, [](const LoopConfig& l) { return alarms_without_mode(l); }),
     loop_row("monitor.overlap", kWaits, [](const LoopConfig& l) { return l.monitor.overlap; }),
-    loop_row("monitor.decimation", kWaits, [](const LoopConfig& l) { return l.monitor.decimation; }),
+    loop_row("monitor.decimation", kWaits,
+             [](const LoopConfig& l) { return l.monitor.decimation; }),
     loop_row("monitor.routine", kWaits, [](const LoopConfig& l) { return l.monitor.routine; }),
-    loop_row("monitor.specialists", kWaits, [](const LoopConfig& l) { return l.monitor.specialists; }),
+    loop_row("monitor.specialists", kWaits,
+             [](const LoopConfig& l) { return l.monitor.specialists; }),
     loop_row("monitor.twin", kWaits, [](const LoopConfig& l) { return l.monitor.twin; }),
-    loop_row("monitor.corrective_action", kWaits, [](const LoopConfig& l) { return l.monitor.corrective; }),
+    loop_row("monitor.corrective_action", kWaits,
+             [](const LoopConfig& l) { return l.monitor.corrective; }),
 });
 
 constexpr auto kDaemonRows = std::to_array<Row<DaemonConfig>>({
@@ -182,31 +239,53 @@ constexpr auto kDaemonRows = std::to_array<Row<DaemonConfig>>({
     daemon_row("stop_timeout", kApplied, [](const DaemonConfig& d) { return d.stop_timeout_s; }),
     daemon_row("page", kApplied, [](const DaemonConfig& d) { return d.page; }),
     daemon_row("edge", kApplied, [](const DaemonConfig& d) { return d.edge; }),
-    daemon_row("real_time.priority", kWaits, [](const DaemonConfig& d) { return d.real_time.priority; }),
+    daemon_row("real_time.priority", kWaits,
+               [](const DaemonConfig& d) { return d.real_time.priority; }),
     daemon_row("real_time.cpu", kWaits, [](const DaemonConfig& d) { return d.real_time.cpu; }),
-    daemon_row("real_time.lock_memory", kWaits, [](const DaemonConfig& d) { return d.real_time.lock_memory; }),
+    daemon_row("real_time.lock_memory", kWaits,
+               [](const DaemonConfig& d) { return d.real_time.lock_memory; }),
     daemon_row("accelerate", kWaits, [](const DaemonConfig& d) { return d.accelerate; }),
-    daemon_row("runtime_directory", kWaits, [](const DaemonConfig& d) { return d.runtime_directory; }),
+    daemon_row("runtime_directory", kWaits,
+               [](const DaemonConfig& d) { return d.runtime_directory; }),
     daemon_row("state_directory", kWaits, [](const DaemonConfig& d) { return d.state_directory; }),
     daemon_row("certificates", kWaits, [](const DaemonConfig& d) { return d.certificates; }),
-    daemon_row("alarms.latching", kWaits, [](const DaemonConfig& d) { return d.alarms.settings.latching; }),
-    daemon_row("alarms.shelve_limit", kWaits, [](const DaemonConfig& d) { return d.alarms.settings.shelve_limit_ms / 60'000; }),
-    daemon_row("alarms.severe", kWaits, [](const DaemonConfig& d) { return d.alarms.severe_percent; }),
-    daemon_row("alarms.evidence", kWaits, [](const DaemonConfig& d) { return d.alarms.most_evidence; }),
+    daemon_row("alarms.latching", kWaits,
+               [](const DaemonConfig& d) { return d.alarms.settings.latching; }),
+    daemon_row("alarms.shelve_limit", kWaits,
+               [](const DaemonConfig& d) { return d.alarms.settings.shelve_limit_ms / 60'000; }),
+    daemon_row("alarms.severe", kWaits,
+               [](const DaemonConfig& d) { return d.alarms.severe_percent; }),
+    daemon_row("alarms.evidence", kWaits,
+               [](const DaemonConfig& d) { return d.alarms.most_evidence; }),
 });
 
 constexpr auto kServerRows = std::to_array<Row<config::ModbusServer>>({
-    row<config::ModbusServer>("modbus_server.address", kWaits, [](const config::ModbusServer& s) { return s.address; }),
-    row<config::ModbusServer>("modbus_server.port", kWaits, [](const config::ModbusServer& s) { return s.port; }),
-    row<config::ModbusServer>("modbus_server.unit", kWaits, [](const config::ModbusServer& s) { return s.unit; }),
-    row<config::ModbusServer>("modbus_server.word_order", kWaits, [](const config::ModbusServer& s) { return static_cast<int>(s.word_order); }),
-    row<config::ModbusServer>("modbus_server.max_clients", kWaits, [](const config::ModbusServer& s) { return s.most_clients; }),
-    row<config::ModbusServer>("modbus_server.idle_timeout", kWaits, [](const config::ModbusServer& s) { return s.idle_timeout_s; }),
-    row<config::ModbusServer>("modbus_server.request_rate", kWaits, [](const config::ModbusServer& s) { return s.requests_per_second; }),
-    row<config::ModbusServer>("modbus_server.writes", kWaits, [](const config::ModbusServer& s) { return s.writes; }),
-    row<config::ModbusServer>("modbus_server.clients", kWaits, [](const config::ModbusServer& s) { return s.clients; }),
-    row<config::ModbusServer>("modbus_server.master_heartbeat", kWaits, [](const config::ModbusServer& s) { return std::pair(s.master_timeout_s, s.on_master_loss); }),
-    row<config::ModbusServer>("modbus_server.serial", kWaits, [](const config::ModbusServer& s) { return s.serial; }),
+    row<config::ModbusServer>("modbus_server.address", kWaits,
+                              [](const config::ModbusServer& s) { return s.address; }),
+    row<config::ModbusServer>("modbus_server.port", kWaits,
+                              [](const config::ModbusServer& s) { return s.port; }),
+    row<config::ModbusServer>("modbus_server.unit", kWaits,
+                              [](const config::ModbusServer& s) { return s.unit; }),
+    row<config::ModbusServer>("modbus_server.word_order", kWaits,
+                              [](const config::ModbusServer& s) {
+                                return static_cast<int>(s.word_order);
+                              }),
+    row<config::ModbusServer>("modbus_server.max_clients", kWaits,
+                              [](const config::ModbusServer& s) { return s.most_clients; }),
+    row<config::ModbusServer>("modbus_server.idle_timeout", kWaits,
+                              [](const config::ModbusServer& s) { return s.idle_timeout_s; }),
+    row<config::ModbusServer>("modbus_server.request_rate", kWaits,
+                              [](const config::ModbusServer& s) { return s.requests_per_second; }),
+    row<config::ModbusServer>("modbus_server.writes", kWaits,
+                              [](const config::ModbusServer& s) { return s.writes; }),
+    row<config::ModbusServer>("modbus_server.clients", kWaits,
+                              [](const config::ModbusServer& s) { return s.clients; }),
+    row<config::ModbusServer>("modbus_server.master_heartbeat", kWaits,
+                              [](const config::ModbusServer& s) {
+                                return std::pair(s.master_timeout_s, s.on_master_loss);
+                              }),
+    row<config::ModbusServer>("modbus_server.serial", kWaits,
+                              [](const config::ModbusServer& s) { return s.serial; }),
 });
 // clang-format on
 
@@ -228,7 +307,7 @@ Range co_range(const LoopConfig& loop) {
   return {loop.controller.pid.output_low, loop.controller.pid.output_high};
 }
 
-// A value of `io` that follows from another key in both states is no change of `io`.
+// Ignores a value of `io` that is derived from another key in both configurations.
 template <class T>
 void disregard(T& a, T& b, const T& a_follows, const T& b_follows) {
   if (a == a_follows && b == b_follows) a = b;
@@ -245,7 +324,7 @@ std::int64_t period_ns(const LoopConfig& loop) { return std::llround(loop.sample
 
 using Changes = std::vector<Change>;
 
-// Where the key of the change stands is where the operator has changed it: in links, or in io.
+// Reports the key where the operator changed it: in links or in io.
 void compare_link(hal::modbus::LinkSettings& a, const hal::modbus::LinkSettings& b,
                   Changes& changes) {
   if (a == b || a.name != b.name) return;
@@ -254,7 +333,8 @@ void compare_link(hal::modbus::LinkSettings& a, const hal::modbus::LinkSettings&
   a = b;
 }
 
-// The bus keeps max_age as at the start; the loop's own check takes the new one.
+// Ignores max_age of the bus, which keeps its value of the start. The loop's own check uses the new
+// one.
 void disregard_max_age(hal::modbus::PointSettings& a, const hal::modbus::PointSettings& b) {
   a.max_age_ns = b.max_age_ns;
 }
@@ -327,7 +407,8 @@ const char* backend_name(const config::Io& io) {
   return std::holds_alternative<hal::iio::AnalogSettings>(io) ? "analog" : "replay";
 }
 
-// Who controls: nothing of the loop means the same after that has changed.
+// Returns whether the controlling system has changed. Such a change alters the meaning of all
+// values of the loop.
 bool control_differs(const LoopConfig& a, const LoopConfig& b) {
   return config::is_watched(a.io) != config::is_watched(b.io);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every key of the files that a reload compares, and what another value of it brings about.
+// All keys that a reload compares, with the effect of a change.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace loopwarden::daemon::reload {
 
-// As reload.hpp has them.
+// The effects that reload.hpp describes.
 enum class Effect : std::uint8_t { applied, restart, meaning };
 
 struct KeyChange {
@@ -18,10 +18,11 @@ struct KeyChange {
   Effect effect = Effect::applied;
 };
 
-// Why a key waits that changes the meaning of others.
-inline constexpr const char* kMeaning = "changes what the loop's numbers mean; needs a restart";
+// Why a key with the effect `meaning` waits.
+inline constexpr const char* kMeaning =
+    "changes the meaning of the loop's numbers; needs a restart";
 
-// Keys with another value, in the order of the files.
+// Return the keys with different values, in the order of the files.
 std::vector<KeyChange> compare(const config::LoopConfig& running, const config::LoopConfig& wanted);
 std::vector<KeyChange> compare(const config::DaemonConfig& running,
                                const config::DaemonConfig& wanted);

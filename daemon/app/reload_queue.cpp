@@ -33,7 +33,7 @@ std::uint64_t ReloadQueue::post(const std::string& peer, bool dry_run, bool take
     return job->state != ReloadJob::State::done;
   });
   if (open >= static_cast<std::ptrdiff_t>(kMostWaiting)) {
-    throw std::runtime_error(fmt::format("{} reloads wait already; try again later", open));
+    throw std::runtime_error(fmt::format("{} reloads are waiting; try again later", open));
   }
   ReloadJob job;
   job.peer = peer;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reloads that were asked for, and what has become of them. Any thread.
+// Requested reloads and their results. Thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -20,10 +20,10 @@ struct ReloadJob {
   std::string peer;
   bool by_signal = false;
   bool dry_run = false;
-  bool take_file = false;  // also where a person's gains are not in the file
-  std::string kept{};      // why it was not carried out when it was requested; empty: it is
+  bool take_file = false;  // also if gains set by a user are not in the file
+  std::string kept{};      // why it was postponed when it was requested; empty: not postponed
   State state = State::waiting;
-  protocol::ReloadOutcome result;  // once it is done
+  protocol::ReloadOutcome result;  // when it is done
   std::uint64_t journal_ticket = 0;
 };
 
@@ -31,21 +31,22 @@ class ReloadQueue {
  public:
   explicit ReloadQueue(journal::Journal& journal) : journal_(journal) {}
 
-  // The number to ask for with state(); throws std::runtime_error where too many wait.
+  // Queues a reload. Returns its number for state(). Throws std::runtime_error if too many are
+  // waiting.
   std::uint64_t post(const std::string& peer, bool dry_run, bool take_file);
-  // SIGHUP. One that has not begun yet reads the files of after this one, too.
+  // Handles SIGHUP. A reload that has not started yet covers it, because it reads the files later.
   void by_signal();
-  // One that was refused for the moment, once more.
+  // A postponed reload, queued again.
   struct Kept {
     std::string peer;
     bool take_file = false;
     std::string why;
   };
   void again(const Kept& kept);
-  // Nothing: there is no such reload any more.
+  // Returns nullopt if the reload is no longer stored.
   std::optional<protocol::ReloadState> state(std::uint64_t number) const;
 
-  // Who carries them out. The oldest that waits; null: there is none.
+  // For the executing thread: returns the oldest waiting reload; null: none.
   std::shared_ptr<ReloadJob> next() const;
   void set(ReloadJob& job, ReloadJob::State state);
   void finish(ReloadJob& job, protocol::ReloadOutcome result, std::uint64_t journal_ticket);
@@ -54,7 +55,7 @@ class ReloadQueue {
   std::uint64_t add(ReloadJob job);
 
   journal::Journal& journal_;
-  mutable std::mutex mutex_;  // for what follows, and what is in a job
+  mutable std::mutex mutex_;  // guards the members below and the contents of jobs
   std::deque<std::shared_ptr<ReloadJob>> jobs_;
   std::uint64_t newest_ = 0;
 };

@@ -12,8 +12,8 @@
 namespace loopwarden::daemon {
 namespace {
 
-// What is in force while something waits is no set of files: its hash is equal to that of none, and
-// the same only where the same of the same files is in force.
+// Returns the hash of a mixture: some changes are in force, others wait. The hash equals that of no
+// set of files. It is the same again only if the same changes of the same files are in force.
 std::uint32_t hash_of_mixture(std::uint32_t start, std::uint32_t files, const reload::Plan& plan) {
   std::string text = fmt::format("{:08x} {:08x}\n", start, files);
   const auto add = [&](const reload::FilePlan& keys, const std::vector<reload::Change>& more) {

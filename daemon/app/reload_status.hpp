@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which files are in force, and what waits, for who asks: the main thread writes, any thread reads.
+// Reports which files are in force and which changes wait. The main thread writes, any thread
+// reads.
 #pragma once
 
 #include <atomic>
@@ -16,20 +17,22 @@ class ReloadStatus {
  public:
   explicit ReloadStatus(std::uint32_t start_hash);
 
-  // Files were read and are carried out as far as they go; files were refused. Both show with the next publish().
+  // Record that files were read and are being applied, or were refused. The next publish() shows
+  // it.
   void taken(std::uint32_t files_hash);
   void refused(const std::string& why) { refused_ = why; }
-  // `plan`: of the last files that were taken, as far as it has come.
+  // `plan`: plan of the last accepted files, with its progress.
   void publish(const reload::Plan& plan);
 
   protocol::ConfigurationStatus get() const;
-  // Of what is in force; of no set of files while something waits.
+  // Returns the hash of the configuration in force. It matches no set of files while a change
+  // waits.
   std::uint32_t config_hash() const noexcept { return config_hash_.load(); }
 
  private:
   std::uint32_t start_hash_;
   std::uint32_t files_hash_;
-  std::string refused_;  // why the newest files were refused; empty: they were not
+  std::string refused_;  // why the newest files were refused; empty: they were accepted
   std::atomic<std::uint32_t> config_hash_;
   mutable std::mutex mutex_;
   protocol::ConfigurationStatus status_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plan in words, and as the sockets answer it.
+// Formats a plan as text and as an answer of the sockets.
 #include <fmt/format.h>
 
 #include <utility>
@@ -38,9 +38,9 @@ std::string kept_line(const LoopPlan& loop) {
     (change.why == kMeaning ? meaning : with_it).push_back(change);
   }
   std::string line = fmt::format(
-      "{}: nothing is applied before a restart, since this changes what its numbers mean: {}",
+      "{}: all changes wait for a restart, because these change the meaning of its numbers: {}",
       loop.loop, text_of(meaning));
-  if (!with_it.empty()) line += "; with it waits: " + text_of(with_it);
+  if (!with_it.empty()) line += "; also waiting: " + text_of(with_it);
   return line;
 }
 

@@ -21,7 +21,7 @@ using reload::LoopPlan;
 using Clock = std::chrono::steady_clock;
 using State = ReloadJob::State;
 
-constexpr std::chrono::seconds kTakingPatience{2};  // a slow loop takes its settings later
+constexpr std::chrono::seconds kTakingPatience{2};  // slower loops apply their settings later
 
 std::uint32_t hash_of(const std::string& text) { return base::crc32(text); }
 
@@ -37,7 +37,7 @@ bool is_gain(const reload::Change& change) {
          change.key == "controller.kd";
 }
 
-// A line for each loop whose gains, which a person has set and no file has, the plan would change.
+// Returns one line per loop whose user-set gains are in no file and would be replaced by the plan.
 std::vector<std::string> gains_lost(const reload::Plan& plan,
                                     const std::vector<LoopRuntime>& loops) {
   std::vector<std::string> lines;
@@ -65,7 +65,8 @@ constexpr const char* kTakeFile =
     "gains in force are not in the files; write them there, or take the files' with `loopwarden "
     "reload --take-file`";
 
-// Empty: none is being commissioned. What a test moves a loop with must not change under it.
+// Returns the name of a loop that is being commissioned, as text; empty: none. Its settings must
+// not change during a test.
 std::string being_commissioned(const std::vector<LoopRuntime>& loops) {
   for (const LoopRuntime& loop : loops) {
     if (const auto holder = loop.commissioning->holder()) {
@@ -115,8 +116,9 @@ void Reloader::step() {
       finish_taking();
     }
   } catch (const std::exception& e) {
-    // Such as memory that can't be had. What the loops have been offered is taken down next time; of
-    // what has not come so far nothing is done, and nobody is to wait for it.
+    // An example is lack of memory. During `taking`, the next step reports what the loops have
+    // accepted. Before that, the reload has had no effect and is refused, so that its sender does
+    // not wait.
     if (current_.job->state == State::taking) throw;
     files_.forget();
     status_.refused(e.what());
@@ -128,7 +130,7 @@ void Reloader::step() {
   }
 }
 
-// Reloads that were requested since read the files of now, too.
+// Resumes the kept reload. A newer waiting reload replaces it, because it reads the present files.
 void Reloader::resume_kept() {
   if (!kept_ || !being_commissioned(loops_).empty()) return;
   const ReloadQueue::Kept kept = *std::exchange(kept_, std::nullopt);
@@ -169,7 +171,8 @@ void Reloader::take(const ReadFiles& read) {
                                      : ": the files are taken when that has ended";
   }
   if (current_.job->dry_run) {
-    // With the plan in any case: who commissions a loop looks whether its file is in force.
+    // A dry run always returns the plan, because the commissioning user checks whether the loop's
+    // file is in force.
     std::vector<std::string> lines = reload::to_lines(plan);
     lines.insert(lines.end(), lost.begin(), lost.end());
     if (!not_now.empty()) lines.push_back(not_now);
@@ -199,7 +202,7 @@ void Reloader::take(const ReadFiles& read) {
   current_.hash_before = config_hash();
   current_.replaces_gains = !lost.empty();
   current_.taking_since = Clock::now();
-  // Steps that may fail come first.
+  // Steps that may fail are first.
   config::Configuration kept = wanted;
   offers_.make(plan, wanted);
   wanted_ = std::move(kept);
@@ -212,7 +215,7 @@ void Reloader::take(const ReadFiles& read) {
 }
 
 void Reloader::follow_offers() {
-  // Than their reload was told to be done.
+  // Whether these settings took effect after their reload was reported as done.
   const bool later = !current_.job || current_.job->state != State::taking;
   const SettingsOffers::Followed followed = offers_.follow(
       plan_, [this](std::size_t loop) { return output(loop); },
@@ -224,7 +227,7 @@ void Reloader::follow_offers() {
         line.utc_ms = base::utc_ms();
         line.loop = loop;
         line.what = "reload";
-        line.result = "done: what had waited is in force";
+        line.result = "done: the waiting settings are in force";
         journal_.post(std::move(line));
       });
   if (followed.taken_after) {
@@ -251,7 +254,7 @@ void Reloader::finish_taking() {
   const std::uint64_t ticket = write_down(
       what_was_done(plan_) +
       (current_.job->kept.empty() ? "" : "; it had waited: " + current_.job->kept) +
-      (current_.replaces_gains ? "; the files' gains take the place of those that were not there"
+      (current_.replaces_gains ? "; the files' gains replace gains that were not in the files"
                                : ""));
   finish({.outcome = in_force ? "in_force" : "waits",
           .lines = std::move(lines),
@@ -259,7 +262,7 @@ void Reloader::finish_taking() {
          ticket);
 }
 
-// Gains that the file has by now need no offer.
+// Gains that are now in the file need no offer.
 void Reloader::note_gains_of_file(const config::Configuration& wanted) {
   for (const config::LoopConfig& loop : wanted.loops) {
     const std::optional<std::size_t> index = find_loop(loops_, loop.name);

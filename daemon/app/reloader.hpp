@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carries reloads out, one after the other: SIGHUP and `loopwarden reload` alike. The files are read by
-// lw-reload, which may hang on the disk; the main thread plans (reload.hpp), offers the settings to the
-// loops' cycles and takes down what each of them says.
+// Carries out reloads one after the other, from SIGHUP and from `loopwarden reload`. The thread
+// lw-reload reads the files, because it may hang on the disk. The main thread plans (reload.hpp),
+// offers the settings to the loops' cycles and records their answers.
 //
-// While a loop is being commissioned no files are taken. The newest such reload is kept, and
-// carried out when the commissioning has ended: its files are read then.
+// While a loop is being commissioned, files are refused. The newest refused reload is kept. It is
+// carried out after the commissioning, with the files of that time.
 #pragma once
 
 #include <chrono>
@@ -31,16 +31,17 @@
 namespace loopwarden::daemon {
 
 struct ReloaderEnds {
-  // What is applied of loopwardend.yaml; main thread.
+  // Takes the applied keys of loopwardend.yaml. Main thread.
   std::function<void(const config::DaemonConfig&)> take_over;
-  // For the service manager; main thread.
+  // Notify the service manager. Main thread.
   std::function<void()> reloading;
   std::function<void()> ready;
 };
 
 class Reloader {
  public:
-  // `started`: as at the start. The others outlive this; the loops may come later, before step().
+  // `started`: configuration of the start. The other arguments must outlive this. The loops may be
+  // made later, before step().
   Reloader(const config::Configuration& started, std::filesystem::path folder,
            std::vector<LoopRuntime>& loops, const Historian& historian, journal::Journal& journal,
            ReloaderEnds ends);
@@ -49,30 +50,31 @@ class Reloader {
 
   void start() { files_.start(); }
   void stop() { files_.stop(); }
-  // As stop(), but waits for the disk for at most `patience`; false if it hangs.
+  // Does the same as stop(), but waits for the disk for at most `patience`. Returns false if it
+  // hangs.
   bool stop_for(std::chrono::milliseconds patience) { return files_.stop_for(patience); }
 
-  // Main thread: SIGHUP; a look at what goes on, again and again.
+  // Main thread: by_signal() handles SIGHUP; step() runs periodically.
   void by_signal() { queue_.by_signal(); }
   void step();
 
-  // Any thread. As in ReloadQueue.
+  // From any thread, see ReloadQueue.
   std::uint64_t post(const std::string& peer, bool dry_run, bool take_file) {
     return queue_.post(peer, dry_run, take_file);
   }
   std::optional<protocol::ReloadState> state(std::uint64_t number) const {
     return queue_.state(number);
   }
-  // As in ReloadStatus.
+  // See ReloadStatus.
   protocol::ConfigurationStatus status() const { return status_.get(); }
   std::uint32_t config_hash() const noexcept { return status_.config_hash(); }
 
  private:
-  // The one that is being carried out.
+  // The reload in progress.
   struct Current {
-    std::shared_ptr<ReloadJob> job;  // null: none is
+    std::shared_ptr<ReloadJob> job;  // null: no reload in progress
     std::uint32_t hash_before = 0;
-    bool replaces_gains = false;  // those of a person
+    bool replaces_gains = false;  // those set by a user
     std::optional<std::vector<protocol::Diagnostic>> diagnostics;
     std::chrono::steady_clock::time_point taking_since{};
   };
@@ -93,7 +95,7 @@ class Reloader {
   config::Configuration in_force() const;
   reload::Output output(std::size_t loop) const;
 
-  config::Configuration running_;  // what is in force, but for what the loops' settings say
+  config::Configuration running_;  // the configuration in force, except for the loops' settings
   std::vector<LoopRuntime>& loops_;
   const Historian& historian_;
   journal::Journal& journal_;
@@ -102,10 +104,10 @@ class Reloader {
   SettingsOffers offers_;
   ReloadQueue queue_;
   ReloadStatus status_;
-  reload::Plan plan_;             // of the last good reload, as far as it has come
-  config::Configuration wanted_;  // of the last good reload
+  reload::Plan plan_;             // plan of the last accepted reload, with its progress
+  config::Configuration wanted_;  // from the last accepted reload
   Current current_;
-  std::optional<ReloadQueue::Kept> kept_;  // until no loop is being commissioned
+  std::optional<ReloadQueue::Kept> kept_;  // kept until no loop is being commissioned
 };
 
 }  // namespace loopwarden::daemon

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// One place may have several names: relative ones, and links of the file system.
+// Returns the canonical path, because one folder may have several names (relative paths, links).
 fs::path place_of(const fs::path& path) {
   std::error_code error;
   const fs::path found = fs::weakly_canonical(path, error);

@@ -8,8 +8,9 @@
 
 namespace loopwarden::daemon {
 
-// Whether twin or specialists of a loop lie in the folder: of one that runs, or of one in the files, whose next start needs
-// them. Where the files can't be read, they may.
+// Returns whether the folder contains the twin or specialists of a running loop, or of a loop in
+// the files. Loops in the files need them at the next start. If the files can't be read, it returns
+// true.
 bool needed_by_loops(const std::filesystem::path& folder, const std::vector<LoopRuntime>& loops,
                      const std::filesystem::path& configuration);
 

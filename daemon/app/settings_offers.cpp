@@ -17,7 +17,7 @@ bool SettingsOffers::offered(const LoopPlan& plan) noexcept {
          !(plan.keys.applied.empty() && plan.waiting_for_output.empty());
 }
 
-// All that may fail comes first: the plan is carried out as a whole.
+// Steps that may fail are first, so that the plan is carried out as a whole.
 void SettingsOffers::make(const reload::Plan& plan, const config::Configuration& wanted) {
   std::vector<Offer> offers;
   for (std::size_t k = 0; k < plan.loops.size(); ++k) {
@@ -66,7 +66,7 @@ bool SettingsOffers::withdrawn_taken() {
   bool taken = false;
   std::erase_if(withdrawn_, [&](const Withdrawn& old) {
     const rt::LoopChannels& channels = *loops_[old.loop].channels;
-    // In this order: what has seen the newer one takes no older one any more.
+    // The order matters: a cycle that has seen the newer offer never takes an older one.
     const bool seen = channels.settings_seen.load(std::memory_order_acquire) >= old.after;
     if (channels.settings_taken.load(std::memory_order_acquire) != old.number) return seen;
     loops_[old.loop].settings->gains_of_file(old.gains);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the sockets and the Modbus server show of the daemon as a whole. Any thread.
+// Status of the whole daemon for the sockets and the Modbus server. From any thread.
 #pragma once
 
 #include "daemon/gateway/map_values.hpp"
@@ -9,13 +9,13 @@ namespace loopwarden::daemon {
 
 struct Assembly;
 
-// `daemon` of the request "status".
+// Returns `daemon` of the answer to "status".
 protocol::DaemonStatus status_of(const Assembly& parts);
-// Of the request "describe", without the loops.
+// Returns the answer to "describe", without the loops.
 protocol::Description description_of(const Assembly& parts);
-// On which Modbus lines and addresses it works.
+// Returns the Modbus lines and addresses in use.
 protocol::Links links_of(const Assembly& parts);
-// For the registers.
+// Returns the values for the registers.
 gateway::BoxReading box_reading_of(const Assembly& parts);
 
 }  // namespace loopwarden::daemon

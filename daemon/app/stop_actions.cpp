@@ -19,7 +19,7 @@
 namespace loopwarden::daemon {
 namespace {
 
-// Runs `step(i)` for all of `count` at once: a device that is dead must not let the others wait.
+// Runs `step(i)` for all `count` at once, so that a dead device does not delay the others.
 template <class Step>
 void for_all_at_once(std::size_t count, Step step) {
   std::vector<std::thread> threads;
@@ -28,7 +28,7 @@ void for_all_at_once(std::size_t count, Step step) {
     try {
       threads.emplace_back(step, i);
     } catch (const std::system_error&) {
-      step(i);  // no more threads: then one after the other
+      step(i);  // without another thread, runs it here
     }
   }
   for (std::thread& thread : threads) thread.join();
@@ -47,7 +47,7 @@ void drive_to_stop(LoopRuntime& loop) {
   }
 }
 
-// One loop of `loopwardend --safe`.
+// One output of `loopwardend --safe`.
 struct Drive {
   const config::LoopConfig* loop = nullptr;
   std::string why;
@@ -86,7 +86,7 @@ int drive_to_stop_actions(const std::vector<config::StopOutput>& outputs) {
   int exit_code = kExitOk;
   for (const auto& [loop, why_not] : outputs) {
     if (!why_not.empty()) {
-      fmt::print(stderr, "{}: output NOT driven, since its files do not tell where to: {}\n",
+      fmt::print(stderr, "{}: output NOT driven, because its files give no valid stop action: {}\n",
                  loop.name, why_not);
       exit_code = kExitIo;
     } else if (loop.safety.on_stop.kind == control::OutputAction::Kind::hold) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Outputs to their stop actions, straight to the devices.
+// Moves outputs directly to their stop actions.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,11 @@
 
 namespace loopwarden::daemon {
 
-// Of loops that no thread runs any more, all at once; logs what became of each.
+// Moves the outputs of loops that no thread runs any more, all at once. Logs each result.
 void drive_to_stop(std::vector<LoopRuntime>& loops);
 
-// Without starting the loops: `loopwardend --safe`. An output that is not known or not reached
-// holds up no other one. Prints what became of each; returns the exit code.
+// Moves outputs without starting the loops: `loopwardend --safe`. An output that is unknown or
+// unreachable does not delay the others. Prints each result. Returns the exit code.
 int drive_to_stop_actions(const std::vector<config::StopOutput>& outputs);
 
 }  // namespace loopwarden::daemon

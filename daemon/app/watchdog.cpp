@@ -16,11 +16,12 @@
 namespace loopwarden::daemon {
 namespace {
 
-// What the service manager tells by the environment, as sd_watchdog_enabled(3) and sd_listen_fds(3) describe it.
-// libsystemd would bring six libraries into the daemon's locked memory, 3.4 MB, that nothing here calls.
+// The service manager's settings from the environment, as in sd_watchdog_enabled(3) and
+// sd_listen_fds(3). libsystemd is not used: it would add six unused libraries, 3.4 MB, to the
+// daemon's locked memory.
 constexpr int kFirstListener = 3;
 
-// 0: it is not there, or no number.
+// Returns the number in a variable; 0 if the variable is missing or not a number.
 std::int64_t number_in(const char* variable) {
   const char* const text = std::getenv(variable);
   if (text == nullptr) return 0;
@@ -70,7 +71,7 @@ ServiceManager::ServiceManager() {
   if (length < 2 || length >= sizeof address_.sun_path) return;
   address_.sun_family = AF_UNIX;
   std::copy_n(path, length, address_.sun_path);
-  if (path[0] == '@') address_.sun_path[0] = '\0';  // a name that is no file
+  if (path[0] == '@') address_.sun_path[0] = '\0';  // an abstract name, not a file
   address_size_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + length);
   socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 }
@@ -87,7 +88,7 @@ bool ServiceManager::notify(std::string_view message) const {
 void ServiceManager::ready() { notify("READY=1"); }
 
 void ServiceManager::reloading() {
-  // MONOTONIC_USEC is what newer service managers ask for; older ones ignore it.
+  // Newer service managers require MONOTONIC_USEC; older ones ignore it.
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   const long long microseconds = now.tv_sec * 1'000'000LL + now.tv_nsec / 1000;
@@ -104,7 +105,7 @@ void ServiceManager::status(const std::string& line) {
 
 void ServiceManager::keep_alive(bool healthy, std::int64_t now_ns) {
   if (interval_ns_ == 0 || !healthy || now_ns - last_ns_ < interval_ns_) return;
-  // One that finds no room is sent again at the next look.
+  // If the socket is full, it is sent again in the next round.
   if (notify("WATCHDOG=1")) last_ns_ = now_ns;
 }
 

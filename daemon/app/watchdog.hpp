@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Feeds the service manager's watchdog, but only while every thread moves.
+// Feeds the service manager's watchdog while every thread makes progress.
 #pragma once
 
 #include <sys/socket.h>
@@ -17,13 +17,13 @@ namespace loopwarden::daemon {
 struct WatchedThread {
   std::string name;
   std::function<std::uint64_t()> ticks;
-  std::int64_t patience_ns;  // longest time without progress that is still healthy
+  std::int64_t patience_ns;  // longest healthy time without progress
 };
 
 class ThreadWatch {
  public:
   void add(WatchedThread thread, std::int64_t now_ns);
-  // Names of the threads that have not moved for longer than their patience.
+  // Returns the threads without progress for longer than their patience.
   std::vector<std::string> stuck(std::int64_t now_ns);
 
  private:
@@ -35,9 +35,9 @@ class ThreadWatch {
   std::vector<State> threads_;
 };
 
-// The notify protocol of systemd (sd_notify(3)); everything is a no-op when not run by it. The socket
-// is opened once: sd_notify() opens one for each message, and a daemon that has run out of
-// descriptors would be killed by its watchdog.
+// The notify protocol of systemd (sd_notify(3)). Without systemd all calls have no effect. The
+// socket is opened once. sd_notify() would open one per message, and without free descriptors the
+// watchdog would kill the daemon.
 class ServiceManager {
  public:
   ServiceManager();
@@ -52,17 +52,17 @@ class ServiceManager {
   void keep_alive(bool healthy, std::int64_t now_ns);
 
  private:
-  bool notify(std::string_view message) const;  // false if it could not be sent
+  bool notify(std::string_view message) const;  // returns false if it could not be sent
 
-  int socket_ = -1;  // -1: nobody to tell
+  int socket_ = -1;  // -1: no service manager
   sockaddr_un address_{};
   socklen_t address_size_ = 0;
-  std::int64_t interval_ns_ = 0;  // 0: no watchdog asked for
+  std::int64_t interval_ns_ = 0;  // 0: no watchdog requested
   std::int64_t last_ns_ = 0;
   std::string last_status_;
 };
 
-// The listening TCP socket that the service manager handed over (loopwardend.socket), -1: none.
+// Returns the listening TCP socket that the service manager passed (loopwardend.socket); -1: none.
 int modbus_listener() noexcept;
 
 }  // namespace loopwarden::daemon

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops that other controllers run: their sources, the thread that samples them and the socket of the feeders.
+// The loops that other controllers run: their sources, the thread that samples them, and the socket
+// of the feeders.
 #pragma once
 
 #include <cstdint>
@@ -25,20 +26,20 @@ class WatchedLoops {
   WatchedLoops(const WatchedLoops&) = delete;
   WatchedLoops& operator=(const WatchedLoops&) = delete;
 
-  // Adds them behind those controlled here, for which `loops` has room: its elements stay where they are. Throws
-  // std::runtime_error. `backends` outlives the loops.
+  // Appends the watched loops after the controlled ones. `loops` must have the capacity, because
+  // its elements may not move. `backends` must outlive the loops. Throws std::runtime_error.
   void make(const config::Configuration& configuration, BackendFactory& backends,
             std::vector<LoopRuntime>& loops);
   void start();
   void stop() noexcept;
 
-  // Main thread.
+  // For the main thread.
   bool next_event(rt::Event& event) noexcept { return events_.try_pop(event); }
 
-  // Null: there is none.
+  // Null if no loop is watched.
   const external::Sampler* sampler() const noexcept { return sampler_.empty() ? nullptr : &sampler_; }
   const external::FeedServer* feed() const noexcept { return feed_.get(); }
-  // Any thread.
+  // From any thread.
   std::vector<protocol::FeederStatus> feeders(std::int64_t now_ns) const;
 
  private:

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// 20261121T233348123Z-FIC-101-stiction: the order of names is that of time.
+// 20261121T233348123Z-FIC-101-stiction: names sort by time.
 constexpr std::size_t kStamp = 19;
 
 std::string stamp_of(std::int64_t utc_ms) {
@@ -33,13 +33,13 @@ std::string folder_name(const evidence::Evidence& e) {
 
 std::string name_of(const fs::path& folder) { return folder.filename().string(); }
 
-// No alarm has a '-' in its name.
+// Returns the loop in a name. Names of alarms contain no '-'.
 std::string loop_in(const std::string& name) {
   return name.substr(kStamp + 1, name.rfind('-') - kStamp - 1);
 }
 
-// Sorts by the stamps of the names, the oldest first. A stamp in the future is from before the
-// clock was set back, and older than all others.
+// Sorts by the stamps in the names, oldest first. A stamp in the future is from before the clock
+// was set back. It counts as the oldest.
 void put_in_order(std::vector<fs::path>& folders) {
   const std::string now = stamp_of(base::utc_ms());
   const auto key = [&](const fs::path& folder) {
@@ -50,7 +50,7 @@ void put_in_order(std::vector<fs::path>& folders) {
             [&](const fs::path& a, const fs::path& b) { return key(a) < key(b); });
 }
 
-// Those that have their name, the oldest first; empty while the folder can't be read.
+// Returns the evidence folders by name, oldest first; empty if the folder can't be read.
 std::vector<fs::path> folders_in(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code error;
@@ -63,7 +63,7 @@ std::vector<fs::path> folders_in(const fs::path& folder) {
   return found;
 }
 
-// The newest `most` stay. Why not all others are gone; empty: they are.
+// Removes all but the newest `most` folders. Returns why some remain; empty: all were removed.
 std::string remove_beyond(std::size_t most, const fs::path& folder) {
   const std::vector<fs::path> folders = folders_in(folder);
   std::string why;
@@ -112,7 +112,7 @@ void EvidenceStore::post(evidence::Evidence evidence) {
   {
     const std::lock_guard lock(mutex_);
     queue_.push_back(std::move(evidence));
-    // The first one may be under the writer's pen.
+    // The writer may be working on the first one.
     if (queue_.size() > settings_.most_waiting) {
       queue_.erase(std::next(queue_.begin()));
       ++status_.lost;
@@ -147,8 +147,8 @@ std::optional<fs::path> EvidenceStore::newest(const std::string& loop,
   return newest == of_loop.rend() ? std::nullopt : std::optional(*newest);
 }
 
-// The first alarm of an incident was raised when it opened, the others later, unless the clock was
-// set back.
+// The first alarm of an incident was raised when the incident opened, later ones after it, unless
+// the clock was set back.
 fs::path EvidenceStore::place_of(const evidence::Evidence& e) const {
   const std::string name = folder_name(e);
   if (e.incident_ms == 0) return settings_.folder / name;
@@ -184,7 +184,7 @@ void EvidenceStore::run() {
 }
 
 void EvidenceStore::write_first() {
-  // Only this thread takes the first one away.
+  // Only this thread removes the first one.
   const evidence::Evidence* first = nullptr;
   {
     const std::lock_guard lock(mutex_);
@@ -197,7 +197,7 @@ void EvidenceStore::write_first() {
     const base::DiskWait::Section waiting(wait_);
     const auto specialists = specialists_.find(first->specialists_folder);
     if (first->by_specialists() && specialists == specialists_.end())
-      throw evidence::EvidenceError("its specialists are not there");
+      throw evidence::EvidenceError("its specialists are missing");
     fs::create_directories(settings_.folder);
     folder = place_of(*first);
     if (!fs::exists(folder)) {

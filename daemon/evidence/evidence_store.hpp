@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes evidence below one folder, with a thread of its own for the disk, and keeps the newest of it. An incident has one
-// folder, that of the alarm that opened it; what joins lies within, the newest kMostJoined of it.
+// Writes evidence below one folder on a separate thread, and keeps the newest. An incident has one
+// folder, named after the alarm that opened it. Evidence of its later alarms is inside that folder,
+// the newest kMostJoined of them.
 //
-// Whoever posts never waits. While the disk refuses, evidence waits in memory, a little of it, and is
-// tried again; the oldest goes when there is no room, counted. Writing it again is no duty of anyone: an
-// alarm does not depend on its evidence.
+// post() never waits. If the disk fails, a little evidence waits in memory and is tried again.
+// Without room the oldest is dropped and counted. A loss is acceptable, because an alarm does not
+// depend on its evidence.
 #pragma once
 
 #include <atomic>
@@ -27,27 +28,28 @@
 namespace loopwarden::daemon {
 
 struct EvidenceSettings {
-  std::filesystem::path folder;           // made where it is missing
-  std::size_t most_kept = 200;            // folders, about 200 kB each; 0: nothing is written
+  std::filesystem::path folder;           // created if missing
+  std::size_t most_kept = 200;            // folders, about 200 kB each; 0: no evidence is written
   std::size_t most_waiting = 16;          // in memory
-  std::chrono::milliseconds retry{5000};  // between attempts at a disk that refuses
+  std::chrono::milliseconds retry{5000};  // between attempts at a failing disk
 };
 
 struct EvidenceStatus {
   std::uint64_t written = 0;  // since the start
   std::uint64_t waiting = 0;
-  std::uint64_t lost = 0;     // found no room in memory either
+  std::uint64_t lost = 0;     // did not fit into memory either
   std::string error;          // why evidence is waiting; empty: it is not
-  std::string removal_error;  // why more than most_kept are there; empty: they are not
+  std::string removal_error;  // why more than most_kept folders remain; empty: they don't
 };
 
 class EvidenceStore {
  public:
-  // `specialists` by the folder's name that evidence has. `report` is called by the store's thread once
-  // evidence has its folder, and once when the disk begins to refuse: then `why` says so.
+  // `specialists`: keyed by the folder name in the evidence. The store's thread calls `report` when
+  // evidence has its folder, and once when the disk starts to fail, with the reason in `why`.
   using Report = std::function<void(const evidence::Evidence& evidence,
                                     const std::filesystem::path& folder, const std::string& why)>;
-  // By the store's thread, once when old evidence can't be removed. New evidence is written all the same.
+  // Called by the store's thread, once, when old evidence can't be removed. New evidence is still
+  // written.
   using ReportRemoval = std::function<void(const std::string& why)>;
   EvidenceStore(EvidenceSettings settings,
                 std::map<std::string, config::SpecialistFolder> specialists, Report report,
@@ -57,16 +59,17 @@ class EvidenceStore {
   ~EvidenceStore() { stop(); }
 
   void start();
-  // Writes what is waiting, if the disk takes it, and ends the thread.
+  // Writes waiting evidence if the disk accepts it, and ends the thread.
   void stop();
-  // As stop(), for at most `patience`; false if the disk hangs.
+  // Does the same as stop(), for at most `patience`. Returns false if the disk hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // Any thread but the real-time one.
+  // From any thread except the real-time one.
   void post(evidence::Evidence evidence);
   EvidenceStatus status() const;
   static constexpr std::size_t kMostJoined = 8;
-  // The newest folder of this alarm on the disk, that of an incident's first alarm or within it; waits for it.
+  // Returns the newest folder of this alarm on the disk. That is the folder of an incident that the
+  // alarm opened, or a folder inside an incident. Waits for the disk.
   std::optional<std::filesystem::path> newest(const std::string& loop,
                                               alarm::AlarmKind alarm) const;
 
@@ -83,7 +86,7 @@ class EvidenceStore {
   ReportRemoval report_removal_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::list<evidence::Evidence> queue_;  // its items stay where they are
+  std::list<evidence::Evidence> queue_;  // a list, so that items do not move
   EvidenceStatus status_;
   bool quit_ = false;
   base::DiskWait wait_;

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLook{100};
 
-// Time counts from the alarm.
+// Writes the minutes. Their time counts from the alarm.
 void write_minutes(const supervision::History::Minutes& minutes, std::uint64_t raised_at,
                    const fs::path& path) {
   record::RecordCsvWriter csv(path, {.stem = false});
@@ -42,19 +42,19 @@ double after_alarm_s(const supervision::History::Minutes& minutes, std::uint64_t
   return minutes.period_s * (static_cast<double>(minutes.end) - static_cast<double>(raised_at));
 }
 
-// Of minutes that a restart ended too soon, and that tell nothing.
+// Returns whether a restart left too few minutes, so that the explanation is inconclusive.
 bool cut_short(const ExplainJob& job, const Explanation& explanation) {
   return job.resumed_s && *job.resumed_s < job.enough_s && explanation.verdict == kNotExplained;
 }
 
 void tell_no_room(const ExplainJob& job) {
-  spdlog::warn("explanation: no room to explain {} again", job.folder.string());
+  spdlog::warn("explanation: the queue is full; {} is not explained again", job.folder.string());
 }
 
 void tell_cut_short(const ExplainJob& job, Explanation& explanation) {
   explanation.sentence = fmt::format(
-      "Not explained: the daemon was restarted before the minutes were there that tell "
-      "({:.1f} min after the alarm, {:.1f} min were waited for). {}",
+      "Not explained: the restart of the daemon left too few minutes ({:.1f} min after the alarm, "
+      "{:.1f} min are required). {}",
       *job.resumed_s / 60.0, job.enough_s / 60.0, explanation.sentence);
   write_not_explained(explanation);
 }
@@ -100,8 +100,8 @@ void Explainer::post(ExplainJob job) {
     }
     ++status_.failed;
   }
-  if (job.repeat) return tell_no_room(job);  // the one before it stands
-  report_(job, nullptr, fmt::format("{} explanations wait already", settings_.most_waiting));
+  if (job.repeat) return tell_no_room(job);  // the previous explanation stays
+  report_(job, nullptr, fmt::format("{} explanations are waiting already", settings_.most_waiting));
 }
 
 bool Explainer::make_room(const ExplainJob& job) {
@@ -156,7 +156,8 @@ bool Explainer::is_due() const {
                      [&](const Waiting& one) { return one.due <= now; });
 }
 
-// While the lock is free others are put behind it, and repeats taken away: it is none.
+// Saves the minutes of one waiting job. While the lock is free, other threads may append jobs and
+// drop repeats; this job is not a repeat.
 bool Explainer::save_one(std::unique_lock<std::mutex>& lock) {
   const Item unsaved = next_to_save();
   if (unsaved == queue_.end() || unsaved->save > Clock::now()) return false;
@@ -184,7 +185,7 @@ bool Explainer::work_between(std::unique_lock<std::mutex>& lock) {
 
 void Explainer::run() {
   std::unique_lock lock(mutex_);
-  // Whatever is due: so it begins with what it has to read.
+  // Starts with the other work, whatever is due, because that work must first load its state.
   work_between(lock);
   while (!quit_) {
     if (save_one(lock)) continue;
@@ -221,7 +222,7 @@ void Explainer::run() {
   }
 }
 
-// What can't be saved is lost with a restart, and tried again before that.
+// Saves the minutes. After a failure it is tried again later; until then a restart would lose them.
 void Explainer::save(const ExplainJob& job) noexcept {
   if (job.resumed_s && !job.renewed) return;
   try {
@@ -250,7 +251,7 @@ bool Explainer::explain(const ExplainJob& job) {
     if (why.empty()) explanation = read_explanation(job.folder);
     if (why.empty() && cut_short(job, explanation)) {
       if (job.again.count() > 0 && !job.renewed) {
-        // Else it would count as explained at the next start.
+        // Otherwise the alarm would count as explained at the next start.
         fs::remove(job.folder / "explanation.json");
         return false;
       }
@@ -280,7 +281,7 @@ std::string Explainer::run_child(const ExplainJob& job) {
     }
     if (quit_) return "the daemon ends";
     if (Clock::now() >= deadline) {
-      return fmt::format("not there after {} s", settings_.most_time.count());
+      return fmt::format("not finished within {} s", settings_.most_time.count());
     }
     changed_.wait_for(lock, kLook);
   }

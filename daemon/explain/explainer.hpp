@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Has alarms explained: one at a time, by a child process of idle priority (`loopwarden explain --background`), in the
-// folder of the alarm's evidence.
+// Explains alarms one at a time in the folder of the alarm's evidence. Each explanation runs in a
+// child process of idle priority (`loopwarden explain --background`).
 //
-// An explanation waits until its minutes are there (`wait`), then writes them to minutes.csv and starts the child; the
-// child bounds its own memory and processor time, and is killed after `most_time`. Whoever posts never waits.
-// The loop's alarms of one incident have one explanation, done again as more has been seen (`repeat`). First ones go before
-// repeats. A queue that is full drops its newest repeat, else the newest that came, and says so: a repeat leaves the explanation
-// that is there, a first one the alarm without any.
-// While none is due, the thread does other work of this kind (`spare`), which makes room for one that comes due.
+// An explanation waits until its minutes are complete (`wait`). The explainer then writes
+// minutes.csv and starts the child. The child limits its own memory and processor time. It is
+// killed after `most_time`. post() never waits.
 //
-// Minutes live in memory. While an explanation waits, what is there of them is saved once a minute and at the end of the
-// daemon, with pending.json beside them (pending_explanation.hpp): after a restart the explanation goes on with that. Where that
-// is too short to tell, as many minutes of after the restart are waited for (`again`), as the alarm is on still.
+// All alarms of a loop in one incident share one explanation. It is repeated when more has been
+// seen (`repeat`). First explanations precede repeats. A full queue drops its newest repeat,
+// otherwise the newest job, and reports it. A dropped repeat leaves the previous explanation. A
+// dropped first one leaves the alarm without explanation. While no explanation is due, the thread
+// does other work (`spare`), which yields when one becomes due.
+//
+// Minutes are in memory. While an explanation waits, its minutes are saved once a minute and at the
+// end of the daemon, together with pending.json (pending_explanation.hpp). After a restart the
+// explanation continues with the saved minutes. If they are too few for a result and the alarm is
+// still on, it waits for as many minutes after the restart (`again`).
 #pragma once
 
 #include <chrono>
@@ -34,46 +38,49 @@ namespace loopwarden::daemon {
 struct ExplainJob {
   std::size_t loop = 0;
   alarm::AlarmKind alarm = alarm::AlarmKind::stiction;
-  std::uint64_t raised_at = 0;   // the loop's cycle
+  std::uint64_t raised_at = 0;   // in cycles of the loop
   std::int64_t raised_ms = 0;    // UTC, ms since 1970
-  std::int64_t incident_ms = 0;  // of the incident, when it opened
-  std::filesystem::path folder;  // of the evidence
+  std::int64_t incident_ms = 0;  // opening of the incident
+  std::filesystem::path folder;  // folder of the evidence
   std::chrono::milliseconds wait{0};
-  double enough_s = 0.0;  // after the alarm, of the loop's time: what is waited for
-  // Of before a restart: its minutes are those on the disk, and so much of them is after the alarm, s.
+  double enough_s = 0.0;  // time of the loop after the alarm that the explanation needs
+  // Set for a job from before a restart: its minutes are on the disk, and this many s of them are
+  // after the alarm.
   std::optional<double> resumed_s{};
   std::chrono::milliseconds again{0};
-  bool renewed = false;  // its minutes are those of after the restart
-  // Of what has changed, of the loop's time: how much has been seen once it is due, and the cycle at which it began.
+  bool renewed = false;  // uses the minutes after the restart
+  // Time of the loop since the change that has been seen when the job is due, s, and the cycle of
+  // the change.
   double seen_s = 0.0;
   std::int64_t changed_at = 0;
-  // One more of an alarm that has an explanation, over more minutes; dropped where `wanted` says no once it is due. Its
-  // minutes are not saved for a restart.
+  // Repeats the explanation of an alarm over more minutes. The repeat is dropped if `wanted`
+  // returns false when it is due. Its minutes are not saved for a restart.
   bool repeat = false;
   std::function<bool()> wanted{};
 };
 
-// For work between: true after at most the time given where it is to leave off.
+// For other work: waits up to the given time and returns true if the work must stop.
 using StopWork = std::function<bool(std::chrono::milliseconds)>;
 
 struct ExplainerSettings {
-  std::filesystem::path program;           // loopwarden; empty: there is none, nothing is explained
-  std::size_t most_waiting = 16;           // beside the one at work
-  std::chrono::seconds most_time{3600};    // of one, on a box without a moment to spare
-  std::chrono::milliseconds save{60'000};  // between saves of the minutes that wait
-  std::function<bool(const StopWork& stop)> spare{};  // false: there is nothing to do
+  std::filesystem::path program;  // path of loopwarden; empty: not found, so no alarm is explained
+  std::size_t most_waiting = 16;  // in addition to the one at work
+  std::chrono::seconds most_time{3600};    // per explanation; enough for a host without idle time
+  std::chrono::milliseconds save{60'000};  // between saves of waiting minutes
+  std::function<bool(const StopWork& stop)> spare{};  // returns false if no work is left
 };
 
 struct ExplainerStatus {
   std::uint64_t explained = 0;  // since the start
   std::uint64_t failed = 0;
-  std::uint64_t waiting = 0;  // the one at work included
+  std::uint64_t waiting = 0;  // includes the one at work
 };
 
 class Explainer {
  public:
   using Minutes = std::function<supervision::History::Minutes(std::size_t loop)>;
-  // By the explainer's thread, when an explanation is there, or why it is not (`explanation` is null then).
+  // Called by the explainer's thread with the explanation, or with the reason for a failure
+  // (`explanation` is then null).
   using Report = std::function<void(const ExplainJob& job, const Explanation* explanation,
                                     const std::string& why)>;
   Explainer(ExplainerSettings settings, Minutes minutes, Report report);
@@ -82,14 +89,14 @@ class Explainer {
   ~Explainer() { stop(); }
 
   void start();
-  // Kills the child; what waits is dropped.
+  // Kills the child and drops the waiting jobs.
   void stop();
-  // As stop(), for at most `patience`; false if the disk hangs.
+  // Does the same as stop(), for at most `patience`. Returns false if the disk hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // Any thread but the real-time one.
+  // From any thread except the real-time one.
   void post(ExplainJob job);
-  // There is something to do for `spare`.
+  // Announces work for `spare`.
   void wake();
   ExplainerStatus status() const;
 
@@ -97,27 +104,29 @@ class Explainer {
   struct Waiting {
     ExplainJob job;
     std::chrono::steady_clock::time_point due;
-    std::chrono::steady_clock::time_point save;  // the next time
+    std::chrono::steady_clock::time_point save;  // time of the next save
     bool at_work = false;
   };
   using Item = std::list<Waiting>::iterator;
   void ask_to_end();
-  // False: there is none. Of a full queue a repeat is dropped for a first one.
+  // Makes room in the queue. A full queue drops a repeat in favour of a first explanation. Returns
+  // false without room.
   bool make_room(const ExplainJob& job);
   void run();
   Item next_to_explain();
   bool is_due() const;
-  // Of the minutes that wait those whose time has come; false: none has.
+  // Saves the minutes of one job whose save is due. Returns false if no save is due.
   bool save_one(std::unique_lock<std::mutex>& lock);
-  // False: there was nothing to do.
+  // Returns false if there was no work to do.
   bool work_between(std::unique_lock<std::mutex>& lock);
-  // The one to save next; none of a job of before a restart.
+  // Returns the job to save next. Jobs from before a restart are not saved.
   Item next_to_save();
-  // Where the loop has been in manual since, its history began anew: what was saved before is kept then.
+  // Saves the minutes. If the loop was in manual meanwhile, its history has restarted; the earlier
+  // saved minutes are then kept.
   void save(const ExplainJob& job) noexcept;
-  // False where other minutes are to be waited for.
+  // Returns false if the job must wait for other minutes.
   bool explain(const ExplainJob& job);
-  // Why it did not end as it should; empty: it did.
+  // Returns why the child failed; empty: it succeeded.
   std::string run_child(const ExplainJob& job);
 
   ExplainerSettings settings_;
@@ -132,7 +141,7 @@ class Explainer {
   base::Thread thread_;
 };
 
-// Where `loopwarden` is beside this program, or in ../bin; empty: nowhere.
+// Returns the path of `loopwarden`: in this program's folder or in ../bin; empty if not found.
 std::filesystem::path workbench_program();
 
 }  // namespace loopwarden::daemon

@@ -27,7 +27,7 @@ AlarmKind kind_of(const json& name) {
   return *found;
 }
 
-// Nothing where it is none that is known here.
+// Returns nullopt for an unknown name.
 std::optional<effects::Block> block_of(const std::string& name) {
   using effects::Block;
   for (const Block block :
@@ -39,7 +39,7 @@ std::optional<effects::Block> block_of(const std::string& name) {
 
 double number_of(const json& j) { return j.is_null() ? Explanation::kNone : j.get<double>(); }
 
-// Of the effect stiction, where it is one of gap's; a number that is null is not known.
+// Returns the stick of gap's effect stiction, if it is among the effects. A null number is unknown.
 std::optional<twin::Stick> stick_of(const json& effects) {
   const auto stiction = std::find_if(effects.begin(), effects.end(), [](const json& effect) {
     return effect.at("name") == "stiction";
@@ -71,7 +71,7 @@ Explanation read_explanation(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "explanation.json";
   try {
     std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw std::runtime_error("not there, or not to be read");
+    if (!stream) throw std::runtime_error("missing or unreadable");
     const json j = json::parse(stream);
     Explanation e;
     e.alarm = kind_of(j.at("alarm"));

@@ -8,16 +8,18 @@
 
 namespace loopwarden::daemon {
 
-// What `loopwarden explain` left in the alarm's evidence as explanation.json. Throws std::runtime_error for a folder
-// without one, or with what is none.
+// Reads explanation.json, which `loopwarden explain` wrote into the alarm's evidence. Throws
+// std::runtime_error if the file is missing or invalid.
 Explanation read_explanation(const std::filesystem::path& folder);
 
-// The verdict of an alarm that nothing explains; its sentence says why.
+// The verdict of an alarm that could not be explained. Its sentence gives the reason.
 inline constexpr const char* kNotExplained = "not_explained";
-// As explanation.json in `folder` of it: alarm, times and sentence. Throws std::runtime_error.
+// Writes explanation.json into the explanation's `folder`: alarm, times and sentence. Throws
+// std::runtime_error.
 void write_not_explained(const Explanation& explanation);
 
-// The file has its old text or the new one. Throws std::runtime_error.
+// Replaces the file's text. After a failure or crash the file has either the old or the new text.
+// Throws std::runtime_error.
 void replace_text(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace loopwarden::daemon

@@ -37,7 +37,7 @@ std::optional<PendingExplanation> read_pending(const std::filesystem::path& fold
 }
 
 void end_pending(const std::filesystem::path& folder) noexcept {
-  std::error_code ignored;  // one that stays is found at the next start, beside its explanation
+  std::error_code ignored;  // a leftover file is found at the next start, next to its explanation
   std::filesystem::remove(file_in(folder), ignored);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// pending.json in the folder of an alarm's evidence: it is still to be explained, and how much of its minutes is on the
-// disk beside it. Gone once the alarm is explained, or can't be.
+// pending.json in the folder of an alarm's evidence. The file states that the alarm is still to be
+// explained, and how many of its minutes are on the disk. It is removed when the alarm is explained
+// or can't be explained.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +10,13 @@
 namespace loopwarden::daemon {
 
 struct PendingExplanation {
-  double enough_s = 0.0;  // after the alarm, what is waited for
-  double there_s = 0.0;   // after the alarm, what minutes.csv has
+  double enough_s = 0.0;  // required time after the alarm
+  double there_s = 0.0;   // time after the alarm in minutes.csv
 };
 
-// Throws std::runtime_error where it can't be written.
+// Throws std::runtime_error if it can't be written.
 void write_pending(const PendingExplanation& pending, const std::filesystem::path& folder);
-// Nothing: there is none. One that can't be read tells no more than that it is there.
+// Returns nullopt if there is no file. An unreadable file gives default values.
 std::optional<PendingExplanation> read_pending(const std::filesystem::path& folder);
 void end_pending(const std::filesystem::path& folder) noexcept;
 

@@ -26,7 +26,7 @@ using protocol::FeedLine;
 
 constexpr std::chrono::milliseconds kRound{100};
 constexpr std::chrono::milliseconds kHeldUp{
-    10};  // between two looks while somebody is over his rate
+    10};  // between two checks while a feeder is above its rate
 constexpr std::chrono::minutes kBetweenWarnings{1};
 constexpr std::size_t kMostWaiting = 16;
 constexpr std::size_t kMostUnsent = 64UL * 1024UL;
@@ -98,7 +98,7 @@ void FeedServer::serve(std::chrono::milliseconds timeout) {
     peer.allowance = std::min(peer.allowance + passed_s * bytes_per_second_, bytes_per_second_);
     const bool held_up = peer.allowance <= 0.0;
     if (held_up) timeout = std::min(timeout, kHeldUp);
-    // Who does not read his answers is not read from.
+    // A peer that does not read its answers is not read from.
     const short events = !peer.to_send.empty() ? POLLOUT : POLLIN;
     waiting.push_back({held_up && peer.to_send.empty() ? -1 : peer.fd, events, 0});
   }
@@ -136,8 +136,9 @@ void FeedServer::accept_peer() {
     refused_.fetch_add(1, std::memory_order_relaxed);
     if (Steady::now() < refusal_log_again_) return;
     refusal_log_again_ = Steady::now() + kBetweenWarnings;
-    spdlog::warn("feed.sock: uid {} is no feeder of loopwardend.yaml (so many since the start: {})",
-                 credentials.uid, refused());
+    spdlog::warn(
+        "feed.sock: uid {} is not a feeder in loopwardend.yaml ({} refused since the start)",
+        credentials.uid, refused());
     return;
   }
   Feeder& feeder = board_.feeder(right->feeder);
@@ -153,7 +154,7 @@ void FeedServer::accept_peer() {
   count(feeder.counters().connections);
 }
 
-// False if the connection is to end.
+// Returns false if the connection must be closed.
 bool FeedServer::move(Peer& peer, short ready) {
   if ((ready & (POLLERR | POLLNVAL)) != 0) return false;
   if ((ready & POLLOUT) != 0) {
@@ -166,7 +167,7 @@ bool FeedServer::move(Peer& peer, short ready) {
 }
 
 bool FeedServer::receive(Peer& peer) {
-  std::array<char, kMostBytesARound> buffer;  // NOLINT: read from only as far as it was filled
+  std::array<char, kMostBytesARound> buffer;  // NOLINT: only the filled part is read
   const ssize_t n = ::recv(peer.fd, buffer.data(), buffer.size(), 0);
   if (n < 0) return errno == EAGAIN || errno == EINTR;
   if (n == 0) return false;
@@ -230,7 +231,7 @@ void FeedServer::bad_line(Peer& peer, const std::string& why) {
   ++bad.since_logged;
   if (Steady::now() < bad.log_again) return;
   bad.log_again = Steady::now() + kBetweenWarnings;
-  spdlog::warn("feeder {}: bad line: {} (so many since the last such line: {})", *peer.name, why,
+  spdlog::warn("feeder {}: bad line: {} ({} since the last such message)", *peer.name, why,
                std::exchange(bad.since_logged, 0));
 }
 

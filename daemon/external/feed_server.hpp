@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// feed.sock, on a thread of its own, `lw-feed`: takes lines of values (daemon/protocol/feed_line.hpp) from feeders and leaves
-// them on the board, where watched loops find them. No value of a loop that is controlled here can come this way.
+// The server of feed.sock, on the thread `lw-feed`. It takes lines of values
+// (daemon/protocol/feed_line.hpp) from feeders and puts them on the board for the watched loops. Loops
+// controlled here get no values this way.
 //
-// Who a peer is decides whose values he writes: by the user id of his process he is one feeder of loopwardend.yaml, or he
-// is nobody and let go. A feeder has one connection; a new one ends the old. What can't be read of a line is counted,
-// logged once a minute, and the connection stays; a line too long is passed over to its end.
+// The user id of a peer's process identifies it as one feeder of loopwardend.yaml. Other peers are
+// disconnected. Each feeder has one connection; a second one closes the first. Unreadable parts of
+// a line are counted and logged once a minute, and the connection stays. A line that is too long is
+// skipped.
 //
-// A flood delays nobody: in one round each feeder is read once, kMostBytesARound; what is more than the rate of one
-// is left in its socket, where it finds no more room.
+// A flood does not delay other feeders. Each feeder is read once per round, at most
+// kMostBytesARound. Data above a feeder's rate stay in its socket until that is full.
 //
-// What it can't do: know whether what a feeder says is true.
+// Limit: it can't check whether a feeder's values are true.
 #pragma once
 
 #include <atomic>
@@ -28,7 +30,7 @@ namespace loopwarden::daemon::external {
 class FeedServer {
  public:
   static constexpr std::size_t kMostBytesARound = 64UL * 1024UL;
-  // Thousands of loops' values at 1 s, and a small part of a core to read.
+  // Enough for the values of thousands of loops at 1 s. Reading them takes a small part of a core.
   static constexpr double kBytesPerSecond = 1e6;
 
   struct Right {
@@ -36,8 +38,8 @@ class FeedServer {
     unsigned uid = 0;
   };
 
-  // Listens from now on. `board` outlives this, and has all feeders. `bytes_per_second`: of one feeder, and as many at
-  // once. Throws std::runtime_error.
+  // Starts listening. `board` must outlive this and contain all feeders. `bytes_per_second`: rate
+  // and burst per feeder. Throws std::runtime_error.
   FeedServer(std::string path, std::vector<Right> rights, std::optional<unsigned> group,
              hal::feed::FeedBoard& board, double bytes_per_second = kBytesPerSecond);
   FeedServer(const FeedServer&) = delete;
@@ -46,12 +48,12 @@ class FeedServer {
 
   void start();
   void stop() noexcept;
-  // One round: serves what is there, waiting at most `timeout` for it; public for tests.
+  // Serves the available data once. Waits at most `timeout` for data. Public for tests.
   void serve(std::chrono::milliseconds timeout);
 
-  // Any thread.
+  // From any thread.
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
-  // Connections of users who are no feeders.
+  // Connections of users who are not feeders.
   std::uint64_t refused() const noexcept { return refused_.load(std::memory_order_relaxed); }
 
  private:
@@ -61,7 +63,7 @@ class FeedServer {
     const std::string* name = nullptr;
     hal::feed::Feeder* feeder = nullptr;
     std::string received{};
-    bool passes_over = false;  // what is left of a line that was too long
+    bool passes_over = false;  // skips the remainder of a line that was too long
     std::string to_send{};
     double allowance = 0.0;  // bytes
     Steady::time_point refilled{};

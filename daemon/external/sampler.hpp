@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread of the watched loops, `lw-sources`: runs each once a period of its own, at absolute deadlines, with ordinary
-// priority. What comes late keeps its phase and leaves whole periods out.
+// The thread of the watched loops, `lw-sources`. It runs each loop once per period of that loop, at
+// absolute deadlines and with ordinary priority. A late loop keeps its phase and skips whole
+// periods.
 #pragma once
 
 #include <atomic>
@@ -20,17 +21,18 @@ class Sampler {
   Sampler& operator=(const Sampler&) = delete;
   ~Sampler() { stop(); }
 
-  // Before the start only. `period_ns` > 0.
+  // Call it before the start. `period_ns` > 0.
   void add(WatchCycle& cycle, std::int64_t period_ns);
   bool empty() const noexcept { return entries_.empty(); }
 
   void start();
   void stop() noexcept;
 
-  // One look: runs what is due; returns when the next is, at most kLongestSleep_ns from now. Public for tests.
+  // Runs the loops that are due. Returns the time of the next one, at most kLongestSleep_ns from
+  // now. Public for tests.
   std::int64_t round() noexcept;
 
-  // Any thread: grows with every look.
+  // Increases with every round. From any thread.
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
  private:
@@ -44,7 +46,7 @@ class Sampler {
 
   base::Clock& clock_;
   std::vector<Entry> entries_;
-  std::int64_t started_ns_ = 0;  // 0: no look yet
+  std::int64_t started_ns_ = 0;  // 0: before the first round
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
   base::Thread thread_;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// NaN where it is not known.
+// Returns the value, or NaN if it is unknown.
 double known(const hal::Sample& sample) noexcept {
   return sample.quality != hal::Quality::bad ? sample.value : kNone;
 }

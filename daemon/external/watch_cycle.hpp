@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// One period of a loop that another controller runs: from the newest that its source has to a row for recorder and
-// monitor, the same that a loop controlled here leaves.
+// One period of a loop that another controller runs. It converts the newest values of the source
+// into a row for recorder and monitor, as a loop controlled here does.
 //
-// It is no part of the real-time path and never runs on its thread: nothing waits for its result and nothing is
-// written, so a period that comes late costs a row and moves no valve; and a thousand watched loops take nothing of the
-// time in which loops are controlled. All of them share one ordinary thread (sampler.hpp), which is also the one reader
-// that their sources allow.
+// It is separate from the real-time path and its thread. It has no output, so a late period costs a
+// row and moves no valve. A thousand watched loops take no time from the controlled loops. All of
+// them share one ordinary thread (sampler.hpp), because their sources allow only one reader.
 //
-//   age       of a value: since its time, or since its source's newest sign of life, whichever is less. Within max_age it
-//             counts; PV older than max_age by its own time alone is `held`: the source sends on change
-//   PV        checked as that of a loop controlled here; quality from the source, made worse by the checks
-//   SP, CO,   not a number while not known, out of range (pv_guard.hpp), or not wired (SP, stem)
+//   age       of a value: the time since its time stamp or since its source's newest sign of life,
+//             whichever is less. A value within max_age is valid. PV whose own time is older than
+//             max_age is `held`: the source sends on change
+//   PV        checked like that of a loop controlled here; quality from the source, lowered by the
+//             checks
+//   SP, CO,   NaN while unknown, out of range (pv_guard.hpp), or not wired (SP, stem)
 //   stem
-//   mode      automatic or manual by the numbers of the loop's file, else, and while it is not known, fallback; automatic
-//             where none is wired
-//   fault     `bad PV` while PV is bad or frozen; otherwise `output unknown` while CO is not known;
-//             otherwise none
+//   mode      automatic or manual by the numbers in the loop's file; otherwise, and while unknown,
+//             fallback; automatic if no mode is wired
+//   fault     `bad PV` while PV is bad or frozen; otherwise `output unknown` while CO is unknown;
+//             otherwise no fault
 //
-// What it can't do: know what happened between two periods.
+// Limit: events between two periods are not seen.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +35,7 @@
 
 namespace loopwarden::daemon::external {
 
-// What of a source is wired besides PV and CO.
+// Values of a source that are wired in addition to PV and CO.
 struct Wiring {
   bool set_point = false;
   bool stem = false;
@@ -44,7 +45,7 @@ struct Wiring {
 
 class WatchCycle {
  public:
-  // Everything referred to outlives this. `loop`: its index, for events.
+  // All referenced objects must outlive this. `loop`: its index, for events.
   WatchCycle(std::uint32_t loop, const rt::LoopSettings& settings, Wiring wiring,
              hal::LoopSource& source, rt::LoopChannels& channels,
              base::SpscRing<rt::Event>& events);
@@ -55,7 +56,7 @@ class WatchCycle {
  private:
   void take_settings() noexcept;
   hal::Sample checked_pv(const hal::SourceSample& pv, double co, control::Mode mode) noexcept;
-  // Bad if it is too old.
+  // Returns the value, marked bad if it is too old.
   hal::Sample fresh(const hal::SourceSample& value) const noexcept;
   hal::Sample as_output(const hal::SourceSample& value) const noexcept;
   double age_ns(const hal::SourceSample& value) const noexcept;

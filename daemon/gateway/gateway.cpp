@@ -10,8 +10,9 @@ namespace loopwarden::daemon::gateway {
 namespace {
 
 constexpr std::chrono::milliseconds kRound{100};
-constexpr std::chrono::milliseconds kRoundWithOrders{10};  // while a loop has one to answer
-// Who acts on alarms gets his answer when the journal has it on the disk, or after this time.
+constexpr std::chrono::milliseconds kRoundWithOrders{10};  // while a loop has an order to answer
+// Longest time for which the answer to an alarm action waits for the journal's line to be on the
+// disk.
 constexpr std::int64_t kDiskPatienceNs = 250'000'000;
 
 base::PeerList peers_of(const GatewaySettings& settings) {
@@ -123,10 +124,10 @@ void Gateway::watch_master() {
                                     ? control::Mode::manual
                                     : control::Mode::automatic};
   for (std::size_t i = 0; i < loops_.loops(); ++i) {
-    // What is being commissioned goes to manual as well: the safe one of both.
+    // Manual is also sent to loops that are being commissioned, because it is the safer mode.
     const bool manual = order.mode == control::Mode::manual;
     if (manual ? loops_.controlled_elsewhere(i) : loops_.read_only(i)) continue;
-    if (loops_.read(i).standing.mode == order.mode) continue;  // in force: no command
+    if (loops_.read(i).standing.mode == order.mode) continue;  // in force already: not a command
     journal::JournalEntry line;
     line.kind = journal::JournalEntry::Kind::system;
     line.utc_ms = loops_.box().utc_ms;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Modbus server's thread: connections, the register map, and the watch over the master.
+// The Modbus server's thread: connections, the register map, and supervision of the master.
 #pragma once
 
 #include <atomic>
@@ -24,7 +24,7 @@ namespace loopwarden::daemon::gateway {
 struct GatewaySettings {
   TcpServerSettings tcp;
   std::vector<base::PeerRule> peers;
-  bool writes = false;  // false: nobody may write, whatever his rule says
+  bool writes = false;  // false: no client may write, whatever its rule
   hal::modbus::ByteOrder word_order = hal::modbus::ByteOrder::abcd;
   MasterHeartbeatSettings master_heartbeat;
   std::optional<SerialServerSettings> serial;
@@ -32,7 +32,7 @@ struct GatewaySettings {
 
 class Gateway {
  public:
-  // Listens from now on; serves from start() on. Throws std::runtime_error.
+  // Listens at once, serves from start() on. Throws std::runtime_error.
   Gateway(const GatewaySettings& settings, LoopsView& loops, base::Clock& clock);
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;
@@ -41,14 +41,14 @@ class Gateway {
   void start();
   void stop();
 
-  // One round; public for tests.
+  // Serves one round. Public for tests.
   void serve(std::chrono::milliseconds timeout);
 
   std::uint16_t port() const noexcept { return server_.port(); }
-  TcpServerCounters counters() const;  // any thread
+  TcpServerCounters counters() const;  // from any thread
   std::optional<SerialServerCounters> serial_counters()
-      const;                  // any thread; nullopt if there is no serial line
-  ServerState state() const;  // any thread; as of the last round
+      const;                  // from any thread; nullopt without a serial line
+  ServerState state() const;  // from any thread; state of the last round
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
  private:
@@ -64,7 +64,7 @@ class Gateway {
   MapBank bank_;
   DeviceIdentity identity_;
   TcpServer server_;
-  std::unique_ptr<SerialServer> serial_;  // null: none
+  std::unique_ptr<SerialServer> serial_;  // null: not configured
   mutable std::mutex counters_mutex_;
   TcpServerCounters counters_;
   std::optional<SerialServerCounters> serial_counters_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the Modbus server may see and do: the loops and the box as the rest of the daemon offers them. The sockets read
-// the map's values through the seeing half.
+// The interface of the Modbus server to the daemon's loops and the box. PlantView reads; LoopsView
+// also writes. The sockets read the map's values through PlantView.
 #pragma once
 
 #include <cstddef>
@@ -19,27 +19,27 @@
 
 namespace loopwarden::daemon::gateway {
 
-// One loop at one moment.
+// The state of one loop at one moment.
 struct LoopReading {
   explicit LoopReading(const supervision::LoopWatch& watched) : watch(watched) {}
 
-  bool running = false;  // the row is of a cycle
+  bool running = false;  // the row is from a cycle
   record::RecordRow row;
-  double last_good_pv = 0.0;      // PV units; 0 before the first
-  double set_point_wanted = 0.0;  // PV units, where a ramp goes
-  // CO units, what manual holds or goes to; NaN: not known
+  double last_good_pv = 0.0;      // PV units; 0 before the first good PV
+  double set_point_wanted = 0.0;  // PV units, end of the ramp
+  // CO units, output that manual holds or moves to; NaN: unknown
   double output_wanted = rt::kOutputNotKnown;
   rt::LoopSettings settings;  // in force, ranges and limits included
-  rt::Standing standing;      // what the next order will find
+  rt::Standing standing;      // values that the next order will find
   std::uint32_t orders_refused = 0;
-  std::optional<control::MovesState> moves;  // planned moves, where there are
+  std::optional<control::MovesState> moves;  // planned moves, if active
   supervision::LoopWatch watch;
   alarm::Ne107 ne107 = alarm::Ne107::normal;
   bool simulated = false;
   std::uint64_t dropped = 0;  // cycles lost by recorder and monitor
 };
 
-// The box at one moment.
+// The state of the box at one moment.
 struct BoxReading {
   std::int64_t utc_ms = 0;
   double uptime_s = 0.0;
@@ -67,10 +67,11 @@ class PlantView {
 
   virtual std::size_t loops() const = 0;
   virtual const std::string& name(std::size_t loop) const = 0;
-  // Another controller has the loop.
+  // Returns whether another controller runs the loop.
   virtual bool controlled_elsewhere(std::size_t loop) const = 0;
-  // It has, or the loop is being commissioned: nothing of it can be written, alarms neither, but for the manual that ends a
-  // commissioning.
+  // Returns whether writes to the loop are refused, including those to its alarms. This is so if
+  // another controller runs the loop, or while it is being commissioned. Only the change to manual,
+  // which ends the commissioning, is accepted then.
   virtual bool read_only(std::size_t loop) const = 0;
   virtual LoopReading read(std::size_t loop) = 0;
   virtual BoxReading box() = 0;
@@ -78,23 +79,24 @@ class PlantView {
 
 class LoopsView : public PlantView {
  public:
-  // Only the gateway's thread fills the loop's mailbox.
+  // Returns whether the loop's mailbox is free. Only the gateway's thread fills it.
   virtual bool has_room_for_order(std::size_t loop) = 0;
-  // Taken by the loop's next cycle. The lines go to the journal with what the cycle made of the order.
+  // Sends an order. The loop's next cycle takes it. The journal gets the lines, with the cycle's
+  // result.
   virtual void order(std::size_t loop, const rt::Order& order,
                      std::vector<journal::JournalEntry> lines) = 0;
-  // Takes the answers to orders that are there; true while some are still to come.
+  // Collects the available answers. Returns true while some are outstanding.
   virtual bool collect_answers() = 0;
-  // The loops have ended: orders without an answer are written down as not taken.
+  // Call it after the loops have ended. Unanswered orders are written to the journal as not taken.
   virtual void close_orders() = 0;
-  // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
+  // The next four functions don't wait. They return the journal's ticket; 0: no effect.
   virtual std::uint64_t act(std::size_t loop, const supervision::AlarmOrder& order) = 0;
-  // Of every loop, alarms of these kinds.
+  // Acknowledges alarms of these kinds on every loop.
   virtual std::uint64_t acknowledge_all(std::span<const alarm::AlarmKind> kinds,
                                         const std::string& peer) = 0;
   virtual std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) = 0;
   virtual std::uint64_t begin_offered(std::size_t loop, const std::string& peer) = 0;
-  // False while the journal may still come to have all up to the ticket on the disk.
+  // Returns false while the journal may still write lines up to the ticket to the disk.
   virtual bool settled(std::uint64_t ticket) = 0;
   virtual void write_down(journal::JournalEntry entry) = 0;
 };

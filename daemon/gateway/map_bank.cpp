@@ -34,12 +34,12 @@ using alarm::AlarmKind;
 namespace {
 
 RegisterSpec spec_of(const Register& reg, ByteOrder order) {
-  // The word order is that of 32-bit values; a single register is big-endian, as Modbus has it.
-  const bool wide = registers::width(reg) == 2;
+  // The word order applies to 32-bit values. Single registers are big-endian, as Modbus specifies.
+  const bool wide = map::width(reg) == 2;
   return {.type = reg.type, .order = wide ? order : ByteOrder::abcd, .scale = reg.scale};
 }
 
-// NaN for the mark of what is not there.
+// Returns NaN for the mark of an unknown value.
 double from_scaled(double percent, double low, double high) {
   constexpr double kAboveMark = (registers::kScaledInvalid + 0.5) * 0.01;
   if (percent < kAboveMark) return std::numeric_limits<double>::quiet_NaN();
@@ -62,7 +62,7 @@ Exception MapBank::read(Table table, std::uint16_t address, std::span<std::uint1
       encoded = place.reg;
       encoded_loop = place.loop;
       const double value = snapshot.value(*place.reg, place.loop);
-      // A number that is none would be taken for one by many masters.
+      // NaN is replaced by 0, because many masters would read it as a number.
       hal::modbus::encode(spec_of(*place.reg, server_.word_order),
                           std::isfinite(value) ? value : 0.0, words);
     }
@@ -76,19 +76,19 @@ struct MapBank::Wish {
   const Register* reg = nullptr;
   std::size_t loop = 0;
   std::vector<std::uint16_t> words{};
-  double value = 0.0;      // as it will be ordered
-  double old_value = 0.0;  // as it reads
-  bool in_force = false;   // no command
+  double value = 0.0;      // value to be commanded
+  double old_value = 0.0;  // present reading
+  bool in_force = false;   // not a command
 
   bool is(Field field) const noexcept { return reg->field == field; }
   bool is(Field field, Field scaled) const noexcept { return is(field) || is(scaled); }
 };
 
-// All that a request asks of one loop's cycle.
+// All changes that a request makes to one loop, for its cycle.
 struct MapBank::LoopOrder {
   std::size_t loop = 0;
   rt::Order order{};
-  std::vector<const Wish*> wishes{};  // that the order is made of
+  std::vector<const Wish*> wishes{};  // the writes that the order consists of
 };
 
 Exception MapBank::collect(Table table, std::uint16_t address,
@@ -97,7 +97,8 @@ Exception MapBank::collect(Table table, std::uint16_t address,
     const Place place = registers::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
     if (!place.in_map) return Exception::illegal_address;
     if (place.reg == nullptr) {
-      // A gap between two fields takes the 0 that it reads, so that one request can write both.
+      // A reserved address between two fields accepts its reading, 0, so that one request can write
+      // both fields.
       if (wishes.empty() || i + 1 == values.size() || values[i] != 0) {
         return Exception::illegal_address;
       }
@@ -108,8 +109,8 @@ Exception MapBank::collect(Table table, std::uint16_t address,
     if (!registers::writable(*place.reg) || (of_loop && loops_.controlled_elsewhere(place.loop))) {
       return Exception::illegal_address;
     }
-    const std::size_t words = registers::width(*place.reg);
-    // Half of a number is no number.
+    const std::size_t words = map::width(*place.reg);
+    // A value of two registers must be written whole.
     if (place.word != 0 || i + words > values.size()) return Exception::illegal_value;
     const auto some = values.subspan(i, words);
     wishes.push_back({.reg = place.reg,
@@ -121,8 +122,8 @@ Exception MapBank::collect(Table table, std::uint16_t address,
   return Exception::none;
 }
 
-// Anybody takes a loop that is being commissioned back by manual, with or without an output. Manual
-// that is in force takes nothing back: masters repeat it.
+// Returns whether the request ends a commissioning. Any master can do so by a change to manual,
+// with or without an output. Manual that is in force has no effect, because masters repeat it.
 bool MapBank::takes_back(const std::vector<Wish>& wishes, std::size_t loop) {
   bool manual = false;
   for (const Wish& wish : wishes) {
@@ -136,7 +137,7 @@ bool MapBank::takes_back(const std::vector<Wish>& wishes, std::size_t loop) {
   return manual;
 }
 
-// What can be judged of a value by itself.
+// Checks each value by itself.
 Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
   for (Wish& wish : wishes) {
     wish.old_value = snapshot.value(*wish.reg, wish.loop);
@@ -144,7 +145,8 @@ Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
     const control::PidSettings& pid = snapshot.loop(wish.loop).settings.controller.pid;
     const hal::PvCheckSettings& pv_range = snapshot.loop(wish.loop).settings.pv_check;
     bool sound = true;
-    const Field field = wish.reg->field;  // coils take 0 and 1; the cycle's rule judges the rest
+    // coils accept 0 and 1; the cycle checks the other conditions
+    const Field field = wish.reg->field;
     if (field == Field::wanted_mode) {
       sound = wish.value == 0.0 || wish.value == 1.0;
     } else if (field == Field::wanted_sp_scaled) {
@@ -167,14 +169,14 @@ Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
 
 namespace {
 
-// Each write of these is a command; the others state what is to be so.
+// Returns whether each write is a command. Writes to other registers state the requested value.
 bool is_momentary(const Register& reg) noexcept {
   return reg.table == Table::coil || reg.field == Field::shelve_minutes ||
          reg.field == Field::unshelve_process || reg.field == Field::calm;
 }
 
-// In manual the output in force is the one that was ordered: the device may round it, and it may be
-// on its way.
+// In manual the commanded output is in force: the device may round it, or the command may be on its
+// way.
 bool is_output_in_force(double value, bool reads_so, const LoopReading& loop) {
   if (!loop.standing.output_known) return false;
   if (loop.standing.mode == Mode::automatic || loop.standing.output_in_fault) return reads_so;
@@ -188,9 +190,9 @@ bool is_output_in_force(double value, bool reads_so, const LoopReading& loop) {
 }  // namespace
 
 void MapBank::find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) const {
-  std::map<std::size_t, Mode> new_modes;  // of loops whose mode the request changes
-  for (Wish& wish : wishes) {             // in the order of addresses: the mode comes first
-    if (wish.reg->area != registers::Area::loop || is_momentary(*wish.reg)) continue;
+  std::map<std::size_t, Mode> new_modes;  // for loops whose mode the request changes
+  for (Wish& wish : wishes) {             // in the order of addresses: the mode is first
+    if (wish.reg->area != map::Area::loop || is_momentary(*wish.reg)) continue;
     const LoopReading& loop = snapshot.loop(wish.loop);
     hal::modbus::Registers reads;
     hal::modbus::encode(spec_of(*wish.reg, server_.word_order),
@@ -210,10 +212,11 @@ void MapBank::find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) cons
       const hal::PvCheckSettings& range = loop.settings.pv_check;
       const bool same =
           reads_so || rt::is_same(wish.value, loop.set_point_wanted, range.low, range.high);
-      // On the way to automatic a set point that followed PV is to stay where it is written.
+      // On the change to automatic, a set point that followed PV must stay at the written value.
       wish.in_force = same && !becomes(Mode::automatic);
     } else if (wish.is(Field::wanted_output, Field::wanted_output_scaled)) {
-      // On the way to manual the output that the controller moves is to stay where it is written.
+      // On the change to manual, the output that the controller moves must stay at the written
+      // value.
       wish.in_force = becomes(Mode::automatic) ? reads_so
                                                : !becomes(Mode::manual) &&
                                                      is_output_in_force(wish.value, reads_so, loop);
@@ -301,7 +304,7 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
   }
   for (const Wish& wish : wishes) {
     if (wish.is(Field::master_heartbeat)) {
-      // Not for the journal: it comes each second.
+      // Not written to the journal, because it arrives each second.
       server_.master_heartbeat = static_cast<std::uint16_t>(wish.value);
       server_.master_beat = true;
     } else if (is_momentary(*wish.reg) && is_new(wish, peer, snapshot.box().uptime_s)) {
@@ -311,10 +314,10 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
   return Exception::none;
 }
 
-// A master that writes the same again and again holds it: that is one command. Its 0 is the rest,
-// and no command unless it has held something.
+// Returns whether the value is new. A master that repeats a value holds it, which is one command.
+// Its 0 is the rest state. It is a command only if the master has held a value before.
 bool MapBank::is_new(const Wish& wish, const Peer& peer, double now_s) {
-  constexpr double kHeld_s = 30.0;  // between two writes
+  constexpr double kHeld_s = 30.0;  // longest time between two writes of a held value
   constexpr std::size_t kMostHeld = 10'000;
   const auto key = std::make_tuple(journal::host_of(peer.name), wish.reg->table,
                                    registers::address(*wish.reg, wish.loop));
@@ -337,13 +340,13 @@ void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
   if (wish.is(Field::calm)) return calm(wish, peer);
   supervision::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.is(Field::shelve_minutes)) {
-    // A master may write back the minutes that it has read: up to a minute has passed since.
+    // A master may write back the minutes that it has read, up to a minute later.
     const double left = snapshot.value(*wish.reg, wish.loop);
     if (left > 0.0 && (wish.value == left || wish.value == left + 1.0)) return;
     order.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;
     order.shelve_ms = static_cast<std::int64_t>(wish.value) * kMinute;
   } else {
-    if (wish.value == 0.0) return;  // a momentary coil rests at 0
+    if (wish.value == 0.0) return;  // the rest state of a momentary coil is 0
     if (wish.is(Field::acknowledge_all)) {
       return done(loops_.acknowledge_all(alarm::kAlarmKinds, peer.name));
     }
@@ -356,7 +359,7 @@ void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
   done(loops_.act(wish.loop, order));
 }
 
-// Only where something is offered: what a master wrote before was not written for it.
+// Starts planned moves only if they are offered. An earlier write was not meant for this offer.
 void MapBank::calm(const Wish& wish, const Peer& peer) {
   if (wish.value == 0.0) return;
   MapValues now(loops_, server_);
@@ -365,7 +368,7 @@ void MapBank::calm(const Wish& wish, const Peer& peer) {
   ticket_ = std::max(ticket_, loops_.begin_offered(wish.loop, peer.name));
 }
 
-// Only on those that there is something to do for: the others would fill the journal.
+// Acts only on alarms that the action changes, so that the journal has no lines without effect.
 void MapBank::act_on_process_alarms(const Wish& wish, const Peer& peer) {
   using alarm::AlarmAction;
   const bool off_shelf = wish.reg->field == Field::unshelve_process;

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The register map filled with the plant's values, and written through to it.
+// Serves the register map: reads the plant's values and writes commands.
 //
-// All values of a request come from one reading of each loop it touches. Floats are always finite. A
-// value of two registers is written in one request or not at all (exception 3); so is everything else
-// that a request writes. Of what it asks of a loop, the mode takes effect first (daemon/rt/order.hpp).
+// All values of a request are from one reading of each loop. Floats are always finite. A value of
+// two registers must be written in one request (otherwise exception 3). A write request takes
+// effect completely or not at all. For a loop, its mode takes effect first (daemon/rt/order.hpp).
 //
-// Masters repeat what they write. A write of the value in force is no command: it is left out of
-// the request, has no effect and no line in the journal. In force is what the loop's cycle, with
-// the master's orders on their way, goes by; the register may show it rounded. Coils, the shelve
-// registers, `unshelve_process` and `calm` act on a new value only: a 1 (or a number of minutes)
-// that the same master has not written within the last 30 s, and a 0 after its own 1.
+// Masters repeat their writes. A write of the value in force is not a command: it has no effect and
+// no line in the journal. The value in force is that of the loop's cycle, including the master's
+// pending orders; the register may show it rounded.
+//
+// Coils, the shelve registers, `unshelve_process` and `calm` act on a new value only. New is a 1
+// (or a number of minutes) that the same master has not written within the last 30 s. A 0 is new
+// only after the master's own 1.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +37,7 @@ class MapBank final : public RegisterBank {
                  std::span<std::uint16_t> values) override;
   Exception write(registers::Table table, std::uint16_t address,
                   std::span<const std::uint16_t> values, const Peer& peer) override;
-  // The journal's ticket of what operators did by the writes since the last call; 0: nothing.
+  // Returns the journal's ticket of operator actions by writes since the last call; 0: no action.
   std::uint64_t take_ticket() noexcept { return std::exchange(ticket_, 0); }
 
  private:
@@ -56,10 +58,10 @@ class MapBank final : public RegisterBank {
   LoopsView& loops_;
   ServerState& server_;
   std::uint64_t ticket_ = 0;
-  // Values that masters hold in momentary registers and coils, by host and address; never 0.
+  // Values that masters hold in momentary registers and coils, by host and address. Never 0.
   struct Held {
     std::uint16_t value = 0;
-    double written_s = 0.0;  // uptime of the newest write
+    double written_s = 0.0;  // uptime at the newest write
   };
   std::map<std::tuple<std::string, registers::Table, std::uint32_t>, Held> held_;
 };

@@ -19,11 +19,11 @@ using alarm::AlarmKind;
 namespace {
 
 constexpr double kHour = 3600.0;       // s
-constexpr double kNotThere = -327.68;  // %, the scaled copy's mark
+constexpr double kNotThere = -327.68;  // %, the scaled copy's mark of an unknown value
 
 double scaled(double value, double low, double high) {
   if (!std::isfinite(value) || !(high > low)) return kNotThere;
-  // The lowest number is the mark of what is not there.
+  // The lowest number is reserved for unknown values.
   return std::max(100.0 * (value - low) / (high - low), kNotThere + 0.01);
 }
 
@@ -54,7 +54,7 @@ unsigned loop_bits(const LoopReading& loop) {
   return bits;
 }
 
-// Bits of the process alarms of which `holds` says so.
+// Returns the bits of the process alarms for which `holds` returns true.
 template <class Holds>
 double process_bits(const LoopReading& loop, Holds holds) {
   unsigned bits = 0;
@@ -67,7 +67,7 @@ double process_bits(const LoopReading& loop, Holds holds) {
 
 double minutes_on_shelf(const alarm::Alarm& alarm, std::int64_t now_ms) {
   if (!alarm.shelved()) return 0.0;
-  // Rounded up: an alarm on the shelf never reads 0.
+  // Rounded up, so that a shelved alarm never reads 0.
   const std::int64_t left_ms = alarm.memory().shelved_until_ms - now_ms;
   return static_cast<double>(std::max<std::int64_t>((left_ms + kMinute - 1) / kMinute, 1));
 }
@@ -277,8 +277,8 @@ double MapValues::value(const Register& reg, std::size_t index) {
       return process_bits(of(), [](const alarm::Alarm& a) { return a.shelved(); });
     case Field::process_suppressed:
       return process_bits(
-          of(), [](const alarm::Alarm& a) { return a.state() == alarm::AlarmState::suppressed; });
-    // A momentary coil rests at 0.
+          of(), [](const model::Alarm& a) { return a.state() == model::AlarmState::suppressed; });
+    // Momentary coils read 0.
     case Field::acknowledge_process:
     case Field::unshelve_process:
     case Field::acknowledge_all:

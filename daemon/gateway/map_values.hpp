@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the registers of the map hold: their values by name, before they become words.
+// Values of the registers by name, before they are encoded as words.
 #pragma once
 
 #include <cstddef>
@@ -15,32 +15,34 @@ namespace loopwarden::daemon::gateway {
 
 inline constexpr std::int64_t kMinute = 60'000;  // ms
 
-// What the server itself knows; written by it, read into the map.
+// State of the server itself. The server writes it; the map contains it.
 struct ServerState {
   bool writes_enabled = false;
   bool master_lost = false;
   std::uint16_t master_heartbeat = 0;
-  bool master_beat = false;  // a master has written its heartbeat since this was last cleared
+  bool master_beat = false;  // a master has written its heartbeat since this flag was cleared
   std::uint16_t clients = 0;
   hal::modbus::ByteOrder word_order = hal::modbus::ByteOrder::abcd;
 };
 
-// The alarm of a field that stands once for each; of one that does not, the first, of no account.
+// Returns the alarm of a field that exists once per alarm. For other fields it returns the first
+// alarm, which is ignored.
 alarm::AlarmKind alarm_of(const registers::Register& reg) noexcept;
 
-// The plant at the moment of one request: every loop is read at most once. What it refers to outlives it.
+// The plant at the time of one request. Every loop is read at most once. Referenced objects must
+// outlive it.
 class MapValues {
  public:
   MapValues(PlantView& plant, const ServerState& server) : plant_(plant), server_(server) {}
 
-  // `index` counts only where `reg` belongs to a loop. Not finite: it is not known.
+  // Returns the value. `index` is used only if `reg` belongs to a loop. Not finite: unknown.
   double value(const registers::Register& reg, std::size_t index);
 
   const LoopReading& loop(std::size_t index);
   const BoxReading& box();
 
  private:
-  // What the box's block needs of all loops.
+  // Sums over all loops for the box's block.
   struct Totals {
     std::size_t active = 0;
     std::size_t unacknowledged = 0;

@@ -38,7 +38,7 @@ Pdu exception(std::uint8_t function, Exception code) {
   return pdu;
 }
 
-// The write's answer repeats the first five bytes of the request.
+// Returns the answer to a write: the first five bytes of the request.
 Pdu echo(Bytes request) {
   Pdu pdu;
   for (std::size_t i = 0; i < 5; ++i) append(pdu, request[i]);
@@ -141,12 +141,12 @@ Pdu identify(Bytes request, const DeviceIdentity& identity) {
                                                 identity.revision, std::string_view(),
                                                 identity.product_name};
   constexpr std::uint8_t kBasic = 3;    // objects 0, 1, 2
-  constexpr std::uint8_t kRegular = 5;  // and 3, 4
+  constexpr std::uint8_t kRegular = 5;  // objects 3 and 4 in addition
   if (code < 1 || code > 4) return exception(function, Exception::illegal_value);
   const bool individual = code == 4;
   if (individual && object >= kRegular) return exception(function, Exception::illegal_address);
   const std::uint8_t end = code == 1 ? kBasic : kRegular;
-  // A stream that begins behind the last object begins anew, as the specification asks.
+  // A stream that starts after the last object restarts at 0, as the specification requires.
   if (!individual && object >= end) object = 0;
   const std::uint8_t last = individual ? static_cast<std::uint8_t>(object + 1) : end;
   Pdu pdu;
@@ -154,7 +154,7 @@ Pdu identify(Bytes request, const DeviceIdentity& identity) {
   append(pdu, kDeviceIdentification);
   append(pdu, code);
   append(pdu, 0x82);  // conformity: regular identification, stream and individual access
-  append(pdu, 0x00);  // nothing follows: five objects are within a PDU
+  append(pdu, 0x00);  // no more objects follow: five fit into a PDU
   append(pdu, 0x00);
   append(pdu, static_cast<std::uint8_t>(last - object));
   constexpr std::size_t kMostText = 46;
@@ -184,7 +184,7 @@ Pdu answer(std::span<const std::uint8_t> request, RegisterBank& bank,
     case kWriteRegister:
     case kWriteCoils:
     case kWriteRegisters:
-      // To whom writing is closed the function does not exist.
+      // For peers without write access, write functions don't exist.
       if (!peer.may_write) return exception(function, Exception::illegal_function);
       return function == kWriteCoil || function == kWriteRegister
                  ? write_one(request, bank, peer)

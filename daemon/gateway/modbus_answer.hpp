@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Modbus request as bytes to its answer as bytes: the server's codec, without sockets.
+// Converts a Modbus request (bytes) to its answer (bytes): the server's codec, without sockets.
 //
-// Why not libmodbus's server: modbus_reply() of 3.1.6 sleeps for the response timeout (500 ms) when a
-// request is malformed (libmodbus issue 874), so that one client with two bad packets a second takes the
-// server from all others; its receive blocks until a frame is whole, so that one byte a second does the
-// same; and its select() loop ends at descriptors above 1023 (issue 759). The eight functions below are
-// less code than what would keep a blocking library from blocking, and a pure function can be fuzzed.
+// Reasons against libmodbus's server:
+// - modbus_reply() of 3.1.6 sleeps for the response timeout (500 ms) at a malformed request
+//   (libmodbus issue 874). One client with two bad packets per second blocks all others.
+// - Its receive blocks until a frame is complete, so one byte per second has the same effect.
+// - Its select() loop ends at descriptors above 1023 (issue 759).
+// The eight functions here need less code than keeping a blocking library from blocking. A pure
+// function can also be fuzzed.
 //
-// Functions: 1, 2, 3, 4 (read), 5, 6, 15, 16 (write), 43/14 (device identification). What a request does
-// is decided by a RegisterBank; this file knows lengths, limits and exceptions alone.
+// Functions: 1, 2, 3, 4 (read), 5, 6, 15, 16 (write), 43/14 (device identification). A RegisterBank
+// executes requests. This file only handles lengths, limits and exceptions.
 //
 // Source: MODBUS Application Protocol Specification V1.1b3, section 6.
 #pragma once
@@ -34,14 +36,14 @@ inline constexpr std::size_t kMostWriteBits = 1968;
 
 enum class Exception : std::uint8_t {
   none = 0,
-  illegal_function = 1,  // also: a write where writes are off, or from a peer that may not
+  illegal_function = 1,  // also: a write while writes are off, or from a peer without write access
   illegal_address = 2,
   illegal_value = 3,
   device_failure = 4,
   busy = 6  // not now: the loop's mode forbids it, or too many orders are waiting
 };
 
-// Who asks.
+// The sender of a request.
 struct Peer {
   std::string name;  // "192.168.1.5:40312", for the journal
   bool may_write = false;
@@ -54,15 +56,16 @@ class RegisterBank {
   RegisterBank& operator=(const RegisterBank&) = delete;
   virtual ~RegisterBank() = default;
 
-  // One value for each address; bits are 0 or 1. All values of a call are of one moment.
+  // Returns one value per address; bits are 0 or 1. All values of a call are from one moment.
   virtual Exception read(registers::Table table, std::uint16_t address,
                          std::span<std::uint16_t> values) = 0;
-  // All or nothing. Only for holding registers and coils, and for peers that may write.
+  // Writes all values or none. Only for holding registers and coils, and for peers with write
+  // access.
   virtual Exception write(registers::Table table, std::uint16_t address,
                           std::span<const std::uint16_t> values, const Peer& peer) = 0;
 };
 
-// What function 43/14 says; the first 46 characters of each.
+// Texts of function 43/14; the first 46 characters of each are sent.
 struct DeviceIdentity {
   std::string vendor = "Loopwarden";
   std::string product_code = "loopwardend";
@@ -76,7 +79,8 @@ struct Pdu {
   std::span<const std::uint8_t> view() const noexcept { return {bytes.data(), size}; }
 };
 
-// An answer, and what it waits for: nothing (empty), or until `ready` says so. The servers ask each round.
+// An answer and its condition: `ready` is empty, or the answer waits until `ready` returns true.
+// The servers check it each round.
 struct Reply {
   static constexpr std::chrono::milliseconds kBetweenLooks{10};
 
@@ -86,7 +90,7 @@ struct Reply {
   std::function<bool()> ready;
 };
 
-// `request` is a protocol data unit, 1 to kMostPduBytes bytes. There is always an answer.
+// Returns the answer to any request. `request` is a protocol data unit of 1 to kMostPduBytes bytes.
 Pdu answer(std::span<const std::uint8_t> request, RegisterBank& bank,
            const DeviceIdentity& identity, const Peer& peer);
 

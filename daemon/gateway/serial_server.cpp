@@ -85,7 +85,7 @@ void SerialServer::open(std::int64_t now_ns) {
   auto fresh = std::make_unique<Line>();
   fresh->context.reset(modbus_new_rtu(line.device.c_str(), line.baud, parity_letter(line.parity),
                                       line.data_bits, line.stop_bits));
-  // Its address is for libmodbus's own frames; none are sent.
+  // libmodbus uses the address for its own frames only, which are not used here.
   if (!fresh->context || modbus_connect(fresh->context.get()) != 0) {
     close_line(std::generic_category().message(errno));
     return;
@@ -111,7 +111,7 @@ void SerialServer::close_line(const std::string& why) {
   counters_.open = false;
   if (reported_ == why) return;
   reported_ = why;
-  spdlog::error("Modbus RTU slave: {}: {}; tried again each {} s", settings_.line.device, why,
+  spdlog::error("Modbus RTU slave: {}: {}; retried every {} s", settings_.line.device, why,
                 kRetry / 1'000'000'000);
 }
 
@@ -124,7 +124,7 @@ std::int64_t SerialServer::gap_ns() const noexcept {
 
 std::chrono::milliseconds SerialServer::patience() const noexcept {
   if (fd_ < 0 || size_ == 0) return ready_ ? Reply::kBetweenLooks : kIdle;
-  // Rounded up: a millisecond more of silence does no harm, one less is no end of a frame.
+  // Rounded up: a millisecond more of silence does no harm; one less would not end a frame.
   return std::chrono::milliseconds(gap_ns() / 1'000'000 + 1);
 }
 
@@ -144,14 +144,14 @@ void SerialServer::serve() {
   if (size_ > 0 && now_ns - last_byte_ns_ >= gap_ns()) end_of_frame(now_ns - last_byte_ns_);
 }
 
-// False if the line is gone.
+// Returns false if the line is lost.
 bool SerialServer::receive(std::int64_t now_ns) {
   for (;;) {
     std::array<std::uint8_t, kMostFrame> some{};
     errno = 0;
     const ssize_t n = read(fd_, some.data(), some.size());
     if (n < 0) return errno == EAGAIN || errno == EINTR;
-    // A terminal without a byte to give says 0, one that has hung up as well.
+    // read() returns 0 both for a terminal without data and for one that hung up.
     if (n == 0) {
       pollfd line{fd_, POLLIN, 0};
       return poll(&line, 1, 0) <= 0 || (line.revents & (POLLHUP | POLLERR | POLLNVAL)) == 0;
@@ -203,7 +203,7 @@ void SerialServer::answer_frame(std::size_t size) {
 
 void SerialServer::send_answer() {
   ready_ = nullptr;
-  // The driver has room for more than a frame; what it does not take, the master will miss.
+  // The driver's buffer is larger than a frame. Bytes that do not fit are lost to the master.
   if (write(fd_, to_send_.data(), to_send_size_) < 0 && errno != EAGAIN) {
     close_line(std::generic_category().message(errno));
   }

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The register map on a serial line: a Modbus RTU slave. libmodbus opens and sets up the line; frames are
-// told apart here, for the reasons in modbus_answer.hpp.
+// Serves the register map on a serial line as a Modbus RTU slave. libmodbus opens and sets up the
+// line. This class separates the frames, for the reasons in modbus_answer.hpp.
 //
-// A frame ends with a silence of 3.5 characters (1.75 ms above 19200 baud). An ordinary thread on a busy
-// machine and a USB adapter see silences that were none: what is less than the request that it begins, by
-// its function, waits kLongestPause for the rest. Requests to other units, and their answers, are let
-// pass. Unit 0 is a broadcast: done, not answered.
+// A frame ends with a silence of 3.5 characters (1.75 ms above 19200 baud). An ordinary thread
+// under load or a USB adapter may see a silence that was not on the line. A frame shorter than its
+// function requires therefore waits kLongestPause for the remaining bytes. Requests to other units,
+// and their answers, are ignored. Unit 0 is a broadcast: executed, not answered.
 //
-// Served by the gateway's thread, together with TCP. A line that is gone is opened again. An answer that waits for
-// something (Reply::ready) is given up when the master speaks again: it would be taken for the next one.
+// The gateway's thread serves it together with TCP. A lost line is opened again. A waiting answer
+// (Reply::ready) is dropped when the master sends again, because the master would take it for the
+// next answer.
 //
-// What it can't do: tell its own bytes from a master's on an adapter that echoes; that has to be switched
-// off in the adapter.
+// Limit: on an adapter that echoes, it can't distinguish its own bytes from a master's. Switch off
+// the echo in the adapter.
 //
 // Source: MODBUS over Serial Line V1.02, section 2.5.1.
 #pragma once
@@ -34,34 +35,35 @@ namespace loopwarden::daemon::gateway {
 struct SerialServerSettings {
   hal::modbus::LinkSettings line;  // device, baud, parity, stop bits, RS-485
   std::uint8_t unit = 1;           // 1 to 247
-  bool writes = false;             // masters on the line may write
+  bool writes = false;             // whether masters on the line may write
 };
 
 struct SerialServerCounters {
   bool open = false;
   std::uint64_t requests = 0;   // to this unit, or to all
-  std::uint64_t malformed = 0;  // what was no frame
+  std::uint64_t malformed = 0;  // received data without a valid frame
 };
 
-// Bytes that a request of this beginning has, checksum included; 0 if that can't be told yet, or never.
+// Returns the size of the request in bytes, checksum included, from its first bytes; 0 if unknown
+// yet, or invalid.
 std::size_t serial_request_size(std::span<const std::uint8_t> frame) noexcept;
-// CRC-16 as Modbus has it, low byte first on the wire.
+// Returns the CRC-16 of Modbus; its low byte is sent first.
 std::uint16_t serial_checksum(std::span<const std::uint8_t> bytes) noexcept;
 
 class SerialServer {
  public:
   using Answer = std::function<Reply(std::span<const std::uint8_t> request, const Peer& peer)>;
 
-  // Does not throw for a line that is not there: it may come.
+  // Does not throw if the line is missing: it may appear later.
   SerialServer(SerialServerSettings settings, base::Clock& clock, Answer answer);
   SerialServer(const SerialServer&) = delete;
   SerialServer& operator=(const SerialServer&) = delete;
   ~SerialServer();
 
   int fd() const noexcept { return fd_; }  // -1: not open
-  // How long this may be left alone when nothing comes.
+  // Returns how long the line may stay unserved while no byte arrives.
   std::chrono::milliseconds patience() const noexcept;
-  // Takes what is there; never blocks.
+  // Handles the received bytes. Never blocks.
   void serve();
 
   const SerialServerCounters& counters() const noexcept { return counters_; }
@@ -87,11 +89,12 @@ class SerialServer {
   std::string reported_;
   std::array<std::uint8_t, kMostFrame> received_{};
   std::size_t size_ = 0;
-  bool overrun_ = false;  // more bytes than a frame can have, until the next silence
+  // received more bytes than a frame can have; ignored until the next silence
+  bool overrun_ = false;
   std::int64_t last_byte_ns_ = 0;
   std::array<std::uint8_t, kMostFrame> to_send_{};
   std::size_t to_send_size_ = 0;
-  std::function<bool()> ready_;  // of an answer that waits; empty: none
+  std::function<bool()> ready_;  // condition of a waiting answer; empty: no answer waits
   SerialServerCounters counters_;
 };
 

@@ -21,7 +21,7 @@ namespace loopwarden::daemon::gateway {
 namespace {
 
 constexpr std::size_t kHeader = 7;  // transaction, protocol, length, unit
-constexpr int kFramesARound = 8;    // of one client, then it is the next one's turn
+constexpr int kFramesARound = 8;    // per client, before the next client is served
 constexpr int kAcceptsARound = 64;
 constexpr int kSocketBuffer = 16 * 1024;  // bytes
 constexpr std::chrono::milliseconds kThrottlePause{10};
@@ -46,7 +46,7 @@ std::string peer_name(const sockaddr_storage& address) {
   return fmt::format("[{}]:{}", text.data(), ntohs(v6.sin6_port));
 }
 
-// Fills `storage` from text; returns the length of what is used, 0 if that is no address.
+// Fills `storage` from text. Returns the length used, or 0 if the text is not an address.
 socklen_t parse(const std::string& address, std::uint16_t port, sockaddr_storage& storage) {
   sockaddr_in v4{};
   if (inet_pton(AF_INET, address.c_str(), &v4.sin_addr) == 1) {
@@ -74,7 +74,7 @@ TcpServer::TcpServer(TcpServerSettings settings, base::PeerList peers, base::Clo
       clock_(clock),
       answer_(std::move(answer)) {
   if (settings_.listener >= 0) {
-    // The service manager's socket: it may have a port that this process has no right to.
+    // A socket from the service manager may use a port for which this process has no rights.
     listener_ = settings_.listener;
     fcntl(listener_, F_SETFL, fcntl(listener_, F_GETFL) | O_NONBLOCK);
     fcntl(listener_, F_SETFD, FD_CLOEXEC);
@@ -85,7 +85,7 @@ TcpServer::TcpServer(TcpServerSettings settings, base::PeerList peers, base::Clo
   socklen_t bound_length = sizeof bound;
   getsockname(listener_, reinterpret_cast<sockaddr*>(&bound), &bound_length);
   sockaddr_in any{};
-  std::memcpy(&any, &bound, sizeof any);  // the port is at the same place in IPv4 and IPv6
+  std::memcpy(&any, &bound, sizeof any);  // the port has the same offset for IPv4 and IPv6
   port_ = ntohs(any.sin_port);
   clients_.reserve(settings_.most_clients);
 }
@@ -95,7 +95,7 @@ void TcpServer::listen_at_address() {
       fmt::format("Modbus server at {} port {}", settings_.address, settings_.port);
   sockaddr_storage address{};
   const socklen_t length = parse(settings_.address, settings_.port, address);
-  if (length == 0) throw std::runtime_error(where + ": no numeric address");
+  if (length == 0) throw std::runtime_error(where + ": not a numeric address");
   listener_ = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (listener_ < 0) throw failure(where, errno);
   const int on = 1;
@@ -130,11 +130,11 @@ void TcpServer::serve(std::chrono::milliseconds timeout, int also) {
       events = 0;
       timeout = std::min(timeout, kThrottlePause);
     } else if (frame_size(client) > 0) {
-      timeout = std::chrono::milliseconds(0);  // its turn ended with frames left
+      timeout = std::chrono::milliseconds(0);  // frames are left from the last turn
     }
     waiting.push_back({client.fd, events, 0});
   }
-  waiting.push_back({also, POLLIN, 0});  // poll() passes over -1
+  waiting.push_back({also, POLLIN, 0});  // poll() ignores -1
   if (poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count())) < 0) return;
   now_ns = read_ns_ = clock_.now_ns();
   const auto idle_ns = static_cast<std::int64_t>(settings_.idle_timeout_s * 1e9);
@@ -143,7 +143,7 @@ void TcpServer::serve(std::chrono::milliseconds timeout, int also) {
     Client& client = clients_[i];
     const short ready = waiting[i + 1].revents;
     bool alive = (ready & (POLLERR | POLLNVAL)) == 0;
-    // Behind a hang-up there may be a last request, which nobody waits for.
+    // Data that arrive with a hang-up may contain a last request; its answer would not be read.
     if (alive && (ready & POLLHUP) != 0 && (ready & POLLIN) == 0) alive = false;
     if (alive && (ready & POLLIN) != 0) alive = receive(client);
     if (alive) alive = serve_client(client, now_ns);
@@ -167,7 +167,8 @@ void TcpServer::accept_clients(std::int64_t now_ns) {
     const int fd = accept4(listener_, reinterpret_cast<sockaddr*>(&address), &length,
                            SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (fd < 0) {
-      // Out of descriptors: who waits stays in the queue, and this thread does not spin on it.
+      // Without free descriptors, clients stay in the kernel's queue. This thread waits, so that it
+      // does not spin.
       if (errno != EAGAIN && errno != EINTR && errno != ECONNABORTED) {
         accept_again_ns_ = now_ns + kAcceptPauseNs;
       }
@@ -182,7 +183,8 @@ void TcpServer::accept_clients(std::int64_t now_ns) {
     if (clients_.size() >= settings_.most_clients) make_room();
     const int on = 1;
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    // What a client does not read or the server not yet wants stays in the client's memory.
+    // Limits the kernel's buffers. Data that a client does not read, or that the server does not
+    // want yet, stay in the client's memory.
     setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &kSocketBuffer, sizeof kSocketBuffer);
     setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &kSocketBuffer, sizeof kSocketBuffer);
     Client& client = clients_.emplace_back();
@@ -224,7 +226,7 @@ bool TcpServer::receive(Client& client) {
 
 int TcpServer::frame_size(const Client& client) {
   const auto& b = client.received;
-  // As early as possible: what does not speak Modbus is gone after its third byte.
+  // Rejects a client that does not speak Modbus as early as possible, after its third byte.
   if (client.received_size >= 3 && b[2] != 0) return -1;
   if (client.received_size >= 4 && b[3] != 0) return -1;
   if (client.received_size < 6) return 0;

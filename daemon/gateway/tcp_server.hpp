@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modbus TCP connections: a poll() loop that never blocks on a client.
 //
-// An answer that waits for something (Reply::ready) keeps its client waiting, and nobody else: what the client sends
-// behind it stays in its socket.
+// An answer that waits (Reply::ready) delays only its own client, whose further requests stay in
+// its socket.
 //
-// What one client can do to the others is bounded: a frame that is none ends its connection; a client
-// that sends slowly costs a buffer; one that does not read its answers is not read from; one that asks
-// too often waits. When all places are taken, the one goes that never sent a sound request, else the
-// one whose last is longest ago.
+// The effect of one client on the others is limited:
+// - An invalid frame closes its connection.
+// - A client that sends slowly occupies one buffer.
+// - A client that does not read its answers is not read from.
+// - A client above its request rate waits.
+// If all places are taken, a new client displaces a client that never sent a valid request. If
+// there is none, it displaces the one whose last request is oldest.
 #pragma once
 
 #include <array>
@@ -27,18 +30,18 @@ namespace loopwarden::daemon::gateway {
 struct TcpServerSettings {
   std::string address = "127.0.0.1";
   std::uint16_t port = 1502;  // 0: any, see port()
-  std::uint8_t unit = 1;      // 0 and 255 are answered as well, as TCP devices do
+  std::uint8_t unit = 1;      // 0 and 255 are answered too, as TCP devices do
   std::size_t most_clients = 32;
-  double idle_timeout_s = 60.0;        // s without a sound request
-  double requests_per_second = 200.0;  // of each client
-  int listener = -1;  // a listening socket to take over; then address and port don't matter
+  double idle_timeout_s = 60.0;        // s without a valid request
+  double requests_per_second = 200.0;  // per client
+  int listener = -1;  // a listening socket to take over; address and port are then ignored
 };
 
 struct TcpServerCounters {
   std::uint64_t accepted = 0;
-  std::uint64_t refused = 0;    // not on the list
-  std::uint64_t displaced = 0;  // to make room
-  std::uint64_t malformed = 0;  // connections ended for what they sent
+  std::uint64_t refused = 0;    // clients that are not on the list
+  std::uint64_t displaced = 0;  // closed to make room
+  std::uint64_t malformed = 0;  // connections closed because of invalid data
   std::uint64_t requests = 0;
   std::size_t clients = 0;
 };
@@ -47,19 +50,19 @@ class TcpServer {
  public:
   using Answer = std::function<Reply(std::span<const std::uint8_t> request, const Peer& peer)>;
 
-  // Listens. Throws std::runtime_error.
+  // Starts listening. Throws std::runtime_error.
   TcpServer(TcpServerSettings settings, base::PeerList peers, base::Clock& clock, Answer answer);
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;
   ~TcpServer();
 
-  // Serves what is there, waiting at most `timeout` for it.
-  // `also`: a descriptor that ends the waiting when it has something to read; -1: none.
+  // Serves the available data. Waits at most `timeout` for data. `also`: a descriptor that ends the
+  // wait when it is readable; -1: none.
   void serve(std::chrono::milliseconds timeout, int also = -1);
 
   std::uint16_t port() const noexcept { return port_; }
-  // What had come before this time is read, but for clients who wait for an answer, ask too often or sent more than
-  // the server takes in a round.
+  // All data that arrived before this time have been read. Exceptions are clients that wait for an
+  // answer, are above their rate, or sent more than the server reads in a round.
   std::int64_t read_ns() const noexcept { return read_ns_; }
   const TcpServerCounters& counters() const noexcept { return counters_; }
 
@@ -74,9 +77,9 @@ class TcpServer {
     std::array<std::uint8_t, kMostFrame> to_send{};
     std::size_t to_send_size = 0;
     std::size_t sent = 0;
-    std::function<bool()> ready;       // of an answer that waits; empty: none
-    std::int64_t last_request_ns = 0;  // or when it came
-    bool asked = false;                // has sent a sound request
+    std::function<bool()> ready;       // condition of a waiting answer; empty: no answer waits
+    std::int64_t last_request_ns = 0;  // time of the last request, or of the connection
+    bool asked = false;                // has sent a valid request
     double tokens = 0.0;               // requests it may send at once
     std::int64_t refilled_ns = 0;
   };
@@ -89,7 +92,7 @@ class TcpServer {
   bool answer_frame(Client& client, std::size_t frame_size);
   static bool send_pending(Client& client);
   void refill(Client& client, std::int64_t now_ns) const;
-  // Bytes of the first frame in the buffer; 0: not there yet; nullopt: it is no frame.
+  // Returns the bytes of the first frame in the buffer; 0: incomplete; nullopt: invalid.
   static int frame_size(const Client& client);
 
   TcpServerSettings settings_;

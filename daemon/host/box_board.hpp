@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The box's own alarms as they are now, and what operators do with them. Every change goes to the journal. Any thread.
+// The present alarms of the box, with the operators' actions on them. Every change is written to
+// the journal. Thread-safe.
 #pragma once
 
 #include <array>
@@ -16,7 +17,7 @@
 
 namespace loopwarden::daemon::host {
 
-// What one look at the box found, each with its reason in words.
+// The conditions found by one check of the box, each with its reason in words.
 struct BoxReport {
   alarm::BoxFindings found{};
   std::array<std::string, alarm::kBoxAlarmCount> why{};
@@ -27,7 +28,7 @@ using BoxOrder = supervision::OrderOf<alarm::BoxAlarm>;
 // Alarms that were acknowledged together.
 struct BoxAcknowledged {
   std::vector<alarm::BoxAlarm> alarms;
-  std::uint64_t ticket = 0;  // of the journal's last line; 0: no alarm waited
+  std::uint64_t ticket = 0;  // of the journal's last line; 0: no alarm was waiting
 };
 
 class BoxBoard {
@@ -38,22 +39,22 @@ class BoxBoard {
   BoxBoard(const BoxBoard&) = delete;
   BoxBoard& operator=(const BoxBoard&) = delete;
 
-  // Before the threads start.
+  // Call it before the threads start.
   void restore(const journal::AlarmStates& states);
   void look(const BoxReport& report, std::int64_t monotonic_ms);
 
   supervision::OrderResult act(const BoxOrder& order);
-  // Every one that waits.
+  // Acknowledges every waiting alarm.
   BoxAcknowledged acknowledge_all(const std::string& peer, const std::string& reason);
 
   alarm::BoxAlarms alarms() const;
-  // Why the condition of this alarm is on, by the newest look; empty: it is not.
+  // Returns why the alarm's condition is on, from the newest check; empty: it is off.
   std::string why(alarm::BoxAlarm kind) const;
-  // How often any of them has changed since the start.
+  // Number of changes of all alarms since the start.
   std::uint64_t changes() const;
 
  private:
-  // Journals what is not as before; returns the last ticket.
+  // Writes the changed alarms to the journal. Returns the last ticket.
   std::uint64_t write_changes(const alarm::BoxAlarms& before);
   supervision::OrderResult act_locked(const BoxOrder& order);
 

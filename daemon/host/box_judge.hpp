@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a look at the box says of its alarms.
+// Derives the box's alarms from checks of the box.
 #pragma once
 
 #include <cstdint>
@@ -13,33 +13,33 @@ namespace loopwarden::daemon::host {
 
 inline constexpr std::uint64_t kLeastRoom_bytes = 100'000'000;
 inline constexpr std::int64_t kClockStep_ms = 1000;
-inline constexpr std::int64_t kRemembered_ms = 600'000;  // a step, and cycles that were dropped
+inline constexpr std::int64_t kRemembered_ms = 600'000;  // for clock steps and dropped cycles
 inline constexpr double kCertificate_days = 14.0;
-inline constexpr double kDiskHangs_s = 10.0;  // a slow one answers sooner
+inline constexpr double kDiskHangs_s = 10.0;  // slow disks answer sooner
 
 struct Certificate {
   std::string file;
-  std::optional<std::int64_t> ends_s;  // s since 1970; nothing: it can't be read
+  std::optional<std::int64_t> ends_s;  // s since 1970; nullopt: unreadable
 };
 
-// What the disk alone can say.
+// Data that only the disk can give.
 struct DiskLook {
-  std::optional<std::uint64_t> room_bytes{};  // nothing: it does not say
+  std::optional<std::uint64_t> room_bytes{};  // nullopt: unknown
   std::vector<Certificate> certificates{};
 };
 
 struct BoxLook {
   std::int64_t monotonic_ms = 0;
   std::int64_t utc_ms = 0;
-  std::optional<DiskLook> disk{};  // nothing: it does not answer
-  double disk_wait_s = 0.0;        // since when somebody waits for it
+  std::optional<DiskLook> disk{};  // nullopt: the disk does not answer
+  double disk_wait_s = 0.0;        // how long a call has been waiting for the disk
   std::string journal_error{};
   std::vector<std::string> lost_feeders{};
-  std::optional<std::vector<std::string>> failed_services{};  // nothing: nobody can be asked
-  std::uint64_t dropped = 0;                                  // cycles, since the start
+  std::optional<std::vector<std::string>> failed_services{};  // nullopt: systemd can't be asked
+  std::uint64_t dropped = 0;                                  // cycles since the start
 };
 
-// Remembers the look before. No clock.
+// Judges a check against the previous one. It uses no clock.
 class BoxJudge {
  public:
   BoxReport judge(const BoxLook& look);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks at the box every few seconds, on a thread of its own. The disk is asked on a second one: while it hangs the other
-// alarms go on.
+// Checks the box every few seconds on a separate thread. A second thread reads the disk, so that a
+// hanging disk does not stop the other checks.
 #pragma once
 
 #include <chrono>
@@ -21,15 +21,16 @@
 
 namespace loopwarden::daemon::host {
 
-// May hang.
+// Reads the disk's data. May hang.
 DiskLook look_at_disk(const std::filesystem::path& state_directory,
                       const std::vector<std::string>& certificates);
 
 struct BoxSources {
-  std::function<DiskLook()> disk;  // owns all that it works on: it may outlast everything
+  // must own all data that it uses, because it may outlive every other part
+  std::function<DiskLook()> disk;
   std::function<protocol::DaemonStatus()> status;
-  std::function<std::uint64_t()> dropped;  // cycles that recorder or monitor was too slow for
-  std::chrono::milliseconds period{5000};  // from look to look
+  std::function<std::uint64_t()> dropped;  // cycles for which recorder or monitor was too slow
+  std::chrono::milliseconds period{5000};  // between two checks
 };
 
 class BoxLooker {
@@ -41,7 +42,8 @@ class BoxLooker {
 
   void start();
   void stop();
-  // As stop(), for at most `patience`. False if the thread still hangs in a call.
+  // Does the same as stop(), for at most `patience`. Returns false if the thread still hangs in a
+  // call.
   bool stop_for(std::chrono::milliseconds patience);
 
  private:

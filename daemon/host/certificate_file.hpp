@@ -7,7 +7,8 @@
 
 namespace loopwarden::daemon::host {
 
-// When the first certificate of a PEM file ends, s since 1970; nothing: it can't be read, or is none.
+// Returns when the first certificate of a PEM file ends, s since 1970; nullopt if it is unreadable
+// or not a certificate.
 std::optional<std::int64_t> end_of_certificate(const std::string& file);
 
 }  // namespace loopwarden::daemon::host

@@ -44,7 +44,7 @@ std::optional<std::vector<std::string>> failed_services() {
     return std::nullopt;
   }
   std::vector<std::string> units;
-  // A unit's name comes first; the rest is of no account.
+  // The first field is the unit's name; the others are ignored.
   while (sd_bus_message_enter_container(answered, SD_BUS_TYPE_STRUCT, "ssssssouso") > 0) {
     const char* name = nullptr;
     if (sd_bus_message_read(answered, "s", &name) < 0 ||

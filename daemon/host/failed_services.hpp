@@ -7,7 +7,8 @@
 
 namespace loopwarden::daemon::host {
 
-// Units loopwarden-*.service that have failed, as systemd has it; nothing: it can't be asked.
+// Returns the failed units loopwarden-*.service as reported by systemd; nullopt if systemd can't be
+// asked.
 std::optional<std::vector<std::string>> failed_services();
 
 }  // namespace loopwarden::daemon::host

@@ -65,7 +65,7 @@ std::optional<AlarmStates> AlarmStateFile::load(std::string& why) const {
   const std::optional<std::string> text = base::read_file(path_);
   if (!text) return std::nullopt;
   try {
-    if (text->size() < kChecksumLine) throw std::runtime_error("it is cut short");
+    if (text->size() < kChecksumLine) throw std::runtime_error("it is truncated");
     const std::string body = text->substr(kChecksumLine);
     if (text->compare(0, kChecksumLine, checksum_line(body)) != 0) {
       throw std::runtime_error("its checksum is wrong");
@@ -77,7 +77,7 @@ std::optional<AlarmStates> AlarmStateFile::load(std::string& why) const {
       states.memories[{alarm.at("loop").get<std::string>(), alarm.at("alarm").get<std::string>()}] =
           memory_of(alarm);
     }
-    // A file of before there were incidents has none.
+    // Files from before incidents existed have no such key.
     const json incidents = j.value("incidents", json::object());
     for (const auto& [loop, state] : incidents.items()) {
       if (auto known = read_incident(state.get<std::string>())) {

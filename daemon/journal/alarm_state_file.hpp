@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A second copy of what the alarms remember, for the day on which the journal's file is damaged: a small
-// text file of one checksum and one JSON object, replaced whole.
+// A second copy of the stored alarm states, in case the journal's file is damaged. It is a small
+// text file of one checksum and one JSON object, always replaced as a whole.
 #pragma once
 
 #include <filesystem>
@@ -15,9 +15,9 @@ class AlarmStateFile {
  public:
   explicit AlarmStateFile(std::filesystem::path path) : path_(std::move(path)) {}
 
-  // False, with the reason in `why`, if the disk refused; the old copy is then still there.
+  // Returns false, with the reason in `why`, if the disk failed. The old copy then remains.
   bool save(const AlarmStates& states, std::string& why) const;
-  // Nothing if there is no file or it is damaged; `why` is then set for the latter.
+  // Returns nullopt if the file is missing or damaged. If it is damaged, `why` is set.
   std::optional<AlarmStates> load(std::string& why) const;
 
  private:

@@ -41,7 +41,7 @@ std::optional<Incident> read_incident(const std::string& text) {
     const json j = json::parse(text);
     Incident incident;
     incident.opened_ms = j.at("opened_ms").get<std::int64_t>();
-    incident.since_ms = j.value("since_ms", incident.opened_ms);  // files up to 2026 lack it
+    incident.since_ms = j.value("since_ms", incident.opened_ms);  // missing in files up to 2026
     incident.from_ms = j.at("from_ms").get<std::int64_t>();
     incident.gone_ms = j.at("gone_ms").get<std::int64_t>();
     incident.ended_ms = j.at("ended_ms").get<std::int64_t>();

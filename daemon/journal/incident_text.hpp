@@ -8,10 +8,10 @@
 
 namespace loopwarden::daemon::journal {
 
-// FIC-205-20261124T145805Z: tag and UTC of the incident's begin.
+// Returns FIC-205-20261124T145805Z: tag and UTC of the incident's start.
 std::string incident_id(const std::string& tag, const alarm::Incident& incident);
 
-// All of it as a line of JSON, and back; nothing where the text is none.
+// Convert an incident to a line of JSON, and back. Returns nullopt for invalid text.
 std::string write_incident(const alarm::Incident& incident);
 std::optional<alarm::Incident> read_incident(const std::string& text);
 

@@ -23,7 +23,7 @@ Journal::Journal(JournalSettings settings)
     : settings_(std::move(settings)), copy_(settings_.folder / "alarm-state.json") {}
 
 AlarmStates Journal::open() {
-  std::error_code ignored;  // open_file says it better
+  std::error_code ignored;  // open_file reports the error
   std::filesystem::create_directories(settings_.folder, ignored);
   std::string why;
   if (std::optional<AlarmStates> copy = copy_.load(why)) states_ = std::move(*copy);
@@ -40,7 +40,8 @@ AlarmStates Journal::open() {
       failed(e.what());
     }
   }
-  // A new file, or one that is behind the copy, gets all of it with the first write.
+  // All states are written with the first write to a new file, or to one that is older than the
+  // copy.
   changed_states_ = states_;
   return states_;
 }
@@ -85,11 +86,11 @@ std::uint64_t Journal::post(JournalEntry entry) {
   return ticket;
 }
 
-// While the disk hangs nobody fetches from the queue.
+// Makes room in the queue. While the disk hangs, the journal's thread does not empty it.
 void Journal::make_room() {
   while (queue_.size() > settings_.most_waiting) {
     const JournalEntry& oldest = queue_.front();
-    // What an alarm must remember is kept even if its line finds no room.
+    // The stored state of an alarm is kept even if its line is lost.
     crowded_out_.take(oldest);
     queue_.pop_front();
     ++status_.lost;
@@ -127,7 +128,7 @@ std::vector<JournalRow> Journal::newest(std::size_t most, const std::string& loo
 }
 
 std::vector<JournalRow> Journal::search(const JournalQuery& query) const {
-  // A connection of its own: in WAL mode a reader and the writer don't disturb each other.
+  // Uses a separate connection: in WAL mode, reader and writer don't disturb each other.
   try {
     return JournalFile::search(path(), query);
   } catch (const sqlite::Error&) {
@@ -151,7 +152,7 @@ void Journal::run() {
       last_round = take_waiting();
       if (!waiting_.empty() && (last_round || std::chrono::steady_clock::now() >= retry_at_)) {
         const base::DiskWait::Section waiting(wait_);
-        // A second time if the file had to be replaced.
+        // Writes again if the file had to be replaced.
         if (!write_waiting()) write_waiting();
       }
     } catch (const std::bad_alloc&) {
@@ -164,11 +165,11 @@ void Journal::run() {
   file_.reset();
 }
 
-// True if the journal is ending.
+// Returns true if the journal is ending.
 bool Journal::take_waiting() {
   std::unique_lock lock(mutex_);
   changed_.wait_for(lock, kPause, [&] { return !queue_.empty() || quit_; });
-  waiting_.reserve(waiting_.size() + queue_.size());  // all of them or none
+  waiting_.reserve(waiting_.size() + queue_.size());  // takes all lines or none
   std::move(queue_.begin(), queue_.end(), std::back_inserter(waiting_));
   queue_.clear();
   taken_ = posted_;
@@ -193,7 +194,7 @@ bool Journal::take_waiting() {
   return quit_;
 }
 
-// False if the file was damaged and a new one is to be tried.
+// Returns false if the file was damaged and a new one must be tried.
 bool Journal::write_waiting() {
   const bool states_changed = !changed_states_.empty();
   if (states_changed) save_copy();
@@ -231,12 +232,12 @@ void Journal::save_copy() {
   if (!copy_.save(states_, why) && reported_.empty()) spdlog::error("journal: {}", why);
 }
 
-// False if it can't be moved.
+// Returns false if the file can't be moved.
 bool Journal::replace_damaged(const std::string& why) {
   try {
     const std::int64_t now_ms = base::utc_ms();
     const std::filesystem::path aside = sqlite::move_aside(path(), now_ms);
-    spdlog::error("journal: damaged ({}); kept as {}, a new one begins", why, aside.string());
+    spdlog::error("journal: damaged ({}); kept as {}; a new file is started", why, aside.string());
     waiting_.push_back({.kind = JournalEntry::Kind::system,
                         .utc_ms = now_ms,
                         .loop = {},

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The journal of alarms, operator actions and register writes, with a thread of its own for the disk.
+// The journal of alarms, operator actions and register writes. A separate thread writes it to the
+// disk.
 //
-// Everyone else only puts lines into a queue in memory: no disk, however slow, full or broken, makes
-// the monitor, the control socket or the Modbus server wait, and the real-time thread does not know
-// the journal. While the disk refuses, lines wait in memory and are tried again. A damaged file is
-// moved aside, reported, and a new one begun with all that the alarms remember. One of another version, as after a
-// downgrade, stays as it is, and lines wait in memory as where the disk refuses.
+// Other threads put lines into a queue in memory. A slow, full or broken disk therefore never makes
+// the monitor, the control socket or the Modbus server wait. The real-time thread does not use the
+// journal. While the disk fails, lines wait in memory and are tried again. A damaged file is moved
+// aside and reported. A new file then starts with all stored alarm states. A file of another
+// version, as after a downgrade, is not changed. Lines then wait in memory as for a failing disk.
 #pragma once
 
 #include <chrono>
@@ -29,26 +30,27 @@
 namespace loopwarden::daemon::journal {
 
 struct JournalSettings {
-  std::filesystem::path folder;           // holds journal.sqlite and alarm-state.json
-  std::int64_t most_rows = 200'000;       // lines kept on the disk
-  std::size_t most_waiting = 10'000;      // lines kept in memory while the disk refuses; while it
-                                          // hangs, as many that nobody has fetched yet
-  std::chrono::milliseconds retry{5000};  // between attempts at a disk that refuses
+  std::filesystem::path folder;      // holds journal.sqlite and alarm-state.json
+  std::int64_t most_rows = 200'000;  // lines kept on the disk
+  // Lines kept in memory while the disk fails. While the disk hangs, the same number again may wait
+  // to be fetched.
+  std::size_t most_waiting = 10'000;
+  std::chrono::milliseconds retry{5000};  // between attempts at a failing disk
 };
 
 struct JournalStatus {
   std::uint64_t written = 0;  // lines on the disk since the start
   std::uint64_t waiting = 0;  // lines in memory
-  std::uint64_t lost = 0;     // lines that found no room in memory either
+  std::uint64_t lost = 0;     // lines that did not fit into memory either
   std::uint64_t damaged = 0;  // files moved aside
-  std::string error;          // why lines are waiting; empty: they are not, or for a moment only
+  std::string error;          // why lines are waiting; empty: they are not, or only for a moment
 };
 
 // Whether a line is on the disk.
 enum class Written : std::uint8_t {
   not_yet,
   yes,
-  no,  // the disk refuses or hangs, or the journal is ending
+  no,  // the disk fails or hangs, or the journal is ending
 };
 
 class Journal {
@@ -58,30 +60,30 @@ class Journal {
   Journal& operator=(const Journal&) = delete;
   ~Journal() { stop(); }
 
-  // Before start(): opens the file and returns what the alarms remember, the newer of the two copies.
-  // Trouble with the disk shows in status(), it is never thrown.
+  // Call it before start(). Opens the file and returns the stored alarm states from the newer of
+  // the two copies. Errors of the disk appear in status(); they are never thrown.
   AlarmStates open();
   void start();
-  // Writes what is waiting, if the disk takes it, and ends the thread.
+  // Writes the waiting lines if the disk accepts them, and ends the thread.
   void stop();
-  // As stop(), for at most `patience`; false if the disk hangs.
+  // Does the same as stop(), for at most `patience`. Returns false if the disk hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // Any thread but the real-time one. Returns a number to wait for. Refusals that repeat are left
-  // out (repeated_refusals.hpp).
+  // Adds a line. Returns its ticket. Repeated refusals are omitted (repeated_refusals.hpp). From
+  // any thread except the real-time one.
   std::uint64_t post(JournalEntry entry);
-  // Of all lines up to `ticket`. Waits for nothing.
+  // Returns the state of all lines up to `ticket`. Does not wait.
   Written written(std::uint64_t ticket) const;
-  // True once all up to `ticket` is on the disk; false at once while the disk refuses or hangs, or
-  // when `patience` has run out.
+  // Waits until all lines up to `ticket` are on the disk. Returns false at once while the disk
+  // fails or hangs, and when `patience` has passed.
   bool wait_written(std::uint64_t ticket, std::chrono::milliseconds patience);
 
   JournalStatus status() const;
-  // The newest lines, newest first, from the disk; empty while it can't be read.
+  // Returns the newest lines from the disk, newest first; empty while it can't be read.
   std::vector<JournalRow> newest(std::size_t most, const std::string& loop = {}) const;
-  // The same of the lines that the query fits.
+  // Does the same for the lines that match the query.
   std::vector<JournalRow> search(const JournalQuery& query) const;
-  // The newest alarms that came from `from_ms` to before `to_ms`, newest first.
+  // Returns the newest alarms raised from `from_ms` to before `to_ms`, newest first.
   std::vector<alarm::AlarmCame> came(std::int64_t from_ms, std::int64_t to_ms,
                                                    std::size_t most) const;
   std::filesystem::path path() const { return settings_.folder / "journal.sqlite"; }
@@ -105,19 +107,19 @@ class Journal {
   std::condition_variable changed_;
   RepeatedRefusals refusals_;
   std::deque<JournalEntry> queue_;
-  std::uint64_t posted_ = 0;   // tickets given
+  std::uint64_t posted_ = 0;   // tickets issued
   std::uint64_t taken_ = 0;    // tickets up to this one left the queue
   std::uint64_t settled_ = 0;  // tickets up to this one are on the disk, or were lost
   AlarmStates crowded_out_;    // memories of lines that the full queue has lost
   JournalStatus status_;
-  std::size_t in_hand_ = 0;  // lines that the journal's thread has taken, and not written
+  std::size_t in_hand_ = 0;  // lines that the journal's thread has taken but not written
   bool quit_ = false;
 
-  // The journal's thread only (and open(), before it).
+  // For the journal's thread only (and open(), before it).
   std::unique_ptr<JournalFile> file_;
   std::vector<JournalEntry> waiting_;
-  AlarmStates states_;          // all, for a new file
-  AlarmStates changed_states_;  // of the lines that wait
+  AlarmStates states_;          // all states, for a new file
+  AlarmStates changed_states_;  // of the waiting lines
   std::chrono::steady_clock::time_point retry_at_{};
   std::string reported_;
   base::DiskWait wait_;

@@ -12,7 +12,7 @@
 
 namespace loopwarden::daemon::journal {
 
-// One line of the journal. What does not apply stays empty.
+// One line of the journal. Fields that don't apply are empty.
 struct JournalEntry {
   enum class Kind : std::uint8_t { alarm, operator_action, register_write, system };
   Kind kind = Kind::system;
@@ -22,15 +22,15 @@ struct JournalEntry {
   std::string from;  // alarm states
   std::string to;
   std::optional<double> severity_percent;
-  std::string peer;  // who: "uid 1000", "192.168.1.5:40312"; empty: the daemon itself
+  std::string peer;  // author: "uid 1000", "192.168.1.5:40312"; empty: the daemon itself
   std::string what;  // the action, or the register's name
   std::string old_value;
   std::string new_value;
-  std::string result;  // "done", or why not
-  std::string reason;  // in the words of who did it
-  // What the alarm must remember from here on; stored together with the line, or not at all.
+  std::string result;  // "done", or the reason for a refusal
+  std::string reason;  // in the author's words
+  // New stored state of the alarm. It is stored together with the line, or not at all.
   std::optional<alarm::AlarmMemory> memory;
-  std::optional<alarm::Incident> incident;  // the same of the loop's incident
+  std::optional<alarm::Incident> incident;  // the same for the loop's incident
 };
 
 constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
@@ -43,15 +43,15 @@ constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
   return "system";
 }
 
-// What all alarms and incidents remember; of alarms by loop and alarm.
+// Stored states of all alarms, by loop and alarm, and of all incidents.
 using AlarmKey = std::pair<std::string, std::string>;
 struct AlarmStates {
-  std::uint64_t revision = 0;  // +1 with each change; tells the newer of two copies
+  std::uint64_t revision = 0;  // increases with each change; identifies the newer of two copies
   std::map<AlarmKey, alarm::AlarmMemory> memories;
   std::map<std::string, alarm::Incident> incidents;  // by loop
 
   bool empty() const noexcept { return memories.empty() && incidents.empty(); }
-  // Puts what the line remembers, or what newer states do, in place of what is here.
+  // Replace the stored states by those of a line, or by newer states.
   void take(const JournalEntry& line);
   void take(const AlarmStates& newer);
 };

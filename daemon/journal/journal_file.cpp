@@ -35,15 +35,16 @@ CREATE TABLE alarm_revision(only INTEGER PRIMARY KEY CHECK(only = 1), revision I
 INSERT INTO alarm_revision VALUES(1, 0);
 )";
 
-// Beside the tables of version 1, which a program without them reads and writes as well.
+// An additional table for version 1. Older programs read and write the file without it.
 constexpr const char* kIncidents =
     "CREATE TABLE IF NOT EXISTS incident(loop TEXT PRIMARY KEY, state TEXT NOT NULL) WITHOUT ROWID";
-// What the figures of the alarms need, and no more: they are answered from the index alone.
+// Contains only the columns for the alarm figures, which are answered from the index without the
+// table.
 constexpr const char* kCameIndex =
     "CREATE INDEX IF NOT EXISTS journal_came "
     "ON journal(utc_ms, loop, alarm, from_state, kind, to_state) "
     "WHERE kind = 'alarm' AND to_state = 'unacknowledged'";
-// A line with which an alarm came, and not one that came back from the shelf.
+// Selects lines that raised an alarm. Excludes alarms that ended their shelving.
 constexpr const char* kCame =
     "SELECT utc_ms, loop, alarm FROM journal WHERE kind = 'alarm' AND to_state = 'unacknowledged' "
     "AND from_state NOT IN ('unacknowledged', 'acknowledged', 'shelved') "
@@ -51,8 +52,8 @@ constexpr const char* kCame =
 
 constexpr sqlite::Schema kSchema{"journal", 0x4C574A31 /* "LWJ1" */, 1, kTables};
 
-// By SQLite's lower(), which knows ASCII alone.
-// Fields are kept apart by a character that nobody writes.
+// Compares with SQLite's lower(), which handles ASCII only. A character that users can't type
+// separates the fields.
 constexpr const char* kContains =
     "instr(lower(ifnull(loop, '') || char(31) || ifnull(alarm, '') || char(31) || ifnull(peer, '') "
     "|| char(31) || "
@@ -68,7 +69,7 @@ JournalEntry::Kind kind_of(const std::string& text) {
   return Kind::system;
 }
 
-// An empty text is NULL: the column does not apply.
+// Converts an empty text to NULL: the column does not apply.
 std::optional<std::string> given(const std::string& text) {
   return text.empty() ? std::nullopt : std::optional(text);
 }
@@ -123,7 +124,7 @@ AlarmStates JournalFile::read_states() {
   while (read.step()) {
     const std::int64_t state = read.integer(2);
     AlarmMemory memory;
-    // A number that is no state is left to Alarm, which takes none of it.
+    // An invalid state number is passed on to Alarm, which ignores it.
     memory.raised = static_cast<AlarmState>(state >= 0 && state <= 255 ? state : 255);
     memory.shelved_until_ms = read.integer(3);
     memory.raised_ms = read.integer(4);
@@ -162,7 +163,7 @@ JournalRow JournalFile::row_of(const sqlite::Statement& read) {
 }
 
 std::vector<JournalRow> JournalFile::search(const JournalQuery& query) {
-  // Values are parameters; which conditions there are is all that is put together here.
+  // Only the choice of conditions is composed here. Values are parameters.
   std::string where;
   const auto with = [&](bool given, const char* condition) {
     if (given) where += fmt::format("{} {}", where.empty() ? " WHERE" : " AND", condition);
@@ -176,7 +177,7 @@ std::vector<JournalRow> JournalFile::search(const JournalQuery& query) {
   Statement read(database_,
                  fmt::format("SELECT * FROM journal{} ORDER BY id DESC LIMIT ?1", where));
   read.bind(1, query.most);
-  // A parameter of a condition that is not there can't be bound.
+  // A parameter must not be bound if its condition is absent.
   if (!query.loop.empty()) read.bind(2, query.loop);
   if (query.before_id) read.bind(3, *query.before_id);
   if (query.kind) read.bind(4, std::string(to_text(*query.kind)));

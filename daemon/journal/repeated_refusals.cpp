@@ -10,7 +10,7 @@ namespace loopwarden::daemon::journal {
 namespace {
 
 constexpr std::int64_t kHeld_ms = 30'000;
-constexpr std::size_t kMostCommands = 4096;  // then all are forgotten
+constexpr std::size_t kMostCommands = 4096;  // at this number, all are forgotten
 
 }  // namespace
 

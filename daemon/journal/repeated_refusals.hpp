@@ -1,7 +1,8 @@
-// SPDX-License-Identifier: Apache-2.0 Finds lines of refused commands that repeat, so that a master
-// which repeats a refused command each second does not fill the journal. A repeated line says what
-// the newest refusal of the same command to the same loop by the same peer said: same value, same
-// reason, less than 30 s ago. A command that is done, another value or another reason ends the row.
+// SPDX-License-Identifier: Apache-2.0
+// Finds repeated refusals, so that a master that repeats a refused command each second does not
+// fill the journal. A line is a repeat if the newest refusal of the same command to the same loop
+// by the same peer is less than 30 s old. Its value and reason must be the same. A command that is
+// done, another value or another reason ends the series.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +14,12 @@
 
 namespace loopwarden::daemon::journal {
 
-// "10.0.0.7:40312" without its port; every other peer as it is.
+// Returns "10.0.0.7:40312" without its port, and every other peer unchanged.
 std::string host_of(const std::string& peer);
 
 class RepeatedRefusals {
  public:
-  // To be asked once for each line, in their order.
+  // Returns whether the line is a repeat. Call it once per line, in their order.
   bool repeats(const JournalEntry& line);
 
  private:
@@ -27,7 +28,7 @@ class RepeatedRefusals {
     std::string result;
     std::int64_t utc_ms = 0;
   };
-  // By loop, alarm, command and host.
+  // Loop, alarm, command and host.
   using Command = std::tuple<std::string, std::string, std::string, std::string>;
   std::map<Command, Refused> newest_;
 };

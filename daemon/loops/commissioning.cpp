@@ -9,7 +9,9 @@ namespace loopwarden::daemon {
 
 void Commissioning::show_life(std::uint64_t session, Clock::time_point now) {
   if (!held_ || held_->silent || held_->session != session) {
-    throw protocol::RequestError("the commissioning has ended: it was given back, or silent");
+    throw protocol::RequestError(
+        "the commissioning has ended: the loop was released, or the session was silent for too "
+        "long");
   }
   held_->alive = now;
 }
@@ -79,11 +81,11 @@ const char* Commissioning::no_withholding(const config::LoopConfig& loop, double
   constexpr double kLongest_s = 300.0;
   if (!(seconds > 0.0 && seconds <= kLongest_s)) return "withhold_s is 0 to 300 s";
   const auto* modbus = std::get_if<hal::modbus::LoopModbusSettings>(&loop.io);
-  if (modbus == nullptr) return "no device's watchdog stands behind it";
+  if (modbus == nullptr) return "it has no device watchdog";
   if (modbus->comm_loss.protection == hal::modbus::CommLossProtection::none_accepted) {
-    return "its file says that nothing moves the valve when commands cease (none_accepted)";
+    return "its file accepts that the valve keeps its position when commands cease (none_accepted)";
   }
-  return manual ? nullptr : "commands are withheld in manual alone";
+  return manual ? nullptr : "commands are withheld in manual only";
 }
 
 }  // namespace loopwarden::daemon

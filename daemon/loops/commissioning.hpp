@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who commissions a loop: it is out of service for everybody else until he gives it back, or shows no sign of life for a
-// minute and the stop action is taken. Any thread.
+// Grants one user a loop for commissioning. The loop is out of service for all others until the
+// user releases it. If there is no sign of life for a minute, the session ends and the stop action
+// is taken. Thread-safe.
 //
-// The holder is the one truth for ordinary threads. The cycle gets a copy in its channels, which is
-// written with the holder under the same lock.
+// For ordinary threads the holder is authoritative. The loop's cycle gets a copy in its channels.
+// Both are written under the same lock.
 #pragma once
 
 #include <chrono>
@@ -22,32 +23,35 @@ class Commissioning {
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::duration<double> kSilence{60.0};
 
-  // `channels`: of the loop; they outlive this.
+  // `channels`: those of the loop; they must outlive this.
   explicit Commissioning(rt::LoopChannels& channels) noexcept : channels_(channels) {}
 
-  // Takes the loop, or with its session shows a sign of life. Returns the session. Throws RequestError where another has
-  // it, or the session has ended. `utc_ms`: of the beginning.
+  // Takes the loop, or shows a sign of life with the loop's session. Returns the session. Throws
+  // RequestError if another session has the loop, or the session has ended. `utc_ms`: time of the
+  // start.
   std::uint64_t take(const std::optional<std::uint64_t>& session, const std::string& peer,
                      std::int64_t utc_ms, Clock::time_point now);
-  // False: nobody had it.
+  // Releases the loop. Returns false if it was not taken.
   bool give_back();
-  // Throws RequestError where an order of who has this session, or none, must not move the loop. A sign of life.
+  // Throws RequestError if a command with this session, or without one, must not move the loop.
+  // Otherwise it counts as a sign of life.
   void check_order(const std::optional<std::uint64_t>& session, Clock::time_point now);
-  // Whether who had it has been silent for too long: his session has ended, and the loop is out of service until it is
-  // given back.
+  // Returns whether the holder has been silent for too long. Its session has then ended, and the
+  // loop stays out of service until it is released.
   bool silent(Clock::time_point now);
 
-  // The one that has the loop; nullopt: nobody has it, or he has been silent for too long.
+  // Returns the session that has the loop; nullopt if the loop is not taken, or its holder has been
+  // silent for too long.
   std::optional<std::uint64_t> session() const;
 
   struct Holder {
     std::string by;
     std::int64_t since_ms;  // UTC
-    double ends_in_s;       // without a sign of life; 0: it has been silent for too long
+    double ends_in_s;       // without a sign of life; 0: the holder has been silent for too long
   };
   std::optional<Holder> holder(Clock::time_point now = Clock::now()) const;
 
-  // Why a loop's commands can't be withheld for so long; null: they can.
+  // Returns why a loop's commands can't be withheld for this time; null: they can.
   static const char* no_withholding(const config::LoopConfig& loop, double seconds, bool manual);
 
  private:
@@ -58,14 +62,14 @@ class Commissioning {
     Clock::time_point alive;
     bool silent;
   };
-  // With the mutex.
+  // Call it with the mutex held.
   void show_life(std::uint64_t session, Clock::time_point now);
   void publish() noexcept;
 
   rt::LoopChannels& channels_;
   mutable std::mutex mutex_;
   std::optional<Held> held_;
-  // Sessions of a daemon before this one are no sessions.
+  // Starts at the present time, so that sessions of an earlier daemon are invalid.
   std::uint64_t newest_ = static_cast<std::uint64_t>(
       std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1));
 };

@@ -26,9 +26,8 @@ EventText fault_text(const rt::Event& event, const config::LoopConfig& loop) {
   }
   if (fault == control::Fault::output_unknown) {
     return {Severity::warning,
-            "fault: output unknown; nothing is written until a read-back or an order for the "
-            "output tells where it "
-            "stands"};
+            "fault: output unknown; the output is not written until a read-back or a command gives "
+            "its position"};
   }
   const bool about_pv = fault == control::Fault::bad_pv || fault == control::Fault::starting;
   return {fault == control::Fault::stop || fault == control::Fault::starting ? Severity::info
@@ -58,10 +57,10 @@ EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
       return {Severity::warning,
               fmt::format("order refused: {}", rt::to_text(static_cast<rt::Refusal>(event.a)))};
     case rt::EventCode::result_not_finite:
-      return {Severity::error, "the controller's result was no valid output; not written"};
+      return {Severity::error, "the controller's result was not a valid output; not written"};
     case rt::EventCode::jacket_stands_back:
       return {Severity::warning,
-              fmt::format("jacket stands back: mean error {:.3g} {}", event.value, loop.pv_unit)};
+              fmt::format("jacket disengages: mean error {:.3g} {}", event.value, loop.pv_unit)};
     case rt::EventCode::jacket_resumes:
       return {Severity::info,
               fmt::format("jacket resumes: mean error {:.3g} {}", event.value, loop.pv_unit)};

@@ -15,7 +15,7 @@ struct EventText {
   std::string text;
 };
 
-// An event of the real-time thread in words, with the loop's units.
+// Returns the text of an event of the real-time thread, with the loop's units.
 EventText describe(const rt::Event& event, const config::LoopConfig& loop);
 
 }  // namespace loopwarden::daemon

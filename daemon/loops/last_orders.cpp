@@ -63,7 +63,7 @@ std::string text_of(const std::map<std::string, LastOrder>& loops) {
 }
 
 std::map<std::string, LastOrder> read_last_orders(std::string_view text) {
-  if (text.size() < kChecksumLine) throw std::runtime_error("it is cut short");
+  if (text.size() < kChecksumLine) throw std::runtime_error("it is truncated");
   const std::string_view body = text.substr(kChecksumLine);
   if (text.substr(0, kChecksumLine) != checksum_line(body)) {
     throw std::runtime_error("its checksum is wrong");

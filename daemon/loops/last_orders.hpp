@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 The mode and set point that each loop was last ordered to, as
-// they are kept for the next start: a small text file of one checksum and one JSON object, replaced
-// whole.
+// SPDX-License-Identifier: Apache-2.0
+// Stores the last commanded mode and set point of each loop for the next start. The file is a small
+// text file of one checksum and one JSON object, always replaced as a whole.
 #pragma once
 
 #include <cstdint>
@@ -18,33 +18,33 @@ namespace loopwarden::daemon {
 struct LastOrder {
   control::Mode mode = control::Mode::manual;  // manual or automatic
   double set_point = 0.0;                      // PV units
-  // Meaning of the set point.
+  // Unit and range in which the set point is valid.
   std::string pv_unit{};
   std::pair<double, double> pv_range{};
-  bool commissioned = false;        // somebody commissioned the loop
-  bool manual_after_fault = false;  // a fault was there that ends in manual
+  bool commissioned = false;        // the loop was being commissioned
+  bool manual_after_fault = false;  // the loop had a fault that ends in manual
 
   friend bool operator==(const LastOrder&, const LastOrder&) = default;
 };
 
 struct LastOrders {
   std::map<std::string, LastOrder> loops;  // by tag
-  bool known = false;                      // there was a file, and it was sound
-  // Why a file that was there is not used; empty: it is, or there was none.
+  bool known = false;                      // the file existed and was valid
+  // Why an existing file is not used; empty: it is used, or there was no file.
   std::string damaged;
 };
 
 std::string text_of(const std::map<std::string, LastOrder>& loops);
-// Throws std::runtime_error for a text that is damaged, or of another version.
+// Throws std::runtime_error if the text is damaged or of another version.
 std::map<std::string, LastOrder> read_last_orders(std::string_view text);
 
 class LastOrdersFile {
  public:
   explicit LastOrdersFile(std::filesystem::path path) : path_(std::move(path)) {}
 
-  // A damaged file is kept as PATH.damaged.
+  // Reads the file. A damaged file is kept as PATH.damaged.
   LastOrders load() const;
-  // Waits for the disk. Returns what failed; empty: nothing.
+  // Writes the file and waits for the disk. Returns the error; empty: no error.
   std::string save(const std::map<std::string, LastOrder>& loops) const;
 
  private:

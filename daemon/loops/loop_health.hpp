@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NAMUR NE 107 of one loop, from its newest cycle and its alarms.
+// Returns the NAMUR NE 107 state of a loop from its newest cycle and its alarms.
 #pragma once
 
 #include "config/loop_config.hpp"

@@ -35,7 +35,7 @@ orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal
 }
 
 rt::InForce in_force(const LoopRuntime& loop, orders::OrderDesk& desk) {
-  const rt::Standing standing = desk.standing();  // first: the cycle publishes it last
+  const rt::Standing standing = desk.standing();  // read first, because the cycle publishes it last
   control::PidGains gains = loop.settings->get().controller.pid.gains;
   rt::InForce now{.mode = standing.mode,
                   .set_point = loop.channels->set_point_wanted.load(std::memory_order_relaxed),

@@ -11,17 +11,18 @@
 
 namespace loopwarden::daemon {
 
-// A sender's queue of orders to a loop; `box` is the sender's of the loop's channels. `done` is
-// called for each order that the loop has taken, after what every order does.
+// Makes a sender's queue of orders to a loop. `box`: the sender's mailbox in the loop's channels.
+// `done` is called for each order that the loop has taken, after the actions that are common to all
+// orders.
 using OrderDone = std::function<void(const rt::Order&, const journal::JournalEntry&)>;
 orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal,
                           OrderDone done = {});
 
-// Returns the values that the sender's next order will find in force: the loop's, with the sender's
-// orders that it has not taken yet.
+// Returns the values that the sender's next order will find in force. These are the loop's values,
+// changed by the sender's orders that the loop has not taken yet.
 rt::InForce in_force(const LoopRuntime& loop, orders::OrderDesk& desk);
 
-// The journal's line of a commissioning that this peer has begun or ended.
+// Writes a line to the journal: this peer has started or ended a commissioning.
 void write_down_commissioning(const LoopRuntime& loop, bool begun, journal::Journal& journal,
                               std::int64_t utc_ms, const std::string& peer);
 

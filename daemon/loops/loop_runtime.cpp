@@ -14,7 +14,7 @@ void CurrentSettings::gains_ordered(GainsAuthor author) {
 void CurrentSettings::gains_of_file(const control::PidGains& gains) {
   const std::lock_guard lock(mutex_);
   file_ = gains;
-  // An order may have come while they were on their way.
+  // A newer order may have arrived before these settings.
   if (not_in_file() == std::nullopt) author_ = {};
 }
 

@@ -19,11 +19,12 @@
 
 namespace loopwarden::daemon {
 
-// The settings in force, as the loop's cycle tells them: what a reload or a Modbus master asks for is
-// shown once it is so. Any thread but the real-time one; the one reader of `in_force`.
+// The settings in force, as reported by the loop's cycle. Changes by a reload or a Modbus master
+// appear when they are in force. It must be the only reader of `in_force`. For any thread except
+// the real-time one.
 class CurrentSettings {
  public:
-  // `settings` are those of the files.
+  // `settings`: those of the files.
   CurrentSettings(const rt::LoopSettings& settings, rt::LoopChannels& channels)
       : channels_(channels), settings_(settings), file_(settings.controller.pid.gains) {}
   rt::LoopSettings get() const {
@@ -32,17 +33,17 @@ class CurrentSettings {
     return settings_;
   }
 
-  // Who has ordered gains last. A person's are not taken back by a reload unless he says so; a Modbus master, who
-  // may write at any time, keeps his by himself.
+  // The author of the last commanded gains. A reload replaces gains set by a user only if
+  // requested. A Modbus master may write its gains again at any time.
   struct GainsAuthor {
     std::string by;
     std::int64_t utc_ms = 0;
     bool person = false;
   };
   void gains_ordered(GainsAuthor author);
-  // The file's gains have come into force, or are those in force.
+  // The file's gains are in force.
   void gains_of_file(const control::PidGains& gains);
-  // Gains in force that the loop's file does not have: what a restart takes instead.
+  // Gains in force that are not in the loop's file, with the file's gains, which a restart uses.
   struct GainsNotInFile {
     control::PidGains file;
     GainsAuthor author;
@@ -50,7 +51,7 @@ class CurrentSettings {
   std::optional<GainsNotInFile> gains_not_in_file() const;
 
  private:
-  std::optional<GainsNotInFile> not_in_file() const;  // with mutex_
+  std::optional<GainsNotInFile> not_in_file() const;  // call it with mutex_ held
 
   rt::LoopChannels& channels_;
   mutable std::mutex mutex_;
@@ -59,10 +60,12 @@ class CurrentSettings {
   GainsAuthor author_;
 };
 
-// One configured loop while the daemon runs: its configuration, backend, channels and cycle. One that is controlled here
-// has `io` and `cycle`, one that another controller runs has `source` and `watch`.
+// A configured loop while the daemon runs: its configuration, backend, channels and cycle. A loop
+// controlled here has `io` and `cycle`. A loop that another controller runs has `source` and
+// `watch`.
 struct LoopRuntime {
-  config::LoopConfig config;  // as at start; what a reload may change is in `settings`
+  // configuration of the start; values that a reload may change are in `settings`
+  config::LoopConfig config;
   std::unique_ptr<hal::LoopIo> io;
   std::unique_ptr<hal::LoopSource> source;
   std::unique_ptr<rt::LoopChannels> channels;
@@ -77,11 +80,11 @@ struct LoopRuntime {
   }
 };
 
-// The loop of this name; nullopt if there is none.
+// Returns the loop of this name; nullopt if it does not exist.
 std::optional<std::size_t> find_loop(const std::vector<LoopRuntime>& loops,
                                      const std::string& name);
 
-// `backing`: of the backend that runs.
+// `backing`: that of the running backend.
 rt::LoopSettings settings_of(const config::LoopConfig& config, config::Backing backing);
 
 }  // namespace loopwarden::daemon

@@ -14,7 +14,7 @@ namespace loopwarden::daemon {
 namespace {
 
 constexpr std::chrono::milliseconds kBetweenLooks{50};
-constexpr double kBetweenWrites_s = 10.0;  // of a set point that moves all the time
+constexpr double kBetweenWrites_s = 10.0;  // for a set point that moves all the time
 constexpr std::int64_t kRetry_ns = 5 * base::kNanosecondsPerSecond;
 
 bool runs_here(const LoopRuntime& loop) {
@@ -34,7 +34,8 @@ OrderKeeper::OrderKeeper(const std::vector<LoopRuntime>& loops, LastOrdersFile f
     tracks_[i].ever_saved = true;
     begun.loops.erase(found);
   }
-  // A loop out of service keeps its orders. Its tag may be unknown because its file is unreadable.
+  // Orders of a loop out of service are kept. Its tag may be unknown because its file is
+  // unreadable.
   const bool all_run = std::all_of(loops.begin(), loops.end(), [](const LoopRuntime& loop) {
     return loop.watched() || runs_here(loop);
   });
@@ -63,7 +64,7 @@ void OrderKeeper::run() {
   }
 }
 
-// Notes the values that the loop goes by. In manual a set point that follows PV is not an order.
+// Records the values in force in the loop. In manual a set point that follows PV is not an order.
 void OrderKeeper::see(std::size_t loop) {
   const LoopRuntime& runtime = loops_[loop];
   LastOrder& now = tracks_[loop].now;
@@ -116,7 +117,7 @@ bool OrderKeeper::look(std::int64_t now_ns) {
   }
   const std::string failed = file_.save(all);
   if (!failed.empty() && failed != reported_) {
-    spdlog::error("last orders: not written: {}; after a restart older ones count", failed);
+    spdlog::error("last orders: not written: {}; after a restart older orders apply", failed);
   }
   reported_ = failed;
   const std::lock_guard lock(mutex_);

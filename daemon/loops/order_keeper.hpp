@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keeps the loops' last orders on the disk, with a separate thread for it.
+// Stores the loops' last orders on the disk, on a separate thread.
 //
-// It looks at the loops each 50 ms. A change of the mode, or of what forbids to continue, is
-// written at once. So is a set point that changes now and then. A set point that a master moves all
-// the time is written at most once in 10 s for each loop, after the first eight changes; what is
-// asked for by `kept` is written at once.
+// It checks the loops every 50 ms. A change of the mode, or of a condition that forbids to
+// continue, is written at once. The first eight changes of a set point in a row are written at once
+// too. A set point that a master moves all the time is then written at most once in 10 s per loop.
+// A request by `kept` is written at once.
 #pragma once
 
 #include <chrono>
@@ -24,27 +24,29 @@ namespace loopwarden::daemon {
 
 class OrderKeeper {
  public:
-  // `begun`: what is on the disk. The loops outlive this.
+  // `begun`: contents of the file at the start. The loops must outlive this.
   OrderKeeper(const std::vector<LoopRuntime>& loops, LastOrdersFile file, LastOrders begun);
   OrderKeeper(const OrderKeeper&) = delete;
   OrderKeeper& operator=(const OrderKeeper&) = delete;
   ~OrderKeeper() { stop(); }
 
   void start();
-  // The daemon ends: what happens to the loops from now on is no order. Waits for nothing.
+  // Call it when the daemon ends: later changes of the loops are not orders. Does not wait.
   void freeze();
   void stop();
-  // As stop(), but waits for the disk for at most `patience`; false if it hangs.
+  // Does the same as stop(), but waits for the disk for at most `patience`. Returns false if it
+  // hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // Any thread: whether what the loop goes by is on the disk. If not, it is written next.
+  // Returns whether the loop's values in force are on the disk. If not, they are written next. From
+  // any thread.
   bool kept(std::size_t loop);
 
-  // One look; public for tests. True if the file was written.
+  // Checks the loops once. Public for tests. Returns true if the file was written.
   bool look(std::int64_t now_ns);
 
  private:
-  static constexpr double kMostWrites = 8.0;  // of set points in a row
+  static constexpr double kMostWrites = 8.0;  // set points in a row
   struct Track {
     LastOrder now;
     LastOrder saved;
@@ -63,8 +65,8 @@ class OrderKeeper {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Track> tracks_;
-  std::map<std::string, LastOrder> resting_;  // of loops out of service
-  bool forget_ = false;                       // loops that are on the disk, and are gone
+  std::map<std::string, LastOrder> resting_;  // orders of loops out of service
+  bool forget_ = false;                       // the disk has loops that no longer exist
   bool frozen_ = false;
   bool quit_ = false;
   bool asked_for_ = false;

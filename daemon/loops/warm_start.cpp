@@ -24,7 +24,8 @@ const char* word_of(Start::AfterRestart after) noexcept {
   return "file";
 }
 
-// Why a loop can't continue with these numbers; empty: they mean what they meant, and are allowed.
+// Returns why a loop can't continue with the last set point; empty: its unit and range are
+// unchanged and its limits allow it.
 std::string why_not_set_point(const config::LoopConfig& loop, const LastOrder& last) {
   const std::pair<double, double> range{loop.pv.low, loop.pv.high};
   if (last.pv_unit != loop.pv_unit || last.pv_range != range) {
@@ -38,11 +39,11 @@ std::string why_not_set_point(const config::LoopConfig& loop, const LastOrder& l
                      limits.low, limits.high);
 }
 
-// Why a loop that was in automatic has to wait in manual; empty: it need not.
+// Returns why a loop that was in automatic must wait in manual; empty: it need not.
 std::string why_manual(const config::LoopConfig& loop, const LastOrder& last) {
   if (last.commissioned) return "the loop was being commissioned";
   if (last.manual_after_fault) return "the loop had a fault after which it waits in manual";
-  if (!loop.start.output_is_told) return "nothing tells where the output stands";
+  if (!loop.start.output_is_told) return "the position of the output is unknown";
   return why_not_set_point(loop, last);
 }
 

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 How a loop begins after a restart: `start.after_restart` of
-// its file, applied to the orders from before it. When in doubt the loop waits in manual.
+// SPDX-License-Identifier: Apache-2.0
+// Decides how a loop starts after a restart: applies `start.after_restart` of its file to the
+// orders from before the restart. In case of doubt the loop waits in manual.
 #pragma once
 
 #include <optional>
@@ -14,13 +15,12 @@ namespace loopwarden::daemon {
 
 struct WarmStart {
   rt::StartSettings start;
-  // For the journal: the values from before the restart, those that were taken, and why. Nothing:
-  // the start of the file was taken, and nothing else had been ordered.
+  // For the journal: the values from before the restart, the chosen values, and the reason.
+  // nullopt: the start of the file was chosen, and no other values had been commanded.
   std::optional<journal::JournalEntry> line;
 };
 
-// `orders` are those of all loops. Without any, such as at the very first start, the file has the
-// say.
+// `orders`: those of all loops. Without orders, as at the very first start, the file decides.
 WarmStart warm_start(const config::LoopConfig& loop, const LastOrders& orders);
 
 }  // namespace loopwarden::daemon

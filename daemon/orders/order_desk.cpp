@@ -7,7 +7,7 @@
 namespace loopwarden::daemon::orders {
 
 rt::Standing OrderDesk::standing() {
-  collect();  // before the look at the loop: an order that is answered shows in it
+  collect();  // collected before the loop is read: it shows answered orders already
   rt::Standing standing = rt::unpacked(standing_.load(std::memory_order_acquire));
   for (const Waiting& waiting : waiting_) {
     standing.mode = waiting.order.mode.value_or(standing.mode);
@@ -31,7 +31,7 @@ std::uint64_t OrderDesk::send(rt::Order order, std::vector<journal::JournalEntry
 void OrderDesk::collect() {
   rt::OrderAnswer answer;
   while (box_.answers.try_pop(answer)) {
-    // Answers come in the order of the orders.
+    // Answers arrive in the sequence of the orders.
     Waiting waiting = std::move(waiting_.front());
     waiting_.pop_front();
     Outcome outcome{.number = answer.number,

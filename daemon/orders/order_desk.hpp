@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// One sender's side of the orders to one loop: numbers them, knows what is on its way, and writes each into the
-// journal with what the loop's cycle made of it.
+// One sender's side of the orders to one loop. It numbers the orders, tracks the unanswered ones,
+// and writes each order to the journal with the result from the loop's cycle.
 //
-// Used by the sender's thread alone.
+// For the sender's thread only.
 #pragma once
 
 #include <atomic>
@@ -21,21 +21,21 @@
 
 namespace loopwarden::daemon::orders {
 
-// What became of an order.
+// The result of an order.
 struct Outcome {
   std::uint64_t number = 0;
   rt::Refusal refusal = rt::Refusal::none;
-  rt::InForce now{};                 // as the cycle took it
-  std::string why;                   // empty: it was done
+  rt::InForce now{};                 // values when the cycle took it
+  std::string why;                   // empty: the order was done
   std::uint64_t journal_ticket = 0;  // of its last line
   std::chrono::steady_clock::time_point answered{};
 };
 
 struct DeskEnds {
-  // Returns the journal's ticket.
+  // Writes a line and returns the journal's ticket.
   std::function<std::uint64_t(journal::JournalEntry)> write_down;
   std::function<std::string(const rt::OrderAnswer&, const rt::Order&)> why;
-  // An order is in force; the first of its lines, before it is written.
+  // Called when an order is in force, with the first of its lines before that is written.
   std::function<void(const rt::Order&, const journal::JournalEntry&)> done{};
 };
 
@@ -43,28 +43,29 @@ class OrderDesk {
  public:
   static constexpr std::size_t kOutcomesKept = 64;
 
-  // `standing` is the loop's, as LoopChannels has it.
+  // `standing`: that of the loop in LoopChannels.
   OrderDesk(rt::OrderBox& box, const std::atomic<std::uint8_t>& standing, DeskEnds ends)
       : box_(box), standing_(standing), ends_(std::move(ends)) {}
 
-  // What the next order will find: the loop as it is, with this sender's orders that it has not taken yet.
+  // Returns the state that the next order will find: the loop's, changed by this sender's orders
+  // that the loop has not taken yet.
   rt::Standing standing();
   bool has_room();
-  // Nothing is waited for. The lines are written when the answer is there, with its result. `has_room()`
-  // must be true. Returns the order's number.
+  // Sends an order without waiting. The lines are written with the result when the answer arrives.
+  // `has_room()` must be true. Returns the order's number.
   std::uint64_t send(rt::Order order, std::vector<journal::JournalEntry> lines);
-  // Orders on their way, oldest first.
+  // Calls `visit` for the unanswered orders, oldest first.
   template <class Visit>
   void for_each_waiting(Visit visit) const {
     for (const Waiting& waiting : waiting_) visit(waiting.order);
   }
   bool waiting() const noexcept { return !waiting_.empty(); }
 
-  // Takes the answers that are there.
+  // Collects the available answers.
   void collect();
-  // The loop has ended: what is not answered is written down as not taken.
+  // Call it after the loop has ended: unanswered orders are written as not taken.
   void close();
-  // Nothing: on its way, or too long ago.
+  // Returns nullopt for an order that is unanswered or no longer stored.
   std::optional<Outcome> outcome(std::uint64_t number);
   std::uint64_t newest() const noexcept { return newest_; }
 

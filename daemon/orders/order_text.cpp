@@ -35,21 +35,20 @@ std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
     return std::isfinite(value) ? fmt::format("{:.9g}", value) : std::string("not known");
   };
   const auto number = [&](const char* what, double now, const std::optional<double>& expected) {
-    return fmt::format("the {} is {} by now, {} was expected", what, text(now),
+    return fmt::format("the {} is now {}, {} was expected", what, text(now),
                        text(expected.value_or(now)));
   };
   const rt::Expectation& expected = order.expected;
   switch (answer.refusal) {
     case rt::Refusal::mode_changed:
-      return fmt::format("the mode is {} by now, {} was expected",
-                         control::to_text(answer.now.mode),
+      return fmt::format("the mode is now {}, {} was expected", control::to_text(answer.now.mode),
                          control::to_text(expected.mode.value_or(answer.now.mode)));
     case rt::Refusal::set_point_changed:
       return number("set point", answer.now.set_point, expected.set_point);
     case rt::Refusal::output_changed: return number("output", answer.now.output, expected.output);
     case rt::Refusal::gains_changed:
       return fmt::format(
-          "the gains are {} by now, {} were expected",
+          "the gains are now {}, {} were expected",
           gains_text({answer.now.kp, answer.now.ki, answer.now.kd}),
           gains_text({expected.kp.value_or(answer.now.kp), expected.ki.value_or(answer.now.ki),
                       expected.kd.value_or(answer.now.kd)}));

@@ -7,14 +7,15 @@
 
 namespace loopwarden::daemon::orders {
 
-// "kp 0.61 ki 0.07 kd 0": all digits.
+// Returns "kp 0.61 ki 0.07 kd 0", with all digits.
 std::string gains_text(const control::PidGains& gains);
 
-// Why an order is refused, with what was asked for and what would be allowed.
+// Returns why an order is refused, with the requested and the allowed values.
 std::string why_refused(rt::Refusal refusal, const rt::Order& order,
                         const rt::LoopSettings& settings);
 
-// The same of an order that the loop's cycle has answered: with what was in force by then.
+// Does the same for an order that the loop's cycle has answered, with the values in force at that
+// time.
 std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
                         const rt::LoopSettings& settings);
 

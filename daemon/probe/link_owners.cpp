@@ -29,12 +29,12 @@ bool same(const LinkSettings& asked, const protocol::LinkInUse& used) {
   return base::address_name(asked.host) == base::address_name(used.host) && asked.port == used.port;
 }
 
-// Of the daemon whose sockets are in this folder; nullopt: none runs. Throws std::runtime_error where one is there and does
-// not answer.
+// Returns the links of the daemon whose sockets are in this folder; nullopt if no daemon runs.
+// Throws std::runtime_error if a daemon runs but does not answer.
 std::optional<protocol::Links> links_of_daemon(const fs::path& runtime_directory) {
   const std::string path = (runtime_directory / "status.sock").string();
   const base::File tried(base::try_local_connection(path));
-  // Of a daemon that was killed the socket is left, and nobody listens.
+  // A killed daemon leaves its socket without a listener.
   if (!tried.is_open() && (errno == ENOENT || errno == ECONNREFUSED)) return std::nullopt;
   base::LocalClient client(path);
   const nlohmann::json request = protocol::LinksRequest{};
@@ -61,7 +61,7 @@ std::string owner_of(const LinkSettings& link, const fs::path& folder) {
     }
     return {};
   } catch (const std::exception& e) {
-    return fmt::format("a daemon runs and does not say which links it has: {}", e.what());
+    return fmt::format("a daemon runs but does not report its links: {}", e.what());
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who has a link already: no second master may work on it.
+// Finds the owner of a link, because two masters must not use the same link.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@
 
 namespace loopwarden::daemon::probe {
 
-// Why a link must be left alone: a loop of the daemon that runs, or its server for masters, has it, or that daemon does not
-// tell. Empty: neither has it, or no daemon runs. `folder`: its configuration, for the place of its sockets; it may not be
-// there.
+// Returns why a link must not be used; empty: it may be used. A link is in use by a loop of the
+// running daemon or by its server for masters. It also counts as in use if that daemon does not
+// answer. `folder`: configuration of the daemon, for the place of its sockets; it may be missing.
 std::string owner_of(const hal::modbus::LinkSettings& link, const std::filesystem::path& folder);
 
 }  // namespace loopwarden::daemon::probe

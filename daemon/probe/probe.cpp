@@ -98,11 +98,12 @@ Request request_of(const protocol::Probe& asked, std::uint16_t count) {
 std::string Prober::lock(const LinkSettings& link) {
   line_ = {};
   if (link.transport == Transport::tcp) return {};
-  // Opened without a change of the line's settings: another program may be in the middle of a request.
+  // Opened without changing the line's settings, because another program may be in the middle of a
+  // request.
   line_ = base::File(link.device, O_RDWR | O_NONBLOCK | O_NOCTTY);
   int exclusive = 0;
   if (!line_.is_open()) {
-    if (errno != EBUSY) return {};  // the transport says why
+    if (errno != EBUSY) return {};  // the transport reports the error
   } else if ((::ioctl(line_.fd(), TIOCGEXCL, &exclusive) != 0 || exclusive == 0) &&
              ::flock(line_.fd(), LOCK_EX | LOCK_NB) == 0) {
     return {};
@@ -116,7 +117,7 @@ protocol::Probed Prober::read(const protocol::Probe& asked) {
     const LinkSettings link = link_of(asked);
     const RegisterSpec spec = spec_of(asked);
     const Request request = request_of(asked, register_count(spec.type));
-    // Before each request: a daemon may have come meanwhile.
+    // Checked before each request, because a daemon may have started meanwhile.
     if (const std::string owner = owner_of(link, folder_); !owner.empty()) {
       transport_.reset();
       line_ = {};

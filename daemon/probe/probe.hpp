@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `loopwardend --probe`: reads registers for who sets a loop up. It writes to no device: all it can send is a read request.
+// `loopwardend --probe`: reads registers while a loop is being set up. It can only send read
+// requests, so it writes to no device.
 #pragma once
 
 #include <chrono>
@@ -12,26 +13,27 @@
 
 namespace loopwarden::daemon::probe {
 
-// One line, one connection at a time.
+// Uses one line or connection at a time.
 class Prober {
  public:
-  // `folder`: configuration of the daemon that may run beside it.
+  // `folder`: configuration of a daemon that may run at the same time.
   explicit Prober(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   protocol::Probed read(const protocol::Probe& asked);
 
  private:
-  // Why the line's lock can't be had; empty: it is held from now on.
+  // Locks the line. Returns why that failed; empty: the lock is held.
   std::string lock(const hal::modbus::LinkSettings& link);
 
   std::filesystem::path folder_;
-  base::File line_;  // with its lock
+  base::File line_;  // the locked line
   hal::modbus::BusWaiter waiter_;
   std::optional<hal::modbus::LinkSettings> link_;
   std::optional<hal::modbus::ModbusTransport> transport_;
 };
 
-// Answers lines of `input` on the standard output until it ends, or nothing comes for so long. Returns the exit code.
+// Answers the lines of `input` on standard output until `input` ends, or no line arrives for
+// `patience`. Returns the exit code.
 int serve(const std::filesystem::path& folder, int input, std::chrono::milliseconds patience);
 
 }  // namespace loopwarden::daemon::probe

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the daemon answers on its sockets: one struct for each answer, and for each part of one. Words are those of to_text() of
-// the model's enumerations. daemon/console/README.md says what they mean.
+// Answers of the daemon on its sockets: one struct per answer, and one per part of an answer. Words
+// are those of to_text() of the model's enumerations. daemon/console/README.md explains them.
 #pragma once
 
 #include <array>
@@ -22,21 +22,21 @@ struct Alarm {
   std::string loop{}, alarm{}, state{};
   std::string priority{};  // low, medium, high, critical
   bool active = false, unacknowledged = false;
-  bool consequence = false;      // of another alarm that is active
-  std::string consequence_of{};  // which
-  bool first_out = false;        // of several process alarms of the loop the one that came first
-  std::uint64_t flaps = 0;       // of a process alarm: how often it came, as in process_watch.hpp
+  bool consequence = false;      // caused by another alarm that is active
+  std::string consequence_of{};  // name of that alarm
+  bool first_out = false;        // first of several process alarms of the loop
+  std::uint64_t flaps = 0;  // process alarms: number of times it was raised, see process_watch.hpp
   std::int64_t raised_ms = 0, changed_ms = 0;
   std::uint64_t times_raised = 0;
   std::int64_t shelved_until_ms = 0;
   double severity_percent = kNone, worst_severity_percent = kNone;
 };
 
-// One change of a loop, with all valve alarms that it raised. Times are s since 1970 (UTC).
+// One change of a loop, with all valve alarms that the change raised. Times are s since 1970 (UTC).
 struct Incident {
   std::string id{}, loop{}, name{}, cause{};
   double from_s = kNone, raised_s = kNone;
-  double confidence = kNone;  // of the explanation that gave the name; null: an alarm gave it
+  double confidence = kNone;  // of the explanation that gave the name; null: an alarm gave the name
   std::vector<std::string> alarms{};
   bool active = false, unacknowledged = false;
   struct Renamed {
@@ -49,11 +49,11 @@ struct Incident {
 
 struct Alarms {
   std::vector<Alarm> alarms{};
-  std::vector<Incident> incidents{};  // the newest of each loop that has had one
+  std::vector<Incident> incidents{};  // the newest incident per loop
   std::int64_t now_ms = 0;
 };
 
-// What a loop's twin says beside its alarm; times of the loop.
+// Remarks of a loop's twin in addition to its alarm. Times are times of the loop.
 struct LoadRemark {
   double size = kNone;  // PV units
   double since_s = kNone;
@@ -62,22 +62,23 @@ struct LoadRemark {
 struct UntestedRemark {
   std::string change{};
   double for_s = kNone;
-  bool tested = false;  // before that; else never since the start
+  bool tested = false;  // true: tested before that time; false: not tested since the start
 };
 
 struct TwinRemarks {
   std::string judging{};  // here, settling, outside
   std::optional<LoadRemark> load_outside{};
-  std::string controller_not_watched{};  // why; empty: it is, or the loop runs here
+  // reason; empty: the controller is watched, or the loop runs here
+  std::string controller_not_watched{};
   std::vector<UntestedRemark> untested{};
 };
 
-// An alarm as it is meant: what it waits for, and what a person is told.
+// The design of an alarm: its limits and delays, and the texts for the operator.
 struct AlarmDesign {
   std::string loop{}, alarm{}, priority{};
-  double limit = kNone, dead_band = kNone;  // PV units; of rate_of_change PV units/s
+  double limit = kNone, dead_band = kNone;  // PV units; for rate_of_change PV units/s
   std::string unit{};
-  double on_delay_s = kNone, off_delay_s = kNone;  // null: a valve alarm's
+  double on_delay_s = kNone, off_delay_s = kNone;  // null for valve alarms
   std::vector<std::string> suppressed_by{};
   std::string cause{}, consequence{}, action{}, time_to_act{};
 };
@@ -86,7 +87,7 @@ struct AlarmDesigns {
   std::vector<AlarmDesign> alarms{};
 };
 
-// How the alarms did (model/alarm/alarm_figures.hpp). Times are ms since 1970 (UTC).
+// Figures of alarm performance (model/alarm/alarm_figures.hpp). Times are ms since 1970 (UTC).
 struct AlarmFigures {
   struct Counted {
     std::string loop{}, alarm{};
@@ -97,17 +98,17 @@ struct AlarmFigures {
     std::string loop{}, alarm{};
     std::int64_t since_ms = 0;
   };
-  std::int64_t from_ms = 0, to_ms = 0;  // what the journal has of the time asked for
+  std::int64_t from_ms = 0, to_ms = 0;  // the part of the requested period that the journal covers
   std::uint64_t came = 0;
   double per_hour = 0.0;
   std::uint64_t most_in_10_min = 0, floods = 0;
   double flood_percent = 0.0;
-  std::map<std::string, std::uint64_t> priorities{};  // of what came
+  std::map<std::string, std::uint64_t> priorities{};  // count of raised alarms by priority
   std::vector<Counted> top{}, chattering{};
-  std::vector<Stale> stale{};  // on for more than a day
+  std::vector<Stale> stale{};  // active for more than a day
 };
 
-// Why an alarm came, by the gap workflow.
+// The cause of an alarm, as found by the gap workflow.
 struct Explanation {
   std::string alarm{};
   std::optional<std::string> final_name{};
@@ -140,21 +141,22 @@ struct Condition {
   double environment = kNone;
 };
 
-// Routine evidence of one length of window, see docs/watch.md.
+// Routine evidence for one length of window, see docs/watch.md.
 struct RoutineLevel {
-  double window_s = 0.0;      // the length of one window
+  double window_s = 0.0;      // length of one window
   std::uint64_t windows = 0;  // judged since the start
-  // Of the newest judgement: an effect, or the reason for no effect. Empty: not judged yet.
+  // Newest judgement: an effect, or the reason for no effect. Empty: not judged yet.
   std::string verdict{};
-  double probability = kNone;       // of a valve effect, by the newest judgement
+  double probability = kNone;       // probability of a valve effect, from the newest judgement
   double severity_percent = kNone;  // % of the CO span, if the verdict is an effect
-  double evidence = 0.0;            // gathered so far; from 1 on the alarm is raised
-  double next_in_s = kNone;         // until the next judgement, in automatic with a good PV
+  double evidence = 0.0;            // accumulated; at 1 the alarm is raised
+  double next_in_s = kNone;         // time in automatic with a good PV until the next judgement
 };
 
 struct Monitor {
   std::string window_state{};
-  std::string source{};  // of a watched loop: what it reports on change alone, and what that hides
+  // watched loops: values that the source reports only on change, and what that hides
+  std::string source{};
   std::uint64_t windows = 0, windows_suppressed = 0;
   std::map<std::string, double> probability{};  // by alarm
   double severity_percent = kNone;
@@ -167,8 +169,8 @@ struct Monitor {
   Condition condition{};
   std::string corrective_action{};
   double hours_automatic = 0.0, hours_manual = 0.0, hours_at_limit = 0.0;
-  std::optional<TwinRemarks> twin{};    // nothing: it has none
-  std::vector<RoutineLevel> routine{};  // the shortest windows first; empty: not weighed
+  std::optional<TwinRemarks> twin{};    // nullopt: the loop has no twin
+  std::vector<RoutineLevel> routine{};  // shortest windows first; empty: no routine evidence
 };
 
 struct Io {
@@ -194,10 +196,10 @@ struct Compensator {
   std::string kind = "none";
   bool acting = false;
   double added = kNone, shadow_added = kNone;  // CO units
-  std::string says{};                          // planned_moves: what it does, and why
+  std::string says{};                          // planned_moves: present action and its reason
 };
 
-// What the newest cycle says.
+// Values of the newest cycle.
 struct Cycle {
   std::uint64_t period = 0;
   double time_s = 0.0;
@@ -212,29 +214,29 @@ struct Cycle {
   std::string ne107 = "-";
 };
 
-// Of the parallel form: CO units/PV unit, with s.
+// Gains of the parallel form: CO units/PV unit, with s.
 struct Gains {
   double kp = kNone, ki = kNone, kd = kNone;
 };
 
 struct LoopGains {
-  Gains in_force{}, file{};  // `file`: what a restart takes
+  Gains in_force{}, file{};  // `file`: gains after a restart
   double derivative_filter_s = kNone;
   bool not_in_file = false;
-  std::string by{};  // who has set what is not in the file; empty: not known
+  std::string by{};  // user who set gains that are not in the file; empty: unknown
   std::int64_t since_ms = 0;
 };
 
-// Who commissions the loop: it is out of service for everybody else.
+// The session that commissions a loop. The loop is out of service for all other users.
 struct Commissioned {
   std::string by{};
   std::int64_t since_ms = 0;
-  double ends_in_s = 0.0;  // without a sign of life; 0: it goes to its stop action
+  double ends_in_s = 0.0;  // without a further request; 0: the loop goes to its stop action
 };
 
 struct LoopStatus {
   std::string name{}, description{}, pv_unit{}, co_unit{};
-  std::string control{"here"};  // or elsewhere: another controller has the loop
+  std::string control{"here"};  // or elsewhere: another controller runs the loop
   Range pv_range{}, co_range{};
   double sample_time_s = 0.0;
   Io io{};
@@ -244,10 +246,11 @@ struct LoopStatus {
   std::optional<Incident> incident{};     // the newest
   std::uint64_t orders_refused = 0;
   double position_age_ms = kNone;
-  std::optional<LoopGains> gains{};  // nothing: another controller has them
+  std::optional<LoopGains> gains{};  // nullopt: another controller holds the gains
   std::optional<Commissioned> commissioning{};
-  std::optional<std::string> out_of_service{};  // its files have errors: the first one
-  std::optional<Cycle> cycle{};  // its members stand among the loop's; nothing: none has run yet
+  std::optional<std::string> out_of_service{};  // first error in the loop's files
+  // its members are written among the loop's; nullopt: no cycle has run yet
+  std::optional<Cycle> cycle{};
 };
 
 struct Ranges {
@@ -255,7 +258,7 @@ struct Ranges {
 };
 
 struct LoopAnswer {
-  LoopStatus status{};  // its members stand in the answer itself
+  LoopStatus status{};  // its members are written in the answer itself
   Ranges ranges{};
   std::optional<Explanation> explanation{};  // the newest
 };
@@ -270,7 +273,7 @@ struct Explained {
   std::vector<JournalLine> history{};
 };
 
-// One value a cycle.
+// One value per cycle.
 struct Trend {
   std::vector<std::uint64_t> period{};
   double sample_time_s = 0.0;
@@ -280,7 +283,7 @@ struct Trend {
 
 // The loop's twin, as a file of a loop model.
 struct TwinModel {
-  std::optional<std::string> model{};  // nothing: it has none
+  std::optional<std::string> model{};  // nullopt: the loop has no twin
 };
 
 struct SpecialistView {
@@ -300,7 +303,7 @@ struct Windows {
   std::vector<JudgedWindow> windows{};  // oldest first
 };
 
-// --- what is the same from one reload to the next ---
+// --- constant between two reloads ---
 
 struct LoopDescription {
   std::string tag{}, description{}, area{}, control{"here"}, pv_unit{}, co_unit{};
@@ -308,10 +311,10 @@ struct LoopDescription {
   bool stem = false, monitor = false, twin = false;
   std::vector<std::string> specialists{};
   bool recording = false, simulated = false;
-  std::string folder{};  // of its segments
+  std::string folder{};  // folder of the loop's segments
   Range pv_range{}, co_range{}, sp_limits{}, output_limits{};
   Maybe<std::string>
-      action{};  // direct or reverse, in force; absent: another controller has the loop
+      action{};  // direct or reverse, in force; absent: another controller runs the loop
 };
 
 struct SocketRights {
@@ -335,9 +338,9 @@ struct Description {
   AlarmRules alarms{};
 };
 
-// A Modbus line or address on which the daemon works, as since its start.
+// A Modbus line or address that the daemon uses. It is fixed at the start of the daemon.
 struct LinkInUse {
-  std::string by{};         // in words, such as FIC-101
+  std::string by{};         // owners by name, such as FIC-101
   std::string transport{};  // tcp, rtu
   std::string host{};
   std::uint64_t port = 0;
@@ -356,24 +359,24 @@ struct Report {
   std::string by{};
   std::int64_t asked_ms = 0;
   std::string state{};                   // waiting, running, done, failed
-  std::optional<std::uint64_t> place{};  // while it waits, from 1
+  std::optional<std::uint64_t> place{};  // position in the queue, from 1; only while it waits
   std::optional<std::int64_t> started_ms{}, ended_ms{};
-  std::string doing{};  // while it runs: what, and how much of that
+  std::string doing{};  // present step and its progress; only while it runs
   std::optional<std::uint64_t> percent{};
-  std::string sentence{};  // once it has ended
-  std::string page{};      // below the state directory; empty: there is none
+  std::string sentence{};  // set when it has ended
+  std::string page{};      // path below the state directory; empty: no page
 };
 
-// Newest first.
+// Reports, newest first.
 struct Reports {
   std::vector<Report> reports{};
 };
 
 struct ReportTaken {
-  bool taken = false;  // false: `waiting` do already
+  bool taken = false;  // false: the queue is full (`waiting` reports)
   std::uint64_t waiting = 0;
   std::string name{};
-  bool on_disk = false;  // the journal's line
+  bool on_disk = false;  // whether the journal's line is on the disk
 };
 
 // --- the register map ---
@@ -401,7 +404,7 @@ struct Registers {
 
 struct Histogram {
   double p50 = 0.0, p99 = 0.0, p99_9 = 0.0, worst = 0.0, sum = 0.0;  // us
-  std::vector<std::uint64_t> bins{};  // each twice as wide as the one before
+  std::vector<std::uint64_t> bins{};  // each bin is twice as wide as the previous one
 };
 
 struct WaitingKey {
@@ -409,7 +412,7 @@ struct WaitingKey {
 };
 
 struct ConfigurationStatus {
-  std::string refused{};  // why; empty: the files in the folder are those that were read last
+  std::string refused{};  // reason; empty: the files in the folder are those that were read last
   std::uint32_t files_hash = 0;
   bool files_in_force = false;
   std::vector<WaitingKey> waiting_for_restart{}, waiting_for_output{};
@@ -448,14 +451,15 @@ struct RecorderStatus {
   double disk_wait_s = 0.0;
 };
 
-// One that brings values of watched loops to feed.sock.
+// A feeder: a client that sends values of watched loops to feed.sock.
 struct FeederStatus {
   std::string name{};
   bool connected = false;
   std::uint64_t lines = 0, bad_lines = 0, values = 0, unknown_names = 0;
   std::uint64_t doubled = 0, out_of_order = 0, connections = 0;
-  double silent_s = kNone;        // since its newest sound line; null: none yet
-  double clock_behind_s = kNone;  // its clock behind this one; null: it sends no time
+  double silent_s = kNone;  // since its newest valid line; null: no line yet
+  // how far its clock is behind this host's clock; null: it sends no time
+  double clock_behind_s = kNone;
 };
 
 struct DaemonStatus {
@@ -481,20 +485,20 @@ struct Status {
   DaemonStatus daemon{};
 };
 
-// --- what becomes of orders ---
+// --- results of commands ---
 
-// Only from the loop's cycle on: see OrderState.
+// A command was accepted. It acts from the loop's next cycle on: see OrderState.
 struct OrderTaken {
   std::uint64_t order = 0;
   double sample_time_s = 0.1;
 };
 
-// Of a loop that is out of service for everybody but who has this session.
+// A loop that is out of service for all users except the owner of this session.
 struct Commissioning {
   std::uint64_t session = 0;
 };
 
-// The one value in force that was not the expected one.
+// The value in force that differs from the expected one.
 struct InForce {
   Maybe<double> set_point{}, output{};
   Maybe<std::string> mode{};
@@ -508,8 +512,9 @@ struct OrderOutcome {
 };
 
 struct OrderState {
-  std::string state{};                    // waiting, done, refused
-  std::optional<OrderOutcome> outcome{};  // its members stand beside the state; nothing: it waits
+  std::string state{};  // waiting, done, refused
+  // its members are written next to the state; nullopt: it waits
+  std::optional<OrderOutcome> outcome{};
 };
 
 struct AlarmActed {
@@ -536,7 +541,7 @@ struct Vetoed {
 };
 
 struct OutcomeKept {
-  std::string said{};  // of the loop's valve at that time
+  std::string said{};  // active alarms of the valve at that time
   bool on_disk = false;
 };
 
@@ -545,7 +550,7 @@ struct Noted {
 };
 
 struct RecordFile {
-  std::string file{};  // empty: none was being written
+  std::string file{};  // empty: no file was being written
 };
 
 struct ReloadNumber {
@@ -564,7 +569,7 @@ struct DaemonPlan {
 
 struct LoopPlan {
   std::string loop{}, file{}, decision{};
-  Maybe<std::uint32_t> file_hash{};  // CRC-32 of the file's text as it was read for this plan
+  Maybe<std::uint32_t> file_hash{};  // CRC-32 of the file's text that this plan was made from
   std::vector<KeyChange> applied{}, waiting_for_output{}, waiting_for_restart{};
 };
 
@@ -581,8 +586,8 @@ struct Diagnostic {
 struct ReloadOutcome {
   std::string outcome{};  // in_force, waits, refused
   bool dry_run = false, on_disk = false;
-  bool take_file_needed = false;  // refused for a person's gains that no file has
-  bool not_now = false;           // refused while a loop is being commissioned
+  bool take_file_needed = false;  // refused because a user's gains are not in any file
+  bool not_now = false;           // refused because a loop is being commissioned
   std::vector<std::string> lines{};
   std::optional<std::vector<Diagnostic>> diagnostics{};
   std::uint32_t config_hash = 0;
@@ -593,7 +598,7 @@ struct ReloadOutcome {
 struct ReloadState {
   std::string state{};  // waiting, reading, taking, done
   std::optional<ReloadOutcome>
-      outcome{};  // its members stand beside the state; nothing: not done yet
+      outcome{};  // its members are written next to the state; nullopt: not done yet
 };
 
 }  // namespace loopwarden::protocol

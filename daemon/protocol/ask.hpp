@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For sources: what was asked for as a struct.
+// Sends requests as structs and returns answers as structs. Include it in sources only.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,14 +10,14 @@
 
 namespace loopwarden::protocol {
 
-// Throws DaemonError.
+// Returns `answer` as a struct. Throws DaemonError.
 template <class Answer>
 Answer read_answer(const nlohmann::json& answer) {
   try {
     return answer.get<Answer>();
   } catch (const nlohmann::json::exception& e) {
     throw DaemonError(DaemonError::Kind::not_known,
-                      std::string("the daemon answers in another way than expected: ") + e.what());
+                      std::string("the daemon's answer is not as expected: ") + e.what());
   }
 }
 

@@ -17,13 +17,14 @@ std::unique_ptr<base::LocalClient> DaemonClient::take() {
 }
 
 std::string DaemonClient::ask_text(const std::string& request) {
-  // Places at the daemon's socket that are kept while nobody asks.
+  // Most idle connections that are kept open.
   constexpr std::size_t kMostIdle = 3;
   const auto until = std::chrono::steady_clock::now() + patience_;
   const auto left = [until] {
     return std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
   };
-  // Connections of a daemon that has ended since are used up first: nothing goes out by them.
+  // Idle connections to a daemon that has since ended fail before the request is sent. They are
+  // discarded first.
   for (;;) {
     std::unique_ptr<base::LocalClient> client = take();
     const bool fresh = client == nullptr;
@@ -48,7 +49,7 @@ json DaemonClient::ask(const json& request) {
 json answer_in(const std::string& line) {
   json answer = json::parse(line, nullptr, false);
   if (!answer.is_object()) {
-    throw DaemonError(DaemonError::Kind::not_known, "what answers at the socket is no daemon");
+    throw DaemonError(DaemonError::Kind::not_known, "the program at the socket is not the daemon");
   }
   if (!answer.value("ok", false)) {
     throw DaemonError(DaemonError::Kind::refused,

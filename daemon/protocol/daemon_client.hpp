@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One of the daemon's sockets, asked by any number of threads. ask.hpp has it with structs.
+// A thread-safe client of one socket of the daemon. ask.hpp adds requests and answers as structs.
 #pragma once
 
 #include <chrono>
@@ -15,13 +15,15 @@
 
 namespace loopwarden::protocol {
 
-// No answer, or not the one that was wanted.
+// The daemon gave no answer, or not the expected answer.
 class DaemonError : public std::runtime_error {
  public:
   enum class Kind : std::uint8_t {
-    down,      // nobody answers at the socket: the request has not gone out
-    refused,   // the daemon's own words
-    not_known  // the request went out, and no answer came that can be read: it may have been done
+    down,     // the socket refused the connection: the request was not sent
+    refused,  // the daemon refused the request, with its own text
+    // the request was sent, but the answer is missing or unreadable: the request may have been
+    // executed
+    not_known
   };
   DaemonError(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
   Kind kind() const noexcept { return kind_; }
@@ -34,18 +36,19 @@ class DaemonError : public std::runtime_error {
 class Daemon {
  public:
   virtual ~Daemon() = default;
-  // The answer without "ok". Throws DaemonError.
+  // Returns the answer without "ok". Throws DaemonError.
   virtual nlohmann::json ask(const nlohmann::json& request) = 0;
 };
 
-// Connects when it is asked, and again where the daemon has ended in between. No request goes out twice.
+// Connects at the first request, and again if the daemon has ended in between. A request is sent at
+// most once.
 class DaemonClient final : public Daemon {
  public:
   DaemonClient(std::string socket, std::chrono::milliseconds patience)
       : socket_(std::move(socket)), patience_(patience) {}
 
   nlohmann::json ask(const nlohmann::json& request) override;
-  // The answer as it was sent, refusals too.
+  // Returns the answer as received, including refusals.
   std::string ask_text(const std::string& request);
 
  private:
@@ -57,7 +60,7 @@ class DaemonClient final : public Daemon {
   std::vector<std::unique_ptr<base::LocalClient>> idle_;
 };
 
-// The answer in a line of text, without "ok". Throws DaemonError.
+// Parses an answer from a line of text and removes "ok". Throws DaemonError.
 nlohmann::json answer_in(const std::string& line);
 
 }  // namespace loopwarden::protocol

@@ -17,7 +17,7 @@ constexpr std::size_t kLongestName = 1024;
 constexpr const char* kStart = R"({"values":[)";
 constexpr const char* kEnd = "]}";
 
-// The number at `key`; nullopt for null or nothing.
+// Returns the number at `key`, or nullopt if it is null or absent.
 std::optional<double> number_at(const json& object, const char* key,
                                 const char* expected = "a number") {
   const auto found = object.find(key);
@@ -39,7 +39,8 @@ FedValue::Quality quality_of(const json& object) {
   throw RequestError("quality must be good, uncertain or bad");
 }
 
-// A reason that a newer feeder knows is the source's.
+// Returns the reason of a bad value. An unknown reason, as from a newer feeder, counts as the
+// source's own.
 FedValue::Reason reason_of(const json& object) {
   const auto found = object.find("reason");
   if (found == object.end()) return FedValue::Reason::source;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// For the sources of this folder: the members of a struct, named once for both directions.
+// Declares the members of a struct once for both JSON directions. For the sources of this folder.
 #pragma once
 
 #include <cmath>
@@ -12,13 +12,15 @@
 
 namespace loopwarden::protocol {
 
-// Of each struct, put() and take(): those that a macro below lists, and Members where a struct needs more than those.
+// put() and take() of a struct. PROTOCOL_LISTED defines them from a list of members. Members adds
+// to the list if a struct needs more.
 template <class T>
 struct Listed;
 template <class T>
 struct Members : Listed<T> {};
 
-// The members of `part`, which is optional, stand among those of T; it is there where its first one is.
+// Writes the members of the optional `part` among those of T. The part is present if its first
+// member is.
 template <class T, class P, std::optional<P> T::*part>
 struct WithPart {
   static void put(nlohmann::json& to, const T& message) {
@@ -38,7 +40,7 @@ template <class T>
 requires std::is_aggregate_v<T>
 void from_json(const nlohmann::json& from, T& message) { Members<T>::take(from, message); }
 
-// A key that is a word of C++ has an underscore behind it as a member.
+// Returns the JSON key of a member. A member whose key is a C++ keyword ends with an underscore.
 constexpr std::string_view key_of(std::string_view member) {
   return member.ends_with('_') ? member.substr(0, member.size() - 1) : member;
 }
@@ -114,7 +116,8 @@ void check_there(const nlohmann::json&, const char*, const Maybe<T>&) {}
     }                                                                                             \
   };
 
-// After Listed or Members of the type: what other sources call.
+// Instantiates the conversions that other sources call. It must follow Listed or Members of the
+// type.
 #define PROTOCOL_DEFINE(Type)                          \
   template void to_json(nlohmann::json&, const Type&); \
   template void from_json(const nlohmann::json&, Type&);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the structs of this folder become JSON. A key has the name of its member.
+// Converts the structs of this folder to and from JSON. A key has the name of its member.
 //
-//   double          null where it is no number
-//   std::optional   null where it is not there
-//   Maybe           left out where it is not there
+//   double          NaN is written as null
+//   std::optional   nullopt is written as null
+//   Maybe           nullopt is left out
 //
-// Reading: the first member must be there, for all others the default stands where a daemon of another version does not
-// send them; what is not a member is left out. Throws nlohmann::json::exception.
+// Reading: the first member is required. Other members keep their default if absent, because a
+// daemon of another version may not send them. Unknown keys are ignored. Throws
+// nlohmann::json::exception.
 #pragma once
 
 #include <limits>

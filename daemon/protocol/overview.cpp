@@ -79,7 +79,7 @@ std::string to_text(const Overview& overview) {
 }
 
 std::string to_text(const Registers& registers) {
-  constexpr int kDigits = 9;  // of a float: all that the registers hold
+  constexpr int kDigits = 9;  // significant digits of a float, the type of the registers
   std::string text = R"({"ok":true,)";
   if (registers.names) text += "\"names\":" + json(*registers.names).dump() + ',';
   text += fmt::format("\"alarm_changes\":{},\"box\":", registers.alarm_changes);

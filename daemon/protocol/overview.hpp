@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The answer that is asked for most: every loop at a glance, in columns. Written without a document of JSON in between, as are the
-// registers.
+// The most frequent answer: a summary of all loops, in columns. This answer and the registers are
+// written as text directly, without a JSON document in between.
 #pragma once
 
 #include <array>
@@ -38,7 +38,7 @@ inline constexpr std::size_t kColumns = 18;
 struct Overview {
   std::int64_t now_ms = 0;
   std::uint32_t config_hash = 0;
-  std::array<std::vector<double>, kColumns> columns{};  // a value a loop; kNone: not known
+  std::array<std::vector<double>, kColumns> columns{};  // one value per loop; kNone: unknown
 
   std::vector<double>& operator[](Column c) { return columns[static_cast<std::size_t>(c)]; }
   const std::vector<double>& operator[](Column c) const {
@@ -46,11 +46,11 @@ struct Overview {
   }
 };
 
-// The answers, with "ok": six digits, nine of a register.
+// Return the answers as JSON text, with "ok". Numbers have six digits, those of registers nine.
 std::string to_text(const Overview& overview);
 std::string to_text(const Registers& registers);
 
-// Whether they are the same; what is no number is like itself.
+// Returns whether the values are equal. NaN equals NaN.
 bool same(const std::vector<double>& a, const std::vector<double>& b);
 
 }  // namespace loopwarden::protocol

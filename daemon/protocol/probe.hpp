@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Registers that are read before a loop has a file: a line to `loopwardend --probe` and a line back.
+// Reads registers before a loop has a file: one line to `loopwardend --probe`, one line back.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace loopwarden::protocol {
 
-// Words and units as in the links of loopwardend.yaml and in a loop's registers.
+// Words and units are those of the links in loopwardend.yaml and of a loop's registers.
 struct Probe {
   std::string transport{};  // tcp, rtu
   std::string host{};
@@ -26,11 +26,11 @@ struct Probe {
 };
 
 struct Probed {
-  std::string
-      state{};  // read; silent: no answer; error: the device's exception; refused: nothing was sent
+  // read; silent: no answer; error: the device's exception; refused: the request was not sent
+  std::string state{};
   std::string why{};
   std::vector<std::uint16_t> registers{};
-  double raw = kNone;  // what they hold by type and order; null: no number
+  double raw = kNone;  // value of the registers by type and order; null: not a number
 };
 
 }  // namespace loopwarden::protocol

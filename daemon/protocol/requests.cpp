@@ -13,7 +13,7 @@ using nlohmann::json;
 
 namespace {
 
-// What stands at a key, in the words of a request's refusal.
+// Appends the value at a key, as quoted in refusals.
 void want_value(const json& value, const char* key, std::string& text) {
   if (!value.is_string()) {
     throw RequestError(std::string("a text is needed for \"") + key + "\"");
@@ -70,7 +70,7 @@ void want_value(const json& value, const char* key, Gains& gains) {
   };                                                                         \
   PROTOCOL_DEFINE(Type)
 
-// What has nothing but its name.
+// Defines a request that consists of its name only.
 #define PROTOCOL_QUESTION(Type)                                             \
   template <>                                                               \
   struct Members<Type> {                                                    \
@@ -90,7 +90,7 @@ struct Members<Expected> {
     constexpr std::array<std::string_view, 3> kKeys{"set_point", "output", "mode"};
     if (!from.is_object()) throw RequestError("expect is an object");
     for (const auto& [key, value] : from.items()) {
-      // What is not looked at must not seem to be.
+      // Refuses unknown keys, so that the sender does not take them as accepted.
       if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end()) {
         throw RequestError("expect has set_point, output and mode, not '" + key + "'");
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the daemon can be asked, and which struct it answers with. daemon/console/README.md has the table.
+// Requests to the daemon, each with the type of its answer. daemon/console/README.md has the table.
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@
 
 namespace loopwarden::protocol {
 
-// A request that can't be served; its text goes to the peer. What reading a request from JSON throws.
+// A request that can't be served. Its text is sent to the peer. Reading a request from JSON throws
+// it.
 class RequestError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -44,7 +45,7 @@ struct AlarmsRequest {
   using Answer = Alarms;
 };
 
-// All alarms of a loop, or of all loops, as their files have them.
+// The design of all alarms of one loop, or of all loops, from their files.
 struct AlarmDesignRequest {
   static constexpr const char* kName = "alarm_design";
   using Answer = AlarmDesigns;
@@ -54,7 +55,7 @@ struct AlarmDesignRequest {
 struct AlarmFiguresRequest {
   static constexpr const char* kName = "alarm_figures";
   using Answer = AlarmFigures;
-  Maybe<std::uint64_t> hours{};  // to now, at most 720; 24 where nothing is said
+  Maybe<std::uint64_t> hours{};  // period up to now, at most 720; default 24
 };
 
 struct LoopRequest {
@@ -103,14 +104,14 @@ struct JournalRequest {
   Maybe<std::uint64_t> from_ms{}, to_ms{};
 };
 
-// Who orders, by the word of the program that has page.sock or edge.sock.
+// The user who sends a command, as reported by the program that uses page.sock or edge.sock.
 struct Person {
   Maybe<std::string> user{}, address{};
 };
 
-// What the sender has seen.
+// The values that the sender has seen.
 struct Expected {
-  Maybe<double> set_point{}, output{};  // no number: an output that is not known
+  Maybe<double> set_point{}, output{};  // NaN: an unknown output
   Maybe<std::string> mode{};
 };
 
@@ -123,26 +124,27 @@ struct SetRequest {
   Maybe<std::string> jacket{};  // off, shadow, on
   Maybe<Expected> expect{};
   Maybe<std::string> user{}, address{};
-  Maybe<std::uint64_t> session{};  // of who commissions the loop
+  Maybe<std::uint64_t> session{};  // session of the user who commissions the loop
 };
 
-// Takes a loop for who commissions it, or with its session: a sign of life.
+// Takes a loop out of service for commissioning. With the session of the loop, it is a sign of
+// life.
 struct CommissioningRequest {
   static constexpr const char* kName = "commissioning";
   using Answer = Commissioning;
   std::string loop{};
   Maybe<std::uint64_t> session{};
-  Maybe<double> withhold_s{};  // for so long no command goes out
+  Maybe<double> withhold_s{};  // duration for which commands are withheld
   Maybe<bool> end{};
 };
 
-// The controller's gains, until a reload or a restart takes those of the file.
+// The controller's gains. A reload or a restart replaces them by those of the file.
 struct TuneRequest {
   static constexpr const char* kName = "tune";
   using Answer = OrderTaken;
   std::string loop{};
   double kp = kNone, ki = kNone, kd = kNone;
-  Maybe<Gains> expect{};  // what the sender has seen
+  Maybe<Gains> expect{};  // values that the sender has seen
   Maybe<std::string> user{}, address{};
 };
 
@@ -162,7 +164,7 @@ struct AlarmRequest {
   Maybe<std::string> user{}, address{};
 };
 
-// All alarms of an incident that wait.
+// Acknowledges all unacknowledged alarms of an incident.
 struct AcknowledgeIncidentRequest {
   static constexpr const char* kName = "acknowledge_incident";
   using Answer = IncidentActed;
@@ -184,7 +186,7 @@ struct VetoRequest {
   Maybe<std::string> reason{}, user{}, address{};
 };
 
-// What a fitter finds at a valve; other: something else than the valve.
+// Findings of a technician at the valve. other: the cause is not the valve.
 inline constexpr std::array kFoundWords{"stiction", "backlash", "air", "nothing", "other"};
 
 struct OutcomeRequest {
@@ -194,7 +196,7 @@ struct OutcomeRequest {
   Maybe<std::string> note{};
 };
 
-// What a person says of a loop at a time, for its trend and its incidents.
+// A user's note about a loop at a time. It appears on the loop's trend and incidents.
 struct NoteRequest {
   static constexpr const char* kName = "note";
   using Answer = Noted;
@@ -203,7 +205,7 @@ struct NoteRequest {
   Maybe<std::string> user{}, address{};
 };
 
-// Those of a loop that wait, run, or have ended and are kept.
+// Lists the loop's reports: waiting, running, and ended ones that are kept.
 struct ReportsRequest {
   static constexpr const char* kName = "reports";
   using Answer = Reports;
@@ -214,7 +216,7 @@ struct ReportRequest {
   static constexpr const char* kName = "report";
   using Answer = ReportTaken;
   std::string loop{}, kind{};
-  std::uint64_t from_ms = 0, to_ms = 0;  // UTC, of what is recorded
+  std::uint64_t from_ms = 0, to_ms = 0;  // UTC, within the recorded period
   Maybe<std::string> user{}, address{};
 };
 
@@ -224,14 +226,14 @@ struct RecordRequest {
   std::string loop{};
   Maybe<std::string> start{};  // name
   Maybe<bool> stop{};
-  Maybe<double> at_most_s{};  // beside `start`: after so long it ends by itself
+  Maybe<double> at_most_s{};  // with `start`: recording ends by itself after this time
 };
 
 struct ReloadRequest {
   static constexpr const char* kName = "reload";
   using Answer = ReloadNumber;
   Maybe<bool> dry_run{};
-  Maybe<bool> take_file{};  // also where a person's gains are not in the files
+  Maybe<bool> take_file{};  // reload even if a user's gains are not in the files
 };
 
 struct ReloadStateRequest {
@@ -240,7 +242,7 @@ struct ReloadStateRequest {
   Maybe<std::uint64_t> reload{};
 };
 
-// The name of a request that came. Throws RequestError.
+// Returns the name of a received request. Throws RequestError.
 std::string name_of(const nlohmann::json& request);
 
 }  // namespace loopwarden::protocol

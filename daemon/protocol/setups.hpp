@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Setups of loops that have begun and are not done: what `loopwarden setup` keeps of them, for who looks on.
+// Unfinished setups of loops, as stored by `loopwarden setup`. The page shows them.
 #pragma once
 
 #include <array>
@@ -29,15 +29,15 @@ inline constexpr std::array kSetupSteps{
 
 struct SetupStep {
   std::string name{}, title{};
-  std::string state{};                     // done; open; running: `loopwarden setup` is at it now
-  std::optional<std::int64_t> since_ms{};  // UTC, of one that is running
+  std::string state{};  // done; open; running: `loopwarden setup` executes it now
+  std::optional<std::int64_t> since_ms{};  // UTC; only while it is running
 };
 
 struct SetupUnderWay {
   std::string loop{};
   std::optional<std::int64_t> begun_ms{};  // UTC
-  std::string command{};                   // goes on with it
-  std::vector<SetupStep> steps{};          // all, in their order
+  std::string command{};                   // continues the setup
+  std::vector<SetupStep> steps{};          // all steps, in order
 };
 
 struct Setups {

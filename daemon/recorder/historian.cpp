@@ -64,7 +64,7 @@ void Historian::run() {
 void Historian::take_rows(std::size_t loop) {
   fresh_.clear();
   RecordRow row;
-  // What is beyond the room waits in its ring for the next round.
+  // Further rows wait in their ring for the next round.
   while (fresh_.size() < fresh_.capacity() && loops_[loop].channels->records.try_pop(row)) {
     fresh_.push_back(row);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes every cycle of every loop from the real-time thread: keeps the last minutes in memory for
-// `loopwarden top`, and hands all of it to the recorder, which has the disk.
+// Takes every cycle of every loop from the real-time thread. It keeps the last minutes in memory
+// for `loopwarden top` and passes all cycles to the recorder, which writes to the disk.
 #pragma once
 
 #include <atomic>
@@ -19,13 +19,13 @@
 
 namespace loopwarden::daemon {
 
-// What is known of one loop's recording.
+// Status of one loop's recording.
 struct RecordingStatus : RecorderStatus {
   std::uint64_t rows = 0;     // taken from the real-time thread
   std::uint64_t dropped = 0;  // lost because the ring was full
 };
 
-// Of a cycle, what a trend shows.
+// The values of a cycle that a trend shows.
 struct TrendRow {
   std::uint64_t period_index = 0;
   double sp = 0.0;           // PV units
@@ -51,20 +51,22 @@ class Historian {
   // Starts the threads. Segments that can't be opened are reported in status(), not thrown.
   void start();
   void stop();
-  // As stop(), but waits for the recorder's disk for at most `patience`; false if it hangs.
+  // Does the same as stop(), but waits for the recorder's disk for at most `patience`. Returns
+  // false if it hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // Any thread; none of it waits for the disk.
+  // From any thread. These functions never wait for the disk.
   bool latest(std::size_t loop, record::RecordRow& row) const;
-  // PV units; 0 before the first.
+  // PV units; 0 before the first good PV.
   double last_good_pv(std::size_t loop) const;
-  // Rows with a period index of at least `from`, oldest first, at most `most`.
+  // Returns at most `most` rows with a period index of at least `from`, oldest first.
   std::vector<TrendRow> trend(std::size_t loop, std::uint64_t from, std::size_t most) const;
   RecordingStatus status(std::size_t loop) const;
-  // Cycles of all loops that are missing in records or windows: recorder or monitor was too slow.
+  // Returns the cycles of all loops that are missing in records or windows, because recorder or
+  // monitor was too slow.
   std::uint64_t dropped() const;
 
-  // CSV records, and how the disk is.
+  // CSV records and the state of the disk.
   Recorder& recorder() noexcept { return recorder_; }
   const Recorder& recorder() const noexcept { return recorder_; }
 
@@ -74,7 +76,7 @@ class Historian {
   struct Track {
     record::RecordRow latest;
     std::vector<TrendRow> kept;  // ring of kKept rows
-    std::uint64_t rows = 0;      // ever put there
+    std::uint64_t rows = 0;      // number of rows since the start
     double last_good_pv = 0.0;   // PV units
   };
 
@@ -85,7 +87,8 @@ class Historian {
 
   std::vector<LoopRuntime>& loops_;
   Recorder recorder_;
-  std::vector<record::RecordRow> fresh_;  // of the loop being served; historian's thread only
+  // of the loop being served; for the historian's thread only
+  std::vector<record::RecordRow> fresh_;
 
   mutable std::mutex tracks_mutex_;
   std::vector<Track> tracks_;

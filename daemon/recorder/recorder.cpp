@@ -73,7 +73,7 @@ void Recorder::push(std::size_t loop, std::span<const RecordRow> rows) noexcept 
     track.waiting.insert(track.waiting.end(), rows.begin(),
                          rows.begin() + static_cast<std::ptrdiff_t>(taken));
   } catch (const std::exception&) {
-    track.dropped += rows.size();  // no memory for them
+    track.dropped += rows.size();  // without memory the rows are dropped
     return;
   }
   track.queued += taken;
@@ -117,7 +117,7 @@ std::string Recorder::start_csv(std::size_t loop, const std::string& name,
                     "begun",
                     csv.file.string(), wait_.seconds()));
   }
-  // Also one that the disk refused after its first rows.
+  // Also reports a record that failed on the disk after its first rows.
   if (csv.state == CsvState::none) throw std::runtime_error(csv.error);
   return csv.file.string();
 }
@@ -167,7 +167,7 @@ void Recorder::run() {
     }
   }
   const base::DiskWait::Section waiting(wait_);
-  disks_.clear();  // ends the segments
+  disks_.clear();  // closes the segments
 }
 
 void Recorder::open_segments(std::size_t loop) {
@@ -211,7 +211,7 @@ void Recorder::write_loop(std::size_t loop) {
   write_csv(loop, rows);
 }
 
-// The next order that was given before the row `end` came.
+// Returns the next order that was given before row `end`.
 std::optional<Recorder::CsvOrder> Recorder::next_order(std::size_t loop, std::uint64_t end) {
   const std::lock_guard lock(mutex_);
   std::deque<CsvOrder>& orders = tracks_[loop].csv.orders;
@@ -299,7 +299,7 @@ void Recorder::begin_csv(std::size_t loop) {
   }
   const std::filesystem::path nothing = writer->temporary_path();
   writer.reset();
-  std::error_code ignored;  // an empty file under a temporary name does no harm
+  std::error_code ignored;  // an empty file under a temporary name is harmless
   std::filesystem::remove(nothing, ignored);
   settle(loop, {});
 }
@@ -308,7 +308,7 @@ void Recorder::end_csv(std::size_t loop) {
   const std::unique_ptr<record::RecordCsvWriter> writer = std::move(disks_[loop].csv);
   if (!writer) {
     const std::lock_guard lock(mutex_);
-    tracks_[loop].csv.state = CsvState::none;  // it has ended before, with its error
+    tracks_[loop].csv.state = CsvState::none;  // it has already ended with its error
     changed_.notify_all();
     return;
   }

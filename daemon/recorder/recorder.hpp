@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes what the historian hands over to the disk, with a thread of its own: the ring of segments, and
-// CSV records where they were asked for.
+// Writes the historian's rows to the disk on a separate thread: the ring of segments, and requested
+// CSV records.
 //
-// Nobody waits for the disk: rows go into a bounded queue in memory, which bridges a minute or two;
-// what finds no room is dropped and counted. The watchdog does not judge this thread.
+// No other thread waits for the disk. Rows enter a bounded queue in memory, which bridges a minute
+// or two. Rows that do not fit are dropped and counted. The watchdog ignores this thread.
 #pragma once
 
 #include <chrono>
@@ -30,17 +30,17 @@ namespace loopwarden::daemon {
 
 struct RecorderSettings {
   std::filesystem::path state_directory;
-  double queue_s = 120.0;                           // s of each loop, that the disk may be late
+  double queue_s = 120.0;                           // s per loop that the disk may lag
   std::size_t queue_bytes = 8UL * 1024UL * 1024UL;  // of all loops together
 };
 
-// What the recorder knows of one loop.
+// Status of the recording of one loop.
 struct RecorderStatus {
   std::size_t waiting = 0;          // rows in the queue
-  std::uint64_t queue_dropped = 0;  // rows that found no room in the queue
+  std::uint64_t queue_dropped = 0;  // rows that did not fit into the queue
   record::SegmentStatus segments;
   std::string csv_file;   // empty: no CSV record is being written
-  std::string csv_error;  // why the last CSV record is incomplete; empty: it is not
+  std::string csv_error;  // why the last CSV record is incomplete; empty: it is complete
 };
 
 class Recorder {
@@ -51,53 +51,54 @@ class Recorder {
   ~Recorder() { stop(); }
 
   void start();
-  // Writes what is waiting and ends the thread.
+  // Writes the waiting rows and ends the thread.
   void stop();
-  // As stop(), for at most `patience`; false if the disk hangs.
+  // Does the same as stop(), for at most `patience`. Returns false if the disk hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // One thread: takes rows of a loop in their order, without waiting.
+  // Queues rows of a loop in their order, without waiting. For one thread only.
   void push(std::size_t loop, std::span<const record::RecordRow> rows) noexcept;
 
-  // Any thread. The disk is waited for no longer than `patience`.
+  // Waits for the disk for at most `patience`. From any thread.
   RecorderStatus status(std::size_t loop) const;
-  // Begins a CSV record; returns its path. Throws std::runtime_error, also if the disk does not
-  // answer in time: then there will be no record.
+  // Starts a CSV record and returns its path. Throws std::runtime_error on failure. If the disk
+  // does not answer in time, it throws too and no record is made.
   std::string start_csv(std::size_t loop, const std::string& name,
                         std::chrono::milliseconds patience);
-  // Ends it; returns its path, empty if there was none. Throws std::runtime_error if it is incomplete,
-  // or if the disk does not answer in time: then it is completed once the disk does.
+  // Ends the record and returns its path; empty if there was no record. Throws std::runtime_error
+  // if the record is incomplete. If the disk does not answer in time, it throws too, and the record
+  // is completed when the disk answers.
   std::string stop_csv(std::size_t loop, std::chrono::milliseconds patience);
-  // Where a loop's segments lie.
+  // Returns the folder of a loop's segments.
   std::filesystem::path segments_folder(const std::string& loop) const {
     return settings_.state_directory / "segments" / loop;
   }
-  // For how long the disk has not answered, s; 0: nothing is asked of it.
+  // Returns how long the disk has not answered, s; 0: no call is waiting.
   double disk_wait_s() const noexcept { return wait_.seconds(); }
 
  private:
   enum class CsvState : std::uint8_t { none, starting, recording, stopping };
   struct CsvOrder {
     bool start = false;
-    std::uint64_t after = 0;  // rows that were queued before it
+    std::uint64_t after = 0;  // rows that were queued before this order
   };
   struct Csv {
     CsvState state = CsvState::none;
-    bool cancelled = false;  // nobody waits for its start any more
+    bool cancelled = false;  // its requester no longer waits for the start
     std::filesystem::path file;
     std::string error;
     std::deque<CsvOrder> orders;
   };
-  // Everything that others look at.
+  // Data shared with other threads.
   struct Track {
     std::vector<record::RecordRow> waiting;
-    std::uint64_t queued = 0;  // rows ever
+    std::uint64_t queued = 0;  // number of rows since the start
     std::uint64_t dropped = 0;
     std::size_t room = 0;
     record::SegmentStatus segments;
     Csv csv;
   };
-  // Only the recorder's thread touches it.
+  // For the recorder's thread only.
   struct Disk {
     std::unique_ptr<record::SegmentWriter> segments;
     std::unique_ptr<record::RecordCsvWriter> csv;
@@ -124,7 +125,7 @@ class Recorder {
   mutable std::mutex mutex_;  // held for copies in memory only
   std::condition_variable changed_;
   std::vector<Track> tracks_;
-  bool urgent_ = false;  // somebody waits for an order
+  bool urgent_ = false;  // a requester waits for an order
   bool quit_ = false;
 
   std::vector<Disk> disks_;

@@ -58,13 +58,14 @@ constexpr const char* kSeverity = "size, median of the windows that name the ala
 constexpr const char* kState =
     "0 normal, 1 unacknowledged, 2 acknowledged, 3 returned unacknowledged, 4 latched "
     "unacknowledged, 5 latched acknowledged, 6 shelved, 7 suppressed";
-constexpr const char* kActive = "its condition is on, whatever the operator has done with it";
-constexpr const char* kWaits = "it waits for the operator";
+constexpr const char* kActive =
+    "condition of the alarm is on, also if the alarm is acknowledged or shelved";
+constexpr const char* kWaits = "the alarm waits for the operator";
 constexpr const char* kShelve =
-    "write: shelve the alarm for so long, 0 takes it off the shelf; read: minutes left";
+    "write: shelve the alarm for this time, 0: unshelve it; read: minutes left";
 constexpr const char* kAcknowledge = "write 1: acknowledge; reads 0";
 constexpr const char* kReset = "write 1: reset, if latched; reads 0";
-constexpr const char* kUnshelve = "write 1: take off the shelf; reads 0";
+constexpr const char* kUnshelve = "write 1: unshelve; reads 0";
 
 constexpr std::array kRegisters{
     box_in(Field::magic, 0, u16, "magic", "", "0x4C50: this is a Loopwarden map"),
@@ -83,7 +84,7 @@ constexpr std::array kRegisters{
     box_in(Field::box_ne107, 9, u16, "ne107", "",
            "NAMUR NE 107, the gravest of all loops: 0 normal, 1 maintenance required, 2 out of "
            "specification, 3 function check, 4 failure"),
-    box_in(Field::overruns, 10, u32, "overruns", "", "cycles of the loop thread that came late"),
+    box_in(Field::overruns, 10, u32, "overruns", "", "cycles of the loop thread that started late"),
     box_in(Field::wake_up_worst, 12, u16, "wake_up_worst", "us",
            "worst wake-up latency of the loop thread; 65535: at least"),
     box_in(Field::wake_up_p99, 13, u16, "wake_up_p99", "us", "99th percentile of it"),
@@ -91,9 +92,8 @@ constexpr std::array kRegisters{
            "always 123456.0: 0x47F1 0x2000 in word order abcd"),
     box_in(Field::integer_test, 16, u32, "integer_test", "", "always 0x01020304 = 16909060"),
     box_in(Field::config_hash, 18, u32, "config_hash", "",
-           "of the configuration files in force; while something of them waits for a restart, of "
-           "no set "
-           "of files; 0: unknown"),
+           "of the configuration files in force; matches no set of files while a change waits for "
+           "a restart; 0: unknown"),
     box_in(Field::model_hash, 20, u32, "model_hash", "", "of the specialists; 0: none"),
     box_in(Field::utc_seconds, 22, u32, "utc_seconds", "s", "Unix time of this answer"),
     box_in(Field::utc_milliseconds, 24, u16, "utc_milliseconds", "ms", "of that second"),
@@ -102,16 +102,16 @@ constexpr std::array kRegisters{
     box_in(Field::alarms_active, 26, u16, "alarms_active", "", "alarms whose condition is on"),
     box_in(Field::alarms_unacknowledged, 27, u16, "alarms_unacknowledged", "",
            "alarms that wait for the operator"),
-    box_in(Field::alarms_shelved, 28, u16, "alarms_shelved", "", "alarms on the shelf"),
+    box_in(Field::alarms_shelved, 28, u16, "alarms_shelved", "", "shelved alarms"),
     box_in(Field::windows_judged, 30, u32, "windows_judged", "", "since the start, of all loops"),
     box_in(Field::window_backlog, 32, u16, "window_backlog", "",
            "loops with cycles that the monitor has not looked at yet"),
     box_in(Field::monitor_dropped, 34, u32, "monitor_dropped", "",
-           "cycles that the monitor was too slow for, of all loops"),
+           "cycles of all loops that the monitor dropped because it was too slow"),
     box_in(Field::journal_waiting, 36, u16, "journal_waiting", "",
            "lines of the journal that are not on the disk yet; 65535: at least"),
     box_in(Field::journal_lost, 37, u16, "journal_lost", "",
-           "lines that the disk never took; 65535: at least"),
+           "lines that could not be written; 65535: at least"),
     box_in(Field::clients, 38, u16, "clients", "", "connections to this server"),
     box_in(Field::first_condition, 39, u16, "first_condition", "",
            "address of the first loop's second block"),
@@ -142,11 +142,10 @@ constexpr std::array kRegisters{
     loop_in(Field::sp, 6, f32, "sp", "PV", "working set point"),
     loop_in(Field::pv, 8, f32, "pv", "PV",
             "process variable; the last good one while pv_quality is bad, never NaN"),
-    loop_in(
-        Field::co, 10, f32, "co", "CO",
-        "controller output, what really went out; 0 and co_scaled -32768 while it is not known"),
+    loop_in(Field::co, 10, f32, "co", "CO",
+            "controller output as sent to the device; 0 while unknown, and co_scaled reads -32768"),
     loop_in(Field::stem, 12, f32, "stem", "CO",
-            "read-back of the valve; 0 and bit 32 of loop_bits clear where there is none"),
+            "read-back of the valve; 0 without a read-back, and bit 32 of loop_bits is clear"),
     loop_in(Field::jacket_rate, 14, f32, "jacket_rate", "CO/s",
             "what the stickband jacket adds to the integral; 0 without one"),
     loop_in(Field::sp_scaled, 16, i16, "sp_scaled", "% of PV span", kScaled, kHundredth),
@@ -166,12 +165,11 @@ constexpr std::array kRegisters{
     loop_in(Field::oscillation_index, 25, u16, "oscillation_index", "",
             "regularity of PV's autocorrelation; above 1 it oscillates", kHundredth),
     loop_in(Field::oscillation_period, 26, f32, "oscillation_period", "s",
-            "of that oscillation; 0: none"),
+            "period of that oscillation; 0: no oscillation"),
     loop_in(Field::travel, 28, f32, "travel", "% of CO span/h", "path of the valve"),
     loop_in(Field::reversals, 30, f32, "reversals", "1/h", "of the valve's direction"),
     loop_in(Field::stick, 32, u16, "stick", "% of CO span",
-            "CO's travel after a reversal before the valve follows; 0 where not measured",
-            kHundredth),
+            "CO's travel after a reversal before the valve follows; 0: not measured", kHundredth),
     loop_in(Field::stick_source, 33, u16, "stick_source", "",
             "of stick: 0 not measured, 1 from the read-back, 2 from PV and CO: an upper bound"),
     loop_in(Field::saturated, 34, u16, "saturated", "%", "share of the window with CO at an end",
@@ -183,8 +181,7 @@ constexpr std::array kRegisters{
     loop_in(Field::window_number, 36, u32, "window_number", "",
             "windows looked at since the start"),
     loop_in(Field::window_severity, 38, u16, "window_severity", "% of CO span",
-            "size of the fault that the newest window shows, at most the range that CO moved; 0 "
-            "where it is not known",
+            "size of the fault in the newest window, at most the range that CO moved; 0: unknown",
             kHundredth),
     loop_in(Field::probability, 39, u16, "p_stiction", "%", kProbability, kHundredth, 0),
     loop_in(Field::probability, 40, u16, "p_backlash", "%", kProbability, kHundredth, 1),
@@ -200,7 +197,7 @@ constexpr std::array kRegisters{
     loop_in(Field::alarm_severity, 47, u16, "severity_low_air_supply", "% of CO span", kSeverity,
             kHundredth, 3),
     loop_in(Field::alarm_severity, 48, u16, "severity_unknown", "% of CO span",
-            "always 0: not known, as what is wrong is not", kHundredth, 4),
+            "always 0: the size of an unknown fault is unknown", kHundredth, 4),
     loop_in(Field::alarm_state, 49, u16, "alarm_stiction", "", kState, 1.0, 0),
     loop_in(Field::alarm_state, 50, u16, "alarm_backlash", "", kState, 1.0, 1),
     loop_in(Field::alarm_state, 51, u16, "alarm_hysteresis", "", kState, 1.0, 2),
@@ -212,7 +209,7 @@ constexpr std::array kRegisters{
     loop_in(Field::hours_at_limit, 58, f32, "hours_at_limit", "h",
             "with CO at an end of its range since the start"),
     loop_in(Field::records_dropped, 60, u32, "records_dropped", "",
-            "cycles that the recorder or the monitor was too slow for"),
+            "cycles that the recorder or the monitor dropped because it was too slow"),
     loop_in(
         Field::corrective_action, 62, u16, "corrective_action", "",
         "0 off, 1 waiting, 2 trying: jacket or planned moves act, 3 helping, 4 given up, 5 vetoed, "
@@ -221,9 +218,9 @@ constexpr std::array kRegisters{
 
     condition_in(
         0, "condition_control_performance",
-        "100 good, 0 bad, -32768 not known: RMS of SP - PV; tuning or valve, it can't tell"),
+        "100 good, 0 bad, -32768 unknown: RMS of SP - PV; does not distinguish tuning from valve"),
     condition_in(1, "condition_valve",
-                 "the same: stick band, from the read-back or an alarm; else not known"),
+                 "the same: stick band, from the read-back or an alarm; otherwise unknown"),
     condition_in(2, "condition_actuator",
                  "the same: lag of the stem, low air; not known while neither shows"),
     condition_in(3, "condition_positioner", "the same: stem off CO, read-back bad"),
@@ -249,15 +246,13 @@ constexpr std::array kRegisters{
     holding(Field::shelve_minutes, Area::loop, 17, u16, "shelve_low_air_supply", "min", kShelve,
             1.0, 3),
     holding(Field::shelve_minutes, Area::loop, 18, u16, "shelve_unknown", "min", kShelve, 1.0, 4),
-    holding(
-        Field::moves_phase, Area::loop, 19, u16, "moves_phase", "",
-        "planned moves: 0 none, 1 watching the loop without them, 2 probing, 3 resting, 4 backing "
-        "off, 5 moving, 6 the loop is given back"),
-    holding(
-        Field::moves_gain, Area::loop, 20, u16, "moves_gain", "",
-        "RMS of SP - PV with planned moves over that without, in shadow what it would be; 0: not "
-        "known yet",
-        0.01),
+    holding(Field::moves_phase, Area::loop, 19, u16, "moves_phase", "",
+            "planned moves: 0 off, 1 watching the loop without them, 2 probing, 3 resting, 4 "
+            "backing off, 5 moving, 6 disengaged"),
+    holding(Field::moves_gain, Area::loop, 20, u16, "moves_gain", "",
+            "ratio of the RMS of SP - PV with planned moves to that without; in shadow the "
+            "predicted ratio; 0: unknown yet",
+            0.01),
     holding(Field::jacket_rate, Area::third, 0, f32, "jacket_rate", "CO/s",
             "what the stickband jacket adds to the integral; 0 without one"),
     holding(Field::jacket_rate_shadow, Area::third, 2, f32, "jacket_rate_shadow", "CO/s",
@@ -266,35 +261,36 @@ constexpr std::array kRegisters{
             "what the compensator adds to the output; 0 without one"),
     holding(Field::compensator_shadow, Area::third, 6, f32, "compensator_shadow", "CO",
             "what it asks for, whether it acts or not"),
-    holding(
-        Field::orders_refused, Area::third, 8, u16, "orders_refused", "",
-        "orders that were let in, by whomever, and could not act any more when the loop took them; "
-        "65535: at least"),
+    holding(Field::orders_refused, Area::third, 8, u16, "orders_refused", "",
+            "commands from any source that were accepted but could not act when the loop took "
+            "them; 65535: at least"),
     holding(Field::calm, Area::third, 9, u16, "calm_stiction", "",
-            "write 1: planned moves that are offered begin, in shadow first; once for a 1 that is "
-            "repeated; reads 0"),
+            "write 1: start the offered planned moves, in shadow first; a repeated 1 starts them "
+            "once; reads 0"),
     holding(Field::alarm_state, Area::third, 10, u16, "alarm_model_gap", "", kState, 1.0, 5),
     holding(Field::shelve_minutes, Area::third, 13, u16, "shelve_model_gap", "min", kShelve, 1.0,
             5),
     holding(Field::unshelve_process, Area::third, 14, u16, "unshelve_process", "",
-            "write 1: take all process alarms of the loop off the shelf; reads 0"),
+            "write 1: unshelve all process alarms of the loop; reads 0"),
     holding(Field::explanation_effect, Area::third, 16, u16, "explanation_effect", "",
-            "number of the effect (effects.md) that explains the alarm, as last found; 0: none"),
+            "number of the effect (effects.md) that explains the alarm, from the newest "
+            "explanation; 0: no explanation"),
     holding(Field::explanation_agrees, Area::third, 17, u16, "explanation_agrees", "",
-            "1: it agrees with the alarm's name, or gave it; 2: it does not; 0: there is none"),
+            "1: the explanation agrees with the alarm's name, or gave it; 2: it does not agree; 0: "
+            "no explanation"),
     holding(Field::explanation_size, Area::third, 18, f32, "explanation_size", "% of CO span",
-            "of that effect; 0: it has none that is one number"),
+            "size of that effect; 0: the effect has no single size"),
     holding(Field::explanation_low, Area::third, 20, f32, "explanation_low", "% of CO span",
             "interval of the size"),
     holding(Field::explanation_high, Area::third, 22, f32, "explanation_high", "% of CO span",
             "interval of the size"),
     holding(Field::explanation_gap_closed, Area::third, 24, i16, "explanation_gap_closed", "%",
-            "of the gap to the twin; -327.68: can't be said", 0.01),
+            "share of the gap to the twin that the effect closes; -327.68: unknown", 0.01),
     holding(Field::explanation_alarm, Area::third, 25, u16, "explanation_alarm", "",
             "the alarm that is explained: 1 stiction, 2 backlash, 3 hysteresis, 4 low_air_supply, "
-            "5 unknown, 6 model_gap; 0: none is"),
+            "5 unknown, 6 model_gap; 0: no explanation"),
     holding(Field::explanation_age, Area::third, 26, u32, "explanation_age", "s",
-            "since it was found"),
+            "since the explanation was found"),
     holding(Field::process_active, Area::third, 28, u16, "process_active", "",
             "process alarms whose condition is on, bits as alarms.md has them: 1 bad_pv, "
             "2 output_lost, 4 output_unknown, 8 not_normal_mode, 16 enable_open, 32 source_lost, "
@@ -303,7 +299,7 @@ constexpr std::array kRegisters{
     holding(Field::process_unacknowledged, Area::third, 29, u16, "process_unacknowledged", "",
             "the same bits: they wait for the operator"),
     holding(Field::process_shelved, Area::third, 30, u16, "process_shelved", "",
-            "the same bits: on the shelf"),
+            "the same bits: shelved"),
     holding(Field::process_suppressed, Area::third, 31, u16, "process_suppressed", "",
             "the same bits: suppressed by design"),
 
@@ -316,7 +312,7 @@ constexpr std::array kRegisters{
     box_bit(Field::master_lost, 5, "master_lost", "the master's heartbeat has stopped"),
     box_bit(Field::journal_trouble, 6, "journal_trouble", "the journal can't write"),
     box_bit(Field::no_real_time_rights, 7, "no_real_time_rights",
-            "a busy machine may delay the loops"),
+            "other load on the host may delay the loops"),
     loop_bit(Field::alarm_active, 0, "active_stiction", kActive, 0),
     loop_bit(Field::alarm_active, 1, "active_backlash", kActive, 1),
     loop_bit(Field::alarm_active, 2, "active_hysteresis", kActive, 2),
@@ -332,7 +328,7 @@ constexpr std::array kRegisters{
     loop_bit(Field::at_high, 12, "at_high", "the output is at its high end"),
     loop_bit(Field::in_manual, 13, "in_manual", "the loop is in manual"),
     loop_bit(Field::any_suppressed, 14, "any_suppressed", "an alarm is suppressed by design"),
-    loop_bit(Field::any_shelved, 15, "any_shelved", "an alarm is on the shelf"),
+    loop_bit(Field::any_shelved, 15, "any_shelved", "an alarm is shelved"),
     loop_bit(Field::communication_lost, 16, "communication_lost",
              "commands don't reach the device"),
     loop_bit(Field::in_fault, 17, "in_fault", "the loop has a fault"),
@@ -356,8 +352,8 @@ constexpr std::array kRegisters{
     loop_coil(Field::unshelve, 13, "unshelve_low_air_supply", kUnshelve, 3),
     loop_coil(Field::unshelve, 14, "unshelve_unknown", kUnshelve, 4),
     loop_coil(Field::veto_corrective_action, 15, "veto_corrective_action",
-              "write 1: the jacket goes back to shadow and stays there, planned moves end, 0: they "
-              "may act again; reads what is set",
+              "write 1: the jacket returns to shadow and stays there, and planned moves end; write "
+              "0: they may act again; reads the present setting",
               0),
     bit(Field::acknowledge, Table::coil, Area::third, 0, "acknowledge_model_gap", kAcknowledge, 5),
     bit(Field::reset, Table::coil, Area::third, 1, "reset_model_gap", kReset, 5),
@@ -386,7 +382,7 @@ constexpr int size_of(const Layout& l, Area area) {
   return l.box_size;
 }
 
-// No field lies on another one or outside its block: checked by the compiler.
+// Returns whether each field is inside its block and no two fields overlap. The compiler checks it.
 constexpr bool sound() {
   for (std::size_t i = 0; i < kRegisters.size(); ++i) {
     const Register& a = kRegisters[i];
@@ -405,7 +401,7 @@ constexpr bool sound() {
 }
 static_assert(sound());
 
-// What is kept for later lies in its block and under no register.
+// Returns whether each reserved place is inside its block and outside every register.
 constexpr bool reservations_hold() {
   for (const Reserved& place : kReserved) {
     if (place.offset + place.words > layout(place.table).third_stride) return false;
@@ -421,7 +417,8 @@ constexpr bool reservations_hold() {
 }
 static_assert(reservations_hold());
 static_assert(layout(Table::input_register).first_condition + 8U * kMostLoops <= 0x10000);
-// The third blocks: behind the first ones of all loops, and within the addresses that there are.
+// Returns whether the third blocks follow the first blocks of all loops and end within the 16-bit
+// addresses.
 constexpr bool thirds_fit(Table table) {
   const Layout l = layout(table);
   return l.first_loop + l.loop_stride * kMostLoops <= l.first_third &&
@@ -429,7 +426,7 @@ constexpr bool thirds_fit(Table table) {
 }
 static_assert(thirds_fit(Table::holding_register) && thirds_fit(Table::coil));
 
-// Index into kRegisters + 1 by table, area and offset, 0: reserved.
+// Index into kRegisters plus 1, by table, area and offset. 0: reserved.
 constexpr std::size_t kLargestBlock = 64;
 using Index = std::array<std::array<std::array<std::uint8_t, kLargestBlock>, kAreas>, kTables>;
 static_assert(kRegisters.size() < 255);
@@ -475,7 +472,7 @@ Place find(Table table, std::uint32_t address, std::size_t loops) noexcept {
     offset = (address - first) % stride;
     return true;
   };
-  // From the highest block down; the first block of a loop is the lowest.
+  // Searches from the highest block to the lowest. The loops' first blocks are the lowest.
   if (in_block_of_loop(Area::condition, l.first_condition, l.condition_stride) ||
       in_block_of_loop(Area::third, l.first_third, l.third_stride) ||
       in_block_of_loop(Area::loop, l.first_loop, l.loop_stride)) {

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Modbus registers that the daemon serves: one table, from which the server answers and from which
-// every document and snippet is made (`loopwarden register-map`). Nothing else knows an address.
+// The Modbus registers that the daemon serves, in one table. The server answers from this table.
+// Documents and snippets are generated from it (`loopwarden register-map`). No other source
+// contains an address.
 //
-// Each of the four tables has one block for the box and, behind it, one of the same layout for each loop,
-// in the order of the loops' files. The input registers have a short second block of each loop behind the
-// room for all first ones, which are full. Holding registers and coils have a third block of each loop, from
-// the middle of their addresses on; its registers are read-only where not said otherwise. Addresses are those on the wire, from 0. A field of an f32 or
-// u32 takes two registers. What lies between the fields of a block is reserved: it reads 0.
+// Each of the four tables has one block for the box, followed by one block per loop in the order of
+// the loops' files. All blocks of loops have the same layout. Input registers have a second, short
+// block per loop, after the space for all first blocks, because the first blocks are full. Holding
+// registers and coils have a third block per loop. These blocks start in the middle of the address
+// range. Registers of the third block are read-only unless writable() returns true. Addresses are
+// those on the wire, from 0. A field of type f32 or u32 takes two registers. Addresses between the
+// fields of a block are reserved and read 0.
 //
-// The map is a promise: a field keeps its place and meaning for as long as the major version stays.
+// Compatibility: a field keeps its address and meaning until the major version changes.
 #pragma once
 
 #include <cstddef>
@@ -23,25 +26,26 @@ inline constexpr std::uint16_t kMagic = 0x4C50;
 inline constexpr std::uint16_t kVersion = 0x0106;  // major, minor
 inline constexpr float kFloatTest = 123456.0F;     // 0x47F1 0x2000 in order abcd
 inline constexpr std::uint32_t kIntegerTest = 0x01020304;
-inline constexpr std::int16_t kScaledInvalid = -32768;  // a scaled copy of what is not there
+// reading of a scaled copy whose value is unknown
+inline constexpr std::int16_t kScaledInvalid = -32768;
 
 enum class Table : std::uint8_t { input_register, holding_register, discrete_input, coil };
 inline constexpr std::size_t kTables = 4;
 inline constexpr std::size_t kAreas = 4;
-// condition: the second block of a loop
+// box: block of the host; loop, condition, third: the first, second and third block of a loop
 enum class Area : std::uint8_t { box, loop, condition, third };
 
 const char* to_text(Table table) noexcept;
 
-// Where the blocks of a table lie.
+// Start and size of the blocks of a table.
 struct Layout {
-  std::uint16_t box_size;              // the box's block begins at 0
-  std::uint16_t first_loop;            // where the first loop's block begins
-  std::uint16_t loop_stride;           // also the size of a loop's block
-  std::uint16_t first_condition = 0;   // where the first loop's second block begins; 0: none
-  std::uint16_t condition_stride = 0;  // also the size of it
-  std::uint16_t first_third = 0;       // where the first loop's third block begins; 0: none
-  std::uint16_t third_stride = 0;      // also the size of it
+  std::uint16_t box_size;              // block of the box, which starts at 0
+  std::uint16_t first_loop;            // start of the first loop's block
+  std::uint16_t loop_stride;           // size of a loop's block, and distance to the next one
+  std::uint16_t first_condition = 0;   // start of the first loop's second block; 0: no such block
+  std::uint16_t condition_stride = 0;  // size of a second block, and distance to the next one
+  std::uint16_t first_third = 0;       // start of the first loop's third block; 0: no such block
+  std::uint16_t third_stride = 0;      // size of a third block, and distance to the next one
 };
 constexpr Layout layout(Table table) noexcept {
   switch (table) {
@@ -52,11 +56,13 @@ constexpr Layout layout(Table table) noexcept {
   }
   return {16, 16, 16, 0, 0, 0x8000, 4};
 }
-// The input registers are the first to run out of addresses, at the second blocks.
+// The input registers limit the number of loops: their first blocks must end before the second
+// blocks.
 inline constexpr std::size_t kMostLoops = (0xE000 - 64) / 64;
 
-// Alarms are counted as alarm::AlarmKind, condition indices from control performance to environment as in
-// analysis::ConditionIndices; fields that stand once for each carry its number.
+// The fields of the map. A field that exists once per alarm has the number of a alarm::AlarmKind.
+// A field that exists once per condition index has a number in the order of
+// analysis::ConditionIndices, from control performance to environment.
 enum class Field : std::uint8_t {
   // box, input registers
   magic,
@@ -195,7 +201,8 @@ enum class Field : std::uint8_t {
 
 struct Register {
   Field field;
-  std::uint8_t which;  // of a field that stands once for each alarm or index: its number, else 0
+  // number of the alarm or index, for fields that exist once for each; otherwise 0
+  std::uint8_t which;
   Table table;
   Area area;
   std::uint16_t offset;  // from the start of the block
@@ -206,13 +213,13 @@ struct Register {
   const char* meaning;
 };
 
-// All of them, by table, area and offset.
+// Returns all registers, sorted by table, area and offset.
 std::span<const Register> registers() noexcept;
 
-// Addresses that a register takes: 1, or 2 of an f32 or u32.
+// Returns the number of addresses that a register takes: 2 for f32 and u32, otherwise 1.
 std::uint16_t width(const Register& reg) noexcept;
 
-// Whether masters on the list may write it at all.
+// Returns whether a listed master can write the register.
 constexpr bool writable(const Register& reg) noexcept {
   if (reg.area == Area::third) {
     return reg.table == Table::coil || reg.field == Field::shelve_minutes ||
@@ -222,8 +229,8 @@ constexpr bool writable(const Register& reg) noexcept {
   return reg.table == Table::holding_register || reg.table == Table::coil;
 }
 
-// Places of the third block that are kept for what comes: nothing else is ever put there, and until then
-// they read 0.
+// A place in the third block that is reserved for a planned field. No other field may use it. It
+// reads 0.
 struct Reserved {
   Table table;
   std::uint16_t offset;
@@ -232,7 +239,8 @@ struct Reserved {
 };
 std::span<const Reserved> reserved() noexcept;
 
-// Where a register lies for a loop; `loop` is of no account for the box's.
+// Returns the address of a register in the block of `loop`. For a register of the box, `loop` is
+// ignored.
 constexpr std::uint32_t address(const Register& reg, std::size_t loop) noexcept {
   const Layout l = layout(reg.table);
   switch (reg.area) {
@@ -247,12 +255,12 @@ constexpr std::uint32_t address(const Register& reg, std::size_t loop) noexcept 
   return reg.offset;
 }
 
-// What lies at an address.
+// The block and register at an address.
 struct Place {
   bool in_map = false;
-  std::size_t loop = 0;           // of a loop's block
+  std::size_t loop = 0;           // if the address is in a block of a loop
   const Register* reg = nullptr;  // null: reserved
-  std::uint16_t word = 0;         // which of the register's addresses
+  std::uint16_t word = 0;         // address within the register: 0 or 1
 };
 Place find(Table table, std::uint32_t address, std::size_t loops) noexcept;
 

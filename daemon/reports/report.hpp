@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A report that somebody asked for: what of, how far it is, and about.json in its folder, which tells it to the next start.
+// A requested report: its kind, its progress, and about.json in its folder, which restores it at
+// the next start.
 #pragma once
 
 #include <array>
@@ -11,12 +12,12 @@
 
 namespace loopwarden::daemon::reports {
 
-// The commands of `loopwarden` that make them, by their names.
+// Kinds of reports, named after the commands of `loopwarden` that make them.
 enum class Kind : std::uint8_t { gap, commission, survey, diagnose };
 inline constexpr std::array kKinds{Kind::gap, Kind::commission, Kind::survey, Kind::diagnose};
 const char* to_text(Kind kind) noexcept;
 std::optional<Kind> kind_of(std::string_view name) noexcept;
-// The file that is the report, in the report's folder.
+// Returns the name of the report's main file in its folder.
 const char* page_of(Kind kind) noexcept;
 
 enum class State : std::uint8_t { waiting, running, done, failed };
@@ -25,24 +26,24 @@ const char* to_text(State state) noexcept;
 struct Order {
   std::string loop;
   Kind kind = Kind::gap;
-  std::int64_t from_ms = 0;  // UTC, as all times here
+  std::int64_t from_ms = 0;  // UTC, like all times here
   std::int64_t to_ms = 0;
-  std::string by;    // who asked
-  std::string twin;  // the loop's, a file; empty: it has none
+  std::string by;    // the requesting user
+  std::string twin;  // file of the loop's twin; empty: no twin
 };
 
 struct Report {
-  std::string name;  // of its folder: TAG-KIND-UTC
+  std::string name;  // name of its folder: TAG-KIND-UTC
   Order order;
   std::int64_t asked_ms = 0;
   State state = State::waiting;
   std::int64_t started_ms = 0;
-  std::string doing;  // while it runs: what, and how much of that
+  std::string doing;  // present step and its progress; only while it runs
   int percent = 0;
   std::int64_t ended_ms = 0;
-  std::string sentence;   // what the command said last
-  bool has_page = false;  // of a failed one too, where the command wrote why
-  std::size_t place = 0;  // while it waits, from 1
+  std::string sentence;   // the last sentence that the command printed
+  bool has_page = false;  // also for a failed report, if the command wrote the reason
+  std::size_t place = 0;  // position in the queue, from 1; only while it waits
 
   bool ended() const noexcept { return state == State::done || state == State::failed; }
 };
@@ -51,7 +52,7 @@ std::string name_of(const Order& order, std::int64_t asked_ms);
 
 // Throws std::runtime_error.
 void write_about(const Report& report, const std::filesystem::path& folder);
-// Nothing where there is none, or none that can be read.
+// Returns nullopt if the file is missing or unreadable.
 std::optional<Report> read_about(const std::filesystem::path& folder);
 
 }  // namespace loopwarden::daemon::reports

@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kLook{100};
-constexpr std::chrono::seconds kBetweenLooks{1};  // at the disk
-constexpr std::streamoff kTail = 4096;            // bytes of what the command says
+constexpr std::chrono::seconds kBetweenLooks{1};  // between checks of the disk
+constexpr std::streamoff kTail = 4096;            // bytes of the command's output that are read
 constexpr std::size_t kLongestSentence = 600;     // bytes
 constexpr std::string_view kProgress = "progress: ";
 constexpr const char* kOutput = "output.txt";
@@ -38,7 +38,7 @@ std::string utc_text(std::int64_t utc_ms) {
                      fmt::gmtime(static_cast<std::time_t>(utc_ms / 1000)), utc_ms % 1000);
 }
 
-// The lines at the end of what the command said.
+// Returns the last lines of the command's output.
 std::vector<std::string> last_lines(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   if (!stream) return {};
@@ -53,7 +53,7 @@ std::vector<std::string> last_lines(const fs::path& file) {
 
 bool is_progress(const std::string& line) { return line.starts_with(kProgress); }
 
-// Without the folder, which says nothing to who reads it in a browser.
+// Removes the folder's path from a text, because it is useless to readers in a browser.
 std::string for_readers(std::string text, const fs::path& folder) {
   const std::string prefix = folder.string() + "/";
   for (std::size_t at = 0; (at = text.find(prefix)) != std::string::npos;) {
@@ -70,7 +70,7 @@ std::string sentence_in(const fs::path& folder) {
   return last == lines.rend() ? std::string() : for_readers(*last, folder);
 }
 
-// Of "progress: WHAT N %".
+// Parses "progress: WHAT N %".
 void take_progress(const std::string& line, Report& report) {
   const std::string_view text = std::string_view(line).substr(kProgress.size());
   if (!text.ends_with(" %")) return;
@@ -85,7 +85,7 @@ void take_progress(const std::string& line, Report& report) {
   report.percent = std::clamp(percent, 0, 100);
 }
 
-// All in it but what tells of the report: what a command that was killed has left.
+// Removes the leftovers of a killed command: all files except those that describe the report.
 void clear(const fs::path& folder) {
   std::error_code gone;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone)) {
@@ -169,8 +169,8 @@ void ReportDesk::load() {
     }
     found.push_back({std::move(*report), true});
   }
-  // The oldest first. A time in the future is from before the clock was set back, and older than
-  // all others.
+  // Sorts the oldest first. A time in the future is from before the clock was set back. It counts
+  // as the oldest.
   if (found.size() > 1) {
     const auto key = [now_ms = ends_.now_ms()](const Entry& e) {
       return std::pair(e.report.asked_ms <= now_ms, e.report.asked_ms);
@@ -183,7 +183,7 @@ void ReportDesk::load() {
   is_loaded_ = true;
 }
 
-// So that the next start tells of those that wait.
+// Writes new waiting reports to the disk, so that they are known after a restart.
 void ReportDesk::write_new() {
   std::vector<Report> fresh;
   {
@@ -228,9 +228,9 @@ bool ReportDesk::run_next(const Stop& stop) {
     write(again);
     return true;
   }
-  std::error_code ignored;  // what stays goes with the report
+  std::error_code ignored;  // leftovers are removed with the report
   fs::remove_all(folder / kScratch, ignored);
-  // The segments have it, and a record of days is large.
+  // The segments contain the same data, and a record of days is large.
   fs::remove_all(folder / kRecords, ignored);
   ended->ended_ms = ends_.now_ms();
   ended->has_page = fs::exists(folder / page_of(ended->order.kind), ignored);

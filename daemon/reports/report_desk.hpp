@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports of a loop's record that somebody asked for, made one at a time by `loopwarden KIND --background`.
+// Makes requested reports of a loop's record one at a time, by `loopwarden KIND --background`.
 //
-// Whoever asks never waits for the disk: all of that is done by the thread that calls run_next(), lw-explain, while no explanation of
-// an alarm is due. One that comes due ends the report at work, which begins anew behind it. Each report has a folder of its own;
-// of a loop the newest `kept` stay. One that a restart of the daemon ended is told as failed.
+// Requests never wait for the disk. The thread that calls run_next(), lw-explain, does all work on
+// the disk while no explanation of an alarm is due. If an explanation becomes due, the running
+// report is stopped and starts again after it. Each report has a separate folder. The newest `kept`
+// reports per loop are kept. A report that a restart of the daemon ended is marked as failed.
 #pragma once
 
 #include <chrono>
@@ -21,39 +22,42 @@
 namespace loopwarden::daemon::reports {
 
 struct DeskSettings {
-  std::filesystem::path program;  // loopwarden; empty: there is none
-  std::filesystem::path folder;   // of all reports
-  std::filesystem::path socket;   // where loopwarden asks for the loop's ranges and segments
-  std::size_t most_waiting = 4;   // of all loops
-  std::chrono::milliseconds most_time{900'000};  // of one
+  std::filesystem::path program;  // path of loopwarden; empty: not found
+  std::filesystem::path folder;   // folder of all reports
+  std::filesystem::path socket;   // socket that gives loopwarden the loop's ranges and segments
+  std::size_t most_waiting = 4;   // for all loops together
+  std::chrono::milliseconds most_time{900'000};  // per report
   std::size_t kept = 10;
 };
 
 struct DeskEnds {
   std::function<std::int64_t()> now_ms;  // UTC
-  std::function<void()> wake;            // there is something to do
+  std::function<void()> wake;            // announces work
   std::function<void(const Report&)> ended;
-  // Whether something that the loops work with, or will from the next start on, lies in the folder. May wait for the disk.
+  // Returns whether the folder contains files that the loops use, or will use from the next start.
+  // May wait for the disk.
   std::function<bool(const std::filesystem::path& folder)> in_use;
 };
 
 class ReportDesk {
  public:
-  // True after at most the time given: leave off.
+  // Waits up to the given time and returns true if the work must stop.
   using Stop = std::function<bool(std::chrono::milliseconds)>;
 
   ReportDesk(DeskSettings settings, DeskEnds ends)
       : settings_(std::move(settings)), ends_(std::move(ends)) {}
 
-  // Any thread.
+  // From any thread.
   bool has_program() const noexcept { return !settings_.program.empty(); }
   std::size_t most_waiting() const noexcept { return settings_.most_waiting; }
-  // With its name and place; nothing: as many as may wait do.
+  // Queues a report. Returns it with name and place; nullopt if the queue is full.
   std::optional<Report> post(Order order);
-  // The newest first; nothing: those of before the start are not read yet.
+  // Returns a loop's reports, newest first; nullopt while those from before the start are not
+  // loaded.
   std::optional<std::vector<Report>> of(const std::string& loop) const;
 
-  // One thread. Makes the next report; false: there is nothing to do. Where it has been told to stop, the report waits again.
+  // Makes the next report. Returns false if no work is left. A report that is stopped waits again.
+  // For one thread only.
   bool run_next(const Stop& stop);
 
  private:
@@ -69,7 +73,7 @@ class ReportDesk {
   void write(const Report& report) const noexcept;
   void write_new();
   std::optional<Report> begin();
-  // What became of it; nothing: it was told to stop.
+  // Returns the result; nullopt if it was stopped.
   std::optional<Report> make(Report report, const Stop& stop);
   void look_at_progress(const Report& report);
   void change(const Report& report);
@@ -79,8 +83,8 @@ class ReportDesk {
   DeskSettings settings_;
   DeskEnds ends_;
   mutable std::mutex mutex_;  // held for copies in memory only
-  std::vector<Entry> all_;    // in the order in which they were asked for
-  bool is_loaded_ = false;    // all_ has those of before the start
+  std::vector<Entry> all_;    // in the order of the requests
+  bool is_loaded_ = false;    // all_ contains the reports from before the start
 };
 
 }  // namespace loopwarden::daemon::reports

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the daemon does alike with all that stands between a loop and the world, written to or only read.
+// The common interface of devices between a loop and the field, for those that are written and
+// those that are only read.
 #pragma once
 
 #include <cstdint>
 
 namespace loopwarden::hal {
 
-// Counters for status and events; monotonically increasing, written by one backend thread each.
+// Counters for status and events. They only increase; one backend thread writes each.
 struct IoCounters {
   std::uint64_t transactions = 0;
   std::uint64_t timeouts = 0;
@@ -29,8 +30,8 @@ class Device {
 
   // --- set-up thread, may block and allocate -------------------------------------------------
 
-  // Starts whatever the backend needs. A device that does not answer is no error: it shows as a
-  // bad sample until it does. Throws std::runtime_error only for what can't work later either.
+  // Starts the backend. A device that does not answer is no error: its samples are bad until it
+  // answers. Throws std::runtime_error only for faults that can't be cured while it runs.
   virtual void open() = 0;
 
   // Stops the backend's threads. The device keeps its last command.
@@ -40,8 +41,8 @@ class Device {
 
   virtual IoCounters counters() const noexcept = 0;
 
-  // A number that grows while the backend's own thread is alive, also while it waits for a dead
-  // device. Watched only where has_thread() is true.
+  // Returns a number that grows while the backend's own thread is alive, also while it waits for a
+  // dead device. Watched only if has_thread() is true.
   virtual bool has_thread() const noexcept { return false; }
   virtual std::uint64_t ticks() const noexcept { return 0; }
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contract that every hardware backend keeps. hal/README.md explains it on one page.
+// The contract of each hardware backend. hal/README.md explains it on one page.
 #pragma once
 
 #include <chrono>
@@ -18,13 +18,15 @@ struct CycleTime {
       0;  // sampling periods since start; jumps by more than one on an overrun
 };
 
-// Contact that permits control. Not a safety function: an emergency stop must act in hardware.
+// State of the contact that permits control. Not a safety function: an emergency stop must act in
+// hardware.
 enum class Enable : std::uint8_t { not_fitted, closed, open };
 
 struct Inputs {
   Sample process_variable;  // PV units
   Sample
-      valve_position;  // read-back of what left the valve, CO units; never_received if not fitted
+      valve_position;  // read-back of the valve's actual position, CO units; never_received if not
+                       // fitted
   bool valve_position_fitted = false;
   Enable enable = Enable::not_fitted;
   // Whether commands reach the positioner: false from a failed write until one succeeds, and, with
@@ -34,11 +36,10 @@ struct Inputs {
 };
 
 struct Command {
-  double output = 0.0;  // CO units
-  std::int64_t time_ns =
-      0;               // when the loop decided; a backend never repeats a command that grew old
-  bool write = false;  // false: leave the device as it is
-  bool alarm = false;  // alarm relay, where one is fitted (relay de-energised on alarm)
+  double output = 0.0;       // CO units
+  std::int64_t time_ns = 0;  // when the loop decided; a backend never repeats an old command
+  bool write = false;        // false: leave the device as it is
+  bool alarm = false;        // alarm relay, if fitted (relay de-energised on alarm)
 };
 
 class LoopIo : public Device {
@@ -51,11 +52,11 @@ class LoopIo : public Device {
 
   // --- real-time thread: never allocates, locks, throws or blocks ----------------------------
 
-  // Newest inputs, whatever their age.
+  // Returns the newest inputs, whatever their age.
   virtual void read(const CycleTime& time, Inputs& inputs) noexcept = 0;
 
-  // Hands over a command. Returns what the output stage makes of it (converter resolution and
-  // limits), CO units: the anti-windup refers to this value.
+  // Hands over a command. Returns the output after converter resolution and limits, CO units: the
+  // anti-windup uses this value.
   virtual double write(const CycleTime& time, const Command& command) noexcept = 0;
 };
 

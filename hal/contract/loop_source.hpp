@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contract of what is only read: a loop that another controller runs. Nothing here takes a value.
+// The contract of a source that is only read: a loop that another controller runs. The interface
+// has no function that writes.
 #pragma once
 
 #include <algorithm>
@@ -16,22 +17,22 @@
 
 namespace loopwarden::hal {
 
-// A value and the life of what delivers it. Where values come on change alone, one that grew old while
-// its source is alive still holds; one whose source has died does not.
+// A value and the sign of life of its source. If values are sent on change only, an old value still
+// holds while its source is alive. It becomes bad when the source dies.
 struct SourceSample {
   Sample sample;
-  std::int64_t alive_ns = 0;  // CLOCK_MONOTONIC, newest sign of life of the source; 0: none yet
+  std::int64_t alive_ns = 0;  // CLOCK_MONOTONIC, newest sign of life of the source; 0: not yet
 };
 
 struct SourceInputs {
   SourceSample process_variable;  // PV units
   SourceSample output;            // CO units
-  SourceSample set_point;         // PV units; as below, meaningless where it is not fitted
+  SourceSample set_point;         // PV units; this and the next: meaningless if not fitted
   SourceSample stem;              // CO units
-  SourceSample mode;              // a number of the other controller
+  SourceSample mode;              // number of the other controller's mode
 };
 
-// What the numbers, or words, of the other controller's mode mean; any other one is a third mode.
+// Meaning of the other controller's mode numbers or words. Any other number is a third mode.
 struct ModeValues {
   std::vector<double> automatic;
   std::vector<double> manual;
@@ -39,13 +40,12 @@ struct ModeValues {
   friend bool operator==(const ModeValues&, const ModeValues&) = default;
 };
 
-inline constexpr std::size_t kLongestWord = 64;  // bytes
-inline constexpr double kLargestNumber =
-    4'503'599'627'370'496.0;  // of a mode that is no word: 2^52
+inline constexpr std::size_t kLongestWord = 64;                    // bytes
+inline constexpr double kLargestNumber = 4'503'599'627'370'496.0;  // of a word as mode: 2^52
 
-// The number that stands for a word as mode, of a source that sends AUTO in place of 1. A text that is a number is that
-// number; any other is at least 2^52, by a hash of 52 bits (FNV-1a; Fowler, Noll, Vo, 1991), so that no number a source
-// sends is taken for a word.
+// Returns the number that represents a word as mode, for a source that sends AUTO instead of 1. A
+// text that is a number becomes that number. Any other text becomes at least 2^52, by a hash of 52
+// bits (FNV-1a; Fowler, Noll, Vo, 1991), so that no usual number equals a word.
 inline double number_of_word(std::string_view word) noexcept {
   double number = 0.0;
   const auto parsed = std::from_chars(word.data(), word.data() + word.size(), number);
@@ -62,7 +62,7 @@ inline bool holds(const std::vector<double>& values, double value) noexcept {
 
 class LoopSource : public Device {
  public:
-  // One thread, the same for all sources: newest inputs, whatever their age.
+  // Returns the newest inputs, whatever their age. One thread, the same for all sources.
   virtual void read(SourceInputs& inputs) noexcept = 0;
 };
 

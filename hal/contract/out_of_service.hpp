@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands in for the wiring of a loop that is not run: no device is read or written, and every
-// value is bad.
+// Replaces the wiring of a loop that is out of service: no device is read or written, and all
+// values are bad.
 #pragma once
 
 #include <string>

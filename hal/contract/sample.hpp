@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a backend delivers: a value in engineering units, when it was taken, and how far to trust it.
+// A value from a backend: engineering units, time of measurement and quality.
 #pragma once
 
 #include <cstdint>
@@ -9,27 +9,27 @@ namespace loopwarden::hal {
 // Major quality, with the numbers of the OPC quality byte (192 = good).
 enum class Quality : std::uint8_t { bad = 0x00, uncertain = 0x40, good = 0xC0 };
 
-// The reason behind a quality that is not good, and `held`.
+// The reason for a quality that is not good, and `held`.
 enum class Reason : std::uint8_t {
   none,
-  never_received,  // nothing has arrived since start-up
+  never_received,  // no value since start-up
   stale,           // older than the configured age
   not_finite,      // NaN or infinity
   out_of_range,    // outside the transmitter's range and its margin
-  sensor_failure,  // NAMUR NE 43 failure current, or the device says so
+  sensor_failure,  // NAMUR NE 43 failure current, or reported by the device
   device_error,    // the device answered with an error
   link_lost,       // no connection to the device
   frozen,          // no change although the output moves
   end_of_record,   // a replayed record has ended
-  held,            // good: it has not changed, and what delivers it on change alone is alive
-  source,          // what delivers it says so
+  held,            // good: unchanged, and its source, which sends on change only, is alive
+  source,          // bad or uncertain according to its source
   source_silent,   // no message of its source within the timeout
   source_dead,     // the death of its source was reported
-  out_of_service   // the loop is not run: its files have errors
+  out_of_service   // the loop does not run: its files have errors
 };
 
-// The value stands at a limit of what the device can measure and can't follow further: what is there may be
-// beyond it. Good none the less.
+// The value is at a limit of the device's range. The true value may be beyond it. The quality is
+// still good.
 enum class Limit : std::uint8_t { none, low, high };
 
 struct Sample {

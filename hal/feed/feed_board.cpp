@@ -10,7 +10,7 @@ void count(Feeder::Counters::Counter& counter) noexcept {
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
-// Quality and reason of a value as it came. A word where a number is wanted is none.
+// Sets quality and reason of a value that arrived. A word is bad if a number is required.
 void judge(const FedValue& fed, bool takes_words, Sample& sample) noexcept {
   sample.quality = fed.quality;
   sample.reason = fed.quality == Quality::good ? Reason::none : fed.reason;
@@ -95,7 +95,7 @@ SourceSample FeedSource::newest(const Point& point) noexcept {
   const FeedSlot::Fed& fed = point.slot->newest.newest();
   Sample sample = fed.sample;
   sample.value = sample.value * point.scale + point.offset;
-  // What comes late tells of as much earlier, its silence as well.
+  // The age of a late value applies to the feeder's sign of life as well.
   return {.sample = sample, .alive_ns = point.feeder->alive_ns() - fed.late_ns};
 }
 

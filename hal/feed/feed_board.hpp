@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where feeders leave values and loops find them: a slot for each name that a loop asks for. One thread puts,
-// one thread reads all slots; what is counted is read by any.
+// Passes values from feeders to loops: one slot for each name that a loop reads. One thread writes,
+// one thread reads all slots. Any thread may read the counters.
 #pragma once
 
 #include <atomic>
@@ -23,11 +23,12 @@ struct FedValue {
   double value = 0.0;    // meaningless while quality is bad
   bool is_word = false;  // value is number_of_word()
   Quality quality = Quality::good;
-  Reason reason = Reason::source;                             // of a quality that is not good
-  double stamp_s = std::numeric_limits<double>::quiet_NaN();  // since 1970 by the source; NaN: none
+  Reason reason = Reason::source;  // of a quality that is not good
+  // by the source's clock, since 1970; NaN: no stamp
+  double stamp_s = std::numeric_limits<double>::quiet_NaN();
 };
 
-// When it came.
+// The time of arrival.
 struct Arrival {
   std::int64_t now_ns = 0;  // CLOCK_MONOTONIC
   double utc_s = 0.0;       // since 1970
@@ -36,26 +37,26 @@ struct Arrival {
 struct FeedSlot {
   struct Fed {
     Sample sample;
-    std::int64_t late_ns = 0;  // so much older than its arrival is what the source says
+    std::int64_t late_ns = 0;  // difference of arrival and the time that the value refers to
   };
   base::NewestValue<Fed> newest;
 
-  bool takes_words = false;  // a loop's mode; before the threads start
+  bool takes_words = false;  // true for a loop's mode; set before the threads start
 
-  // The putting thread only.
+  // Writing thread only.
   Fed fed;
   StampWatch stamps;
 };
 
-// One that may feed. Counters grow; the putting thread writes them.
+// One feeder. Its counters only grow; the writing thread updates them.
 class Feeder {
  public:
   struct Counters {
     using Counter = std::atomic<std::uint64_t>;
     Counter lines{0};
     Counter bad_lines{0};
-    Counter values{0};         // taken
-    Counter unknown_names{0};  // values that no loop asks for
+    Counter values{0};         // accepted
+    Counter unknown_names{0};  // values that no loop reads
     Counter doubled{0};
     Counter out_of_order{0};
     Counter connections{0};
@@ -65,7 +66,7 @@ class Feeder {
 
   enum class Put : std::uint8_t { taken, unknown_name, doubled, out_of_order };
   Put put(std::string_view name, const FedValue& value, const Arrival& arrival);
-  // It has sent a sound line.
+  // Records that the feeder has sent a valid line.
   void lives(std::int64_t now_ns) noexcept { alive_ns_.store(now_ns, std::memory_order_relaxed); }
 
   std::int64_t alive_ns() const noexcept { return alive_ns_.load(std::memory_order_relaxed); }
@@ -81,7 +82,8 @@ class Feeder {
 
 class FeedBoard {
  public:
-  // Before the threads start. Made where it is missing; both stay where they are.
+  // Returns the feeder or slot and creates it if missing. Call these before the threads start. The
+  // addresses stay valid.
   Feeder& feeder(const std::string& name);
   FeedSlot& slot(const FeedName& name);
 
@@ -95,7 +97,7 @@ class FeedBoard {
 
 class FeedSource final : public LoopSource {
  public:
-  // `board` outlives this.
+  // `board` must outlive this object.
   FeedSource(const FeedSettings& settings, FeedBoard& board);
 
   void open() override {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which values of which feeder a loop reads that another controller runs.
+// The values of a feeder that make up a loop of another controller.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace loopwarden::hal::feed {
 
-// A feeder of loopwardend.yaml, and the name that it gives the value.
+// A feeder of loopwardend.yaml, and its name for the value.
 struct FeedName {
   std::string feeder;
   std::string name;

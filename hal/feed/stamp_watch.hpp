@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a source's own time stamps of one value can be used.
+// Estimates how late the values of a source arrive, from the source's own time stamps.
 //
-//   delay    = arrival by this clock - stamp by the source's; both s since 1970
-//   base     = the least delay of the last 30 to 60 s: how far the clocks differ, and the shortest way
-//   lateness = delay - base, s: so long the value has waited more than the quickest ones
+//   delay    = arrival by this clock - stamp by the source's clock; both s since 1970
+//   base     = least delay of the last 30 to 60 s: clock difference plus shortest transit
+//   lateness = delay - base, s: wait in addition to that of the quickest values
 //
-// A value of the newest stamp that says the same again is doubled; one with an older stamp is out of order.
-// Both are left out. Stamps that go back and stay there are a clock that was set back: after kStep_s without a
-// value that fits, the next one counts and the base begins anew.
+// A value with the newest stamp again and the same content is a duplicate. A value with an older
+// stamp is out of order. Both are left out. If stamps stay older, the source's clock was set back.
+// After kStep_s without a newer stamp, the next value is accepted and the base starts again.
 //
-// Errors: a stamp that is no finite number counts as none.
-// What it can't do: tell a clock that differs from a way that is always as long, nor the first minute after
-// either has changed from values that come late.
+// Errors: a stamp that is not finite counts as missing.
+// Limits: it can't distinguish a clock difference from a constant transit time. For the first
+// minute after a change of either, it can't distinguish that change from late values.
 #pragma once
 
 #include <cmath>
@@ -27,14 +27,15 @@ class StampWatch {
   static constexpr double kBucket_s = 30.0;
 
   enum class Order : std::uint8_t { newer, same, older };
-  // `now_s`: this clock, monotonic.
+  // Compares a stamp with the newest one. `now_s`: this clock, monotonic.
   Order order(double stamp_s, double now_s) const noexcept {
     if (!known_ || !std::isfinite(stamp_s) || stamp_s > newest_s_) return Order::newer;
     if (stamp_s == newest_s_) return Order::same;
     return now_s - taken_s_ > kStep_s ? Order::newer : Order::older;
   }
 
-  // Of a value that counts: its lateness, s. `utc_s`: this clock, since 1970.
+  // Takes the stamp of an accepted value and returns its lateness, s. `utc_s`: this clock, since
+  // 1970.
   double take(double stamp_s, double now_s, double utc_s) noexcept {
     if (!std::isfinite(stamp_s)) return 0.0;
     if (known_ && stamp_s < newest_s_) base_s_ = before_s_ = kNone;
@@ -51,7 +52,7 @@ class StampWatch {
     return delay_s - base();
   }
 
-  // By how much the source's clock is behind this one, s; nullopt: no stamps yet.
+  // Returns how much the source's clock is behind this one, s; nullopt: no stamps yet.
   std::optional<double> clock_behind_s() const noexcept {
     return known_ ? std::optional(base()) : std::nullopt;
   }
@@ -64,8 +65,8 @@ class StampWatch {
   double newest_s_ = 0.0;        // stamp
   double taken_s_ = 0.0;         // monotonic
   double bucket_since_s_ = 0.0;  // monotonic
-  double base_s_ = kNone;        // least delay of this bucket
-  double before_s_ = kNone;      // and of the one before
+  double base_s_ = kNone;        // least delay of the present bucket
+  double before_s_ = kNone;      // least delay of the previous one
 };
 
 }  // namespace loopwarden::hal::feed

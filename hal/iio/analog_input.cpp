@@ -21,7 +21,7 @@ void AnalogInput::poll(std::int64_t now_ns) {
     if (!channel_) connect();
     ++counters_.transactions;
     const double raw = channel_->read_raw();
-    // A device that fails now and then is one trouble, not a line in the log each time.
+    // An intermittent fault is reported once, not with a log line for each failure.
     if (trouble_ && now_ns - failed_ns_ >= kRetryNs) {
       trouble_ = false;
       report(sink_, true, name_ + ": reads again");

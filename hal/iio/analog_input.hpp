@@ -21,17 +21,17 @@ struct ChannelCounters {
   std::uint64_t reconnects = 0;
 };
 
-// 4-20 mA in: from the channel to a sample with quality. Looks for an absent device once a second,
-// for ever. Used by one thread.
+// A 4-20 mA input: converts the channel's current to a sample with quality. It looks for an absent
+// device once a second, without limit. Used by one thread.
 class AnalogInput {
  public:
-  // `name` stands for the input in events.
+  // `name` identifies the input in events.
   AnalogInput(std::filesystem::path root, const AnalogInputSettings& settings, std::string name,
               EventSink sink);
 
   // Reads the channel.
   void poll(std::int64_t now_ns);
-  // The newest; while no measurement arrives it keeps its value, time and sequence.
+  // Returns the newest sample. If no measurement arrives, it keeps its value, time and sequence.
   const Sample& sample() const noexcept { return sample_; }
 
   bool connected() const noexcept { return channel_.has_value() && !trouble_; }
@@ -51,7 +51,7 @@ class AnalogInput {
   Sample sample_;
   std::int64_t retry_ns_ = 0;
   bool connected_before_ = false;
-  bool trouble_ = false;  // reported, and not yet over for a second
+  bool trouble_ = false;  // reported, and not yet absent for a second
   std::int64_t failed_ns_ = 0;
   ChannelCounters counters_;
 };

@@ -67,7 +67,7 @@ void AnalogLoopIo::run() {
 void AnalogLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
   const AnalogState& state = task_.state.newest();
   inputs = state.inputs;
-  // An I/O thread that hangs in its converter puts nothing out.
+  // An I/O thread that hangs in its converter writes no output.
   if (inputs.output_ok && time.now_ns - state.time_ns > max_command_age_ns(settings_)) {
     inputs.output_ok = false;
     inputs.output_reason = Reason::link_lost;
@@ -77,7 +77,7 @@ void AnalogLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
 double AnalogLoopIo::output_stage(double output) noexcept {
   const AnalogState& state = task_.state.newest();
   if (state.stage_known) return state.stage.output_of(state.stage.raw_for(output));
-  // The converter is not there yet; the limits of current are known.
+  // The converter is still absent, but the limits of current are known.
   const auto [low, high] =
       std::minmax({output_at_ma(settings_.output, settings_.output.lowest_ma),
                    output_at_ma(settings_.output, settings_.output.highest_ma)});
@@ -85,7 +85,7 @@ double AnalogLoopIo::output_stage(double output) noexcept {
 }
 
 double AnalogLoopIo::write(const CycleTime&, const Command& command) noexcept {
-  // What is no number is never put out: the last command stands until it is too old.
+  // NaN and infinity are never output: the last command is kept until it is too old.
   if (!std::isfinite(command.output)) return command_.output;
   command_ = {.output = output_stage(command.output),
               .time_ns = command.time_ns,
@@ -110,7 +110,7 @@ bool AnalogLoopIo::drive(double output, std::chrono::milliseconds timeout, std::
   const std::uint64_t first = command_.id + 1;
   AnalogState state;
   do {
-    // Again and again, so that it is tried as soon as the device is there.
+    // Published repeatedly, so that it is tried as soon as the device is present.
     command_ = {.output = output_stage(output),
                 .time_ns = clock_.now_ns(),
                 .id = command_.id + 1,

@@ -16,10 +16,10 @@
 
 namespace loopwarden::hal::iio {
 
-// A loop on 4-20 mA converters (Linux IIO) and GPIO lines, with an I/O thread of its own.
+// A loop on 4-20 mA converters (Linux IIO) and GPIO lines, with its own I/O thread.
 class AnalogLoopIo final : public LoopIo {
  public:
-  // `name` is the loop's, for events. Without `chips`, the lines are those of this machine.
+  // `name` is the loop's, for events. If `chips` is null, the GPIO chips of this machine are used.
   AnalogLoopIo(AnalogSettings settings, std::string name, EventSink sink = {},
                std::unique_ptr<GpioChips> chips = {});
   ~AnalogLoopIo() override;

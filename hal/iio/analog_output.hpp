@@ -15,24 +15,25 @@
 
 namespace loopwarden::hal::iio {
 
-// 4-20 mA out: from CO units to the converter, read back where the converter can tell. Looks for an
-// absent device once a second, for ever. Used by one thread.
+// A 4-20 mA output: converts CO units to the converter's raw value, and reads it back if the
+// converter supports that. It looks for an absent device once a second, without limit. Used by one
+// thread.
 class AnalogOutput {
  public:
   AnalogOutput(std::filesystem::path root, const AnalogOutputSettings& settings, std::string name,
                EventSink sink);
 
-  // Opens the channel if it is not and the time has come.
+  // Opens the channel if it is closed and the next attempt is due.
   void connect(std::int64_t now_ns);
-  // True if the converter has taken the value.
+  // Writes the value. Returns true if the converter has accepted it.
   bool put(double output, std::int64_t now_ns);
-  // The same for the configured safe current; true if there is none.
+  // Writes the configured safe current. Also returns true if the settings have no safe current.
   bool put_safe(std::int64_t now_ns);
 
-  // What the converter makes of a command. Nothing before the device was first seen.
+  // Returns the conversion of commands; nullopt until the device was first found.
   const std::optional<OutputStage>& stage() const noexcept { return stage_; }
   bool connected() const noexcept { return channel_.has_value() && !trouble_; }
-  // Not ok, never_received, before the first command.
+  // Returns false, with reason never_received, before the first command.
   bool ok() const noexcept { return reason_ == Reason::none; }
   Reason reason() const noexcept { return reason_; }
   const ChannelCounters& counters() const noexcept { return counters_; }
@@ -53,7 +54,7 @@ class AnalogOutput {
   Reason reason_ = Reason::never_received;
   std::int64_t retry_ns_ = 0;
   bool connected_before_ = false;
-  bool trouble_ = false;  // reported, and not yet over for a second
+  bool trouble_ = false;  // reported, and not yet absent for a second
   std::int64_t failed_ns_ = 0;
   ChannelCounters counters_;
   std::uint64_t writes_ = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the wiring of a loop by 4-20 mA and digital lines consists of. Plain data: read from YAML by
-// config/, used by the classes of this folder. Ranges are stated here and checked by config/.
+// Settings of a loop on 4-20 mA and digital lines. Plain data: config/ reads it from YAML and
+// checks the ranges stated here. The classes of this folder use it.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace loopwarden::hal::iio {
 
-inline constexpr double kLiveZero = 4.0;  // mA that stand for the low end of a range
+inline constexpr double kLiveZero = 4.0;  // mA at the low end of a range
 
 // Limits of NAMUR NE 43, mA, in rising order. Vendors differ, so each can be set.
 struct Ne43Limits {
@@ -23,21 +23,21 @@ struct Ne43Limits {
 
 struct Ne43Settings {
   Ne43Limits limits;
-  int entry_samples = 3;    // 1..100 failure currents in a row before the sample turns bad
-  double recovery_s = 2.0;  // 0..60 s without a break inside the measuring range to leave bad
+  int entry_samples = 3;    // 1..100 consecutive failure currents before the sample becomes bad
+  double recovery_s = 2.0;  // 0..60 s continuously inside the measuring range before bad is left
 
   bool operator==(const Ne43Settings&) const = default;
 };
 
-// A channel of an IIO device. The device is found by what its `name` or `label` file says; numbers
-// such as iio:device0 change from boot to boot.
+// A channel of an IIO device. The device is found by the text in its `name` or `label` file,
+// because numbers such as iio:device0 change from boot to boot.
 struct ChannelSettings {
   std::string device;
   std::string channel;  // as in the file names: "voltage0", "current1"
   // Physical unit of (raw + offset) * scale for 1 mA: 1 for a current channel (mA), the shunt in
   // ohm for a voltage channel (mV).
   double units_per_ma = 1.0;  // > 0
-  // For drivers without these files; where set, they count instead of the files.
+  // For drivers without these files. Values set here replace those of the files.
   std::optional<double> scale;   // finite, not 0
   std::optional<double> offset;  // raw units
 
@@ -57,13 +57,13 @@ struct AnalogOutputSettings {
   ChannelSettings channel;
   double low = 0.0;                 // CO units at 4 mA
   double high = 100.0;              // CO units at 20 mA; not equal to low
-  double lowest_ma = 3.8;           // mA, limits of what is ever put out; 0..22
+  double lowest_ma = 3.8;           // mA, limits of the output; 0..22
   double highest_ma = 20.5;         // mA
-  std::int64_t lowest_raw = 0;      // of the converter, which refuses others
+  std::int64_t lowest_raw = 0;      // of the converter, which refuses values outside
   std::int64_t highest_raw = 4095;  // above lowest_raw
-  // No device watchdog stands behind a converter on the same board: when commands cease to come,
-  // the I/O thread itself puts this current out. Not set: the last output stays.
-  std::optional<double> safe_ma;  // 0..22; may lie outside the limits above, to signal failure
+  // A converter on the same board has no device watchdog. If commands stop, the I/O thread itself
+  // outputs this current. Not set: the last output stays.
+  std::optional<double> safe_ma;  // 0..22; may be outside the limits above, to signal failure
 
   bool operator==(const AnalogOutputSettings&) const = default;
 };
@@ -100,7 +100,7 @@ struct AnalogSettings {
   std::optional<LineSettings> alarm_relay;  // active: relay energised, no alarm
   std::optional<AliveSettings> alive;
   std::int64_t poll_period_ns = 100'000'000;  // 1 ms..60 s
-  // A command older than this is not put out any more; the safe output is. Not set: three poll
+  // A command older than this is no longer output; the safe output replaces it. Not set: three poll
   // periods and 100 ms.
   std::optional<std::int64_t> max_command_age_ns;
 

@@ -34,20 +34,21 @@ void AnalogTask::open(std::int64_t now_ns) {
 }
 
 void AnalogTask::step(std::int64_t now_ns) {
-  // A converter that hangs holds this thread up, and with it commands and alive line.
+  // A converter that hangs delays this thread, and with it the commands and the alive line.
   if (last_turn_ns_ && now_ns - *last_turn_ns_ > max_command_age_ns_) resumed_ns_ = now_ns;
   last_turn_ns_ = now_ns;
   serve_command(now_ns);
-  // A watchdog relay on the alive line gives the positioner its supply: not before there is a command to follow. A
-  // read-back, though, may need that supply to tell where the valve stands.
+  // A watchdog relay on the alive line supplies the positioner, so the line is silent until there
+  // is a command to follow. With a read-back it starts earlier, because the position sensor may
+  // need that supply.
   const bool loop_alive =
       command_.id != 0 && !command_.parked && !withholding_ && (commanded_ || read_back_);
-  // Before the inputs, which may take their time: `now_ns` is true of the lines.
+  // Before the inputs, which may take long, so that `now_ns` is correct for the lines.
   digital_.step(now_ns, loop_alive, command_.alarm);
   if (now_ns >= next_poll_ns_) {
     process_variable_.poll(now_ns);
     if (read_back_) read_back_->poll(now_ns);
-    // Late turns keep the phase.
+    // A late turn keeps the phase of the polling.
     next_poll_ns_ += poll_period_ns_ * (1 + (now_ns - next_poll_ns_) / poll_period_ns_);
   }
   publish(now_ns);
@@ -64,7 +65,7 @@ void AnalogTask::serve_command(std::int64_t now_ns) {
   output_.connect(now_ns);
   withholding_ =
       command_.id != 0 && !command_.parked && now_ns - command_.time_ns > max_command_age_ns_;
-  // Before the first command there is none to withhold, and nothing that was put out to be lost.
+  // Before the first command there is no output that could be withheld or lost.
   if (!commanded_) return;
   if (withholding_) {
     withhold(now_ns);
@@ -72,11 +73,12 @@ void AnalogTask::serve_command(std::int64_t now_ns) {
   }
   safe_put_ = false;
   if (command_.id != 0 && command_.time_ns < resumed_ns_) {
-    // Decided without knowing that none was put out. The loop is told before it is obeyed.
+    // This command was decided before the loop knew that commands were withheld. The loss is
+    // reported to the loop first.
     adrift_ = true;
     return;
   }
-  // One that is refused is not repeated: the loop's next one comes anyway.
+  // A refused command is not repeated, because the loop sends the next one soon.
   if (!fresh || !command_.write || !output_.put(command_.output, now_ns)) return;
   written_id_ = command_.id;
   adrift_ = false;

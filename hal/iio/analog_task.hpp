@@ -20,10 +20,10 @@ namespace loopwarden::hal::iio {
 struct AnalogCommand {
   double output = 0.0;       // CO units
   std::int64_t time_ns = 0;  // when the loop decided
-  std::uint64_t id = 0;      // 0: none yet
+  std::uint64_t id = 0;      // 0: no command yet
   bool write = false;
   bool alarm = true;
-  bool parked = false;  // the loop has stopped on purpose: the output stays, whatever the age
+  bool parked = false;  // the loop was stopped on purpose: the output stays, whatever its age
 };
 
 // From the I/O thread to the loop.
@@ -31,15 +31,15 @@ struct AnalogState {
   Inputs inputs;
   OutputStage stage;
   bool stage_known = false;
-  std::uint64_t written_id = 0;  // newest command that the converter has taken
-  std::int64_t time_ns = 0;      // of the turn that found all this
+  std::uint64_t written_id = 0;  // newest command that the converter has accepted
+  std::int64_t time_ns = 0;      // of the turn that read these values
 };
 
-// All that the I/O thread of a loop does, without the thread: sysfs reads and writes may block.
+// The work of a loop's I/O thread, without the thread. Its sysfs reads and writes may block.
 //
-// Nothing watches a converter on the same board, so the task does what elsewhere the device's
-// communication watchdog does: when the loop's commands cease to come it puts out the safe current.
-// Against a process that is dead or stopped it can do nothing; the alive line is for that.
+// A converter on the same board has no watchdog. The task therefore replaces the communication
+// watchdog of other devices: if the loop's commands stop, it outputs the safe current. It can't act
+// if the process is dead or stopped; the alive line covers that case.
 class AnalogTask {
  public:
   AnalogTask(const AnalogSettings& settings, const std::string& name, GpioChips& chips,
@@ -50,9 +50,9 @@ class AnalogTask {
 
   void open(std::int64_t now_ns);
   void close() noexcept { digital_.close(); }
-  // One turn: inputs when they are due, commands and lines always.
+  // Runs one turn: reads inputs that are due, and always serves commands and lines.
   void step(std::int64_t now_ns);
-  // When step() should be called again at the latest.
+  // Returns the latest time for the next step().
   std::int64_t due_ns(std::int64_t now_ns) const noexcept;
 
   IoCounters counters() const noexcept;  // any thread
@@ -65,7 +65,7 @@ class AnalogTask {
 
   const std::int64_t poll_period_ns_;
   const std::int64_t max_command_age_ns_;
-  const std::int64_t slice_ns_;  // how long a command may wait
+  const std::int64_t slice_ns_;  // longest wait of a command
   AnalogInput process_variable_;
   std::optional<AnalogInput> read_back_;
   AnalogOutput output_;
@@ -73,13 +73,13 @@ class AnalogTask {
 
   std::int64_t next_poll_ns_ = 0;
   std::optional<std::int64_t> last_turn_ns_;
-  std::int64_t resumed_ns_ = 0;  // this thread had hung until then
+  std::int64_t resumed_ns_ = 0;  // end of the newest hang of this thread
   AnalogCommand command_;
-  bool commanded_ = false;    // a command that is to be put out has come at some time
-  bool withholding_ = false;  // the loop's commands have ceased to come
-  bool safe_put_ = false;     // the safe current stands, since then
+  bool commanded_ = false;    // at least one command to be output has arrived
+  bool withholding_ = false;  // the loop's commands have stopped
+  bool safe_put_ = false;     // the safe current was output since they stopped
   std::int64_t safe_retry_ns_ = 0;
-  bool adrift_ = false;  // they had ceased, and no command was put out since
+  bool adrift_ = false;  // commands had stopped, and no command was output since
   std::uint64_t written_id_ = 0;
 
   // Written by the I/O thread, read by any.

@@ -81,7 +81,8 @@ void DigitalIo::watch_contact(std::int64_t now_ns) {
     return;
   }
   if (!known_) {
-    // The first reading counts as it is: a start with a closed contact is no opening.
+    // The first reading is accepted as it is: a start with a closed contact does not count as an
+    // opening.
     known_ = true;
     closed_ = last_seen_ = *seen;
     return;
@@ -101,7 +102,8 @@ void DigitalIo::drive_relay(bool energised, std::int64_t now_ns) {
 void DigitalIo::show_life(std::int64_t now_ns, bool loop_alive) {
   const std::int64_t half_period_ns = nanoseconds(alive_settings_->half_period_s);
   if (!alive_.line) {
-    // To take the line may be an edge: not before the loop lives, and a while before the next.
+    // Requesting the line may cause an edge. The request therefore waits until the loop is alive,
+    // and the next edge waits a while.
     if (!loop_alive || !request(alive_, alive_settings_->line, true, now_ns)) return;
     high_ = false;
     next_edge_ns_ = now_ns + half_period_ns;

@@ -14,23 +14,24 @@
 namespace loopwarden::hal::iio {
 
 // The digital lines of a loop: contact that permits control, alarm relay, square wave that shows
-// that the loop is alive. A line that can't be had is asked for once a second, for ever. Used by
-// one thread.
+// that the loop is alive. It requests a missing line once a second, without limit. Used by one
+// thread.
 class DigitalIo {
  public:
-  // `chips` has to outlive this object. `name` stands for the loop in events.
+  // `chips` must outlive this object. `name` identifies the loop in events.
   DigitalIo(const AnalogSettings& settings, const std::string& name, GpioChips& chips,
             EventSink sink);
 
-  // Requests the lines and takes the contact's state as it is. The relay is de-energised.
+  // Requests the lines and takes over the contact's state. The relay is de-energised.
   void open(std::int64_t now_ns);
-  // De-energises the relay and gives the lines back.
+  // De-energises the relay and releases the lines.
   void close() noexcept;
 
-  // `loop_alive`: the loop's commands are fresh. `alarm`: what the newest one says.
+  // Runs one turn. `loop_alive`: the loop's commands are fresh. `alarm`: alarm state of the newest
+  // command.
   void step(std::int64_t now_ns, bool loop_alive, bool alarm);
 
-  // Open also while the line can't be read: no one knows that control is permitted.
+  // Returns open also while the line can't be read, because permission can't be confirmed then.
   Enable enable() const noexcept;
 
  private:
@@ -38,7 +39,7 @@ class DigitalIo {
     std::string name;
     std::unique_ptr<GpioLine> line;
     std::int64_t retry_ns = 0;
-    bool trouble = false;  // reported, and not over yet
+    bool trouble = false;  // reported, and still present
   };
 
   bool request(Line& line, const LineSettings& settings, bool output, std::int64_t now_ns);
@@ -57,7 +58,7 @@ class DigitalIo {
   Line contact_;
   bool closed_ = false;          // debounced
   bool last_seen_ = false;       // not debounced
-  bool known_ = false;           // there has been a reading since the line was requested
+  bool known_ = false;           // the line was read since it was requested
   std::int64_t changed_ns_ = 0;  // when last_seen_ changed
 
   Line relay_;

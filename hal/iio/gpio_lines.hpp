@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single lines of GPIO chips. Built on libgpiod 1 or 2, whichever the system has; tests bring their
-// own.
+// Single lines of GPIO chips, on libgpiod 1 or 2, whichever the system has. Tests supply their own
+// implementation.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace loopwarden::hal::iio {
 
-// A line requested for this process. Destroying it gives the line back: what the level is then is
-// the board's to say, and most keep the last one.
+// A line requested for this process. Its destructor releases the line. The board determines the
+// level afterwards; most boards keep the last one.
 class GpioLine {
  public:
   GpioLine() = default;
@@ -19,7 +19,7 @@ class GpioLine {
   GpioLine& operator=(const GpioLine&) = delete;
   virtual ~GpioLine() = default;
 
-  // Whether the line is active; nothing if the chip refuses.
+  // Returns whether the line is active; nullopt if the chip refuses.
   virtual std::optional<bool> read() noexcept = 0;
   virtual bool write(bool active) noexcept = 0;
 };

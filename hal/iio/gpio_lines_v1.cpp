@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// On libgpiod 1.
+// Implementation on libgpiod 1.
 #include <fmt/format.h>
 #include <gpiod.h>
 
@@ -38,7 +38,7 @@ Found find(const LineSettings& line) {
   if (line.chip.empty()) {
     gpiod_line* found = gpiod_line_find(line.line.c_str());
     if (found == nullptr) {
-      // One chip that can't be opened ends the search of all.
+      // libgpiod ends its search at the first chip that can't be opened.
       const int error = errno;
       if (error == ENOENT) fail(line, "no chip has a line of this name", 0);
       fail(line, "the chips can't be searched", error);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// On libgpiod 2.
+// Implementation on libgpiod 2.
 #include <fmt/format.h>
 #include <gpiod.h>
 
@@ -58,8 +58,8 @@ bool is_called(gpiod_chip* chip, const std::string& wanted) {
                   wanted == gpiod_chip_info_get_label(info.get()));
 }
 
-// The line's number by its name or, on a chip that was named, by the number itself; -1 if it has
-// none.
+// Returns the number of the line with this name. On a named chip, the text may also be the number
+// itself. Returns -1 if the chip has no such line.
 int offset_of(gpiod_chip* chip, const LineSettings& line) {
   const int named = gpiod_chip_get_line_offset_from_name(chip, line.line.c_str());
   if (named >= 0 || line.chip.empty()) return named;
@@ -119,7 +119,7 @@ class Line final : public GpioLine {
   }
 
  private:
-  Request request_;  // keeps the line without the chip
+  Request request_;  // keeps the line requested after the chip is closed
   unsigned offset_;
 };
 

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 using Kind = ChannelError::Kind;
 
 [[noreturn]] void fail_errno(const fs::path& file, const char* what, int error) {
-  // What an unplugged or unbound device leaves behind.
+  // Errors of a device that was unplugged or unbound.
   const bool gone = error == ENODEV || error == ENXIO || error == ENOENT;
   throw ChannelError(
       gone ? Kind::absent : Kind::refused,
@@ -51,7 +51,7 @@ double number(std::string_view text, const fs::path& file) {
   return value;
 }
 
-// A driver gives scale and offset for one channel, or shares them: "in_voltage0_scale",
+// A driver has scale and offset for one channel, or shares them: "in_voltage0_scale",
 // "in_voltage_scale" for the type, "in_scale" for the direction, "scale" for the device.
 std::optional<double> attribute(const fs::path& device, std::string_view direction,
                                 const std::string& channel, std::string_view what) {
@@ -93,7 +93,7 @@ fs::path find_device(const fs::path& root, const std::string& device) {
                     others.empty() ? "there is none at all"
                                    : fmt::format("there: {}", fmt::join(others, ", "))));
   }
-  // Which of them has which number changes from boot to boot.
+  // The numbers of the two devices change from boot to boot.
   throw ChannelError(
       Kind::absent,
       fmt::format("{} IIO devices in {} have the name or label '{}'; give them labels",
@@ -117,7 +117,7 @@ IioChannel::IioChannel(const fs::path& root, const ChannelSettings& settings, Di
   const int flags = direction == Direction::in ? O_RDONLY : O_RDWR;
   fd_ = ::open(value_file_.c_str(), flags | O_CLOEXEC);
   if (fd_ < 0 && direction == Direction::out && errno != ENOENT) {
-    // Some converters can't tell what they were given.
+    // Some converters can't report their present value.
     readable_ = false;
     fd_ = ::open(value_file_.c_str(), O_WRONLY | O_CLOEXEC);
   }

@@ -11,13 +11,13 @@
 
 namespace loopwarden::hal::iio {
 
-// Why a channel can't be read or written.
+// The error if a channel can't be read or written.
 class ChannelError : public std::runtime_error {
  public:
   enum class Kind : std::uint8_t {
-    absent,   // no such device or channel (yet, or any more)
+    absent,   // no such device or channel, or not present now
     refused,  // the device answered with an error
-    garbage   // what it delivered is not a number
+    garbage   // the device delivered a text that is not a number
   };
   ChannelError(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
   Kind kind() const noexcept { return kind_; }
@@ -26,8 +26,8 @@ class ChannelError : public std::runtime_error {
   Kind kind_;
 };
 
-// The folder of the device whose `name` or `label` file says `device`. Throws ChannelError, also if
-// there are two of them.
+// Returns the folder of the device whose `name` or `label` file contains `device`. Throws
+// ChannelError, also if two devices match.
 std::filesystem::path find_device(const std::filesystem::path& root, const std::string& device);
 
 enum class Direction : std::uint8_t { in, out };

@@ -19,7 +19,7 @@ Ne43::Reading Ne43::step(double current_ma, std::int64_t time_ns) noexcept {
   if (!failure) failures_ = 0;
   if (failure && !bad_) {
     ++failures_;
-    // With nothing to hold there is no reason to wait.
+    // Without an earlier sample to hold, the failure counts at once.
     bad_ = failures_ >= settings_.entry_samples || !measured_;
   }
   if (bad_ && measurement) {

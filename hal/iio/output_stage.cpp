@@ -16,7 +16,7 @@ OutputStage::OutputStage(const AnalogOutputSettings& settings, double scale, dou
       raw_at_zero_ma_(-offset),
       converter_lowest_(settings.lowest_raw),
       converter_highest_(settings.highest_raw) {
-  // The limits of current round inwards.
+  // The limits of current are rounded inwards.
   const auto [least, most] =
       std::minmax({raw_at_ma(settings.lowest_ma), raw_at_ma(settings.highest_ma)});
   const auto within = [this](double raw) {

@@ -5,7 +5,7 @@
 
 namespace loopwarden::hal::iio {
 
-// Between two attempts to open a channel or a line that failed.
+// Wait between two attempts to open a channel or a line.
 inline constexpr std::int64_t kRetryNs = 1'000'000'000;
 
 }  // namespace loopwarden::hal::iio

@@ -6,8 +6,8 @@
 
 namespace loopwarden::hal::modbus {
 
-// All waiting of a bus thread: in short slices that keep ticks() growing, for the health check, and
-// at once over when another thread interrupts.
+// All waiting of a bus thread. It waits in short slices that keep ticks() growing, for the health
+// check. Another thread can interrupt it at once.
 class BusWaiter {
  public:
   enum class Result : std::uint8_t { deadline, ready, interrupted };
@@ -26,10 +26,10 @@ class BusWaiter {
   // Bus thread only. CLOCK_MONOTONIC.
   static std::int64_t now_ns() noexcept;
   Result wait_until(std::int64_t deadline_ns) noexcept { return wait_for_file(-1, 0, deadline_ns); }
-  // The same, but goes on after an interruption unless it was stop(): false if so.
+  // Continues after an interruption. Returns false if it was ended by stop().
   bool sleep_until(std::int64_t deadline_ns) noexcept;
-  // `ready` once poll() reports any of `events`, an error or a hang-up on the file. Goes on after
-  // an interruption unless it was stop().
+  // Returns `ready` once poll() reports one of `events`, an error or a hang-up of the file.
+  // Continues after an interruption unless it was stop().
   Result wait_ready(int file, short events, std::int64_t deadline_ns) noexcept;
 
  private:

@@ -9,7 +9,7 @@
 
 namespace loopwarden::hal::modbus {
 
-// A number that moves on when each of some bus threads has. Any thread.
+// A number that increases when each of several bus threads has made progress. Any thread.
 class JointTicks {
  public:
   static constexpr std::size_t kMost = 5;

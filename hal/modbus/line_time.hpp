@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of one transaction on a serial line.
+// Returns the time of one transaction on a serial line.
 //
 //   time = bytes * 11 / baud + 2 * silence + turnaround + pause
 //
-//   bytes       request and reply, address and CRC included; 11 bits each on the line
-//   silence     3.5 characters, at least 1.75 ms above 19200 baud, before each of the two frames
+//   bytes       request and reply, including address and CRC; 11 bits each on the line
+//   silence     3.5 characters, 1.75 ms above 19200 baud, before each of the two frames
 //   turnaround  until the device answers; 5 ms are assumed
 //   pause       configured for the link, s
 //
@@ -16,7 +16,7 @@
 
 namespace loopwarden::hal::modbus {
 
-// s.
+// Returns s for `bytes` of request and reply together.
 inline double transaction_s(const LinkSettings& line, int bytes) noexcept {
   constexpr double kTurnaround = 0.005;  // s
   constexpr int kBitsPerByte = 11;
@@ -33,9 +33,10 @@ inline double read_s(const LinkSettings& line, int registers) noexcept {
   return transaction_s(line, kRequest + kReplyAround + 2 * registers);
 }
 
-// Registers that a merged read on the line may have: 1 to 117 (the rest makes lengths distinct), so many that it keeps
-// the line for at most a fifth of the shortest poll period of the loops controlled here that use it. `period_s`: that
-// one; infinite where there is none.
+// Returns the number of registers, 1 to 117, that a merged read on the line may have. The remaining
+// 8 registers of a request make lengths distinct. The read occupies the line for at most a fifth of
+// `period_s`, the shortest poll period of the controlled loops on this line. `period_s` is infinite
+// if there are no such loops.
 inline int most_registers_together(const LinkSettings& line, double period_s) noexcept {
   constexpr double kPartOfPeriod = 0.2;
   int most = static_cast<int>(kMaxReadRegisters) - kMostExtra;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one loop wants of one link in every poll period, and the boxes in which the bus thread and
-// the loop's thread leave each other the newest values.
+// The work of one link for one loop in each poll period. The bus thread and the loop's thread
+// exchange the newest values through it.
 #pragma once
 
 #include <atomic>
@@ -25,10 +25,10 @@ struct ReadShape {
   ReadFunction function = ReadFunction::holding_registers;
   std::uint16_t address = 0;
   std::uint16_t needed = 0;
-  std::uint16_t count = 0;  // asked for (reply_lengths.hpp)
+  std::uint16_t count = 0;  // requested (reply_lengths.hpp)
 };
 
-// Requests of one point in a row to which no reply came. Bus thread only.
+// Consecutive requests of one point without a reply. Bus thread only.
 struct Silence {
   int failures = 0;
   std::uint64_t unit_answers = 0;  // replies of the unit up to the newest failure
@@ -46,13 +46,14 @@ struct ReadPoint {
   std::optional<ReadShape> status_read;
   Sample sample;
   Silence silence;
-  std::int64_t ask_again_ns = 0;  // not asked before: the unit answers, but not for this point
+  std::int64_t ask_again_ns = 0;  // not read before this time: the unit answers, but not for this
+                                  // point
 };
 
 struct BusCommand {
   double value = 0.0;        // CO units
   std::int64_t time_ns = 0;  // when the loop decided
-  std::uint64_t id = 0;      // 0: none yet
+  std::uint64_t id = 0;      // 0: no command yet
   bool write = false;
 };
 
@@ -63,12 +64,12 @@ struct OutputState {
   std::int64_t confirmed_ns = 0;  // when that one was sent
 };
 
-// A value that the bus thread writes for the loop, every period while the loop renews it.
+// A value that the bus thread writes in each period while the loop renews it.
 struct CommandPoint {
   CommandPoint(const PointSettings& point, std::int64_t maximum_age_ns, std::int64_t silence_ns,
                const CommLossSettings& comm_loss);
 
-  // Boxes first: they are aligned to cache lines.
+  // NewestValue members first: they are aligned to cache lines.
   base::NewestValue<BusCommand> newest;  // loop to bus thread
   base::NewestValue<OutputState> state;  // bus thread to loop
   const PointSettings settings;
@@ -78,14 +79,14 @@ struct CommandPoint {
 
   // Bus thread only.
   OutputState output;
-  std::uint64_t armed_epoch = 0;  // state of the unit in which its watchdog was set
+  std::uint64_t armed_epoch = 0;  // state of the unit when its watchdog was set
   std::int64_t watchdog_check_ns = 0;
   std::optional<ReadShape> watchdog_read;
-  Registers watchdog_held;  // what the device made of the value written
+  Registers watchdog_held;  // register value of the device after the write
   bool withholding = false;
-  std::int64_t silent_until_ns = 0;  // commands decided before it are not sent
+  std::int64_t silent_until_ns = 0;  // commands decided before this time are not sent
   Silence silence;
-  std::int64_t failing_since_ns = 0;  // no command was confirmed since; 0: the newest was
+  std::int64_t failing_since_ns = 0;  // no command was confirmed since then; 0: the newest was
 };
 
 // Written by the bus thread, read by any.
@@ -110,30 +111,30 @@ constexpr std::int64_t to_ns(double seconds) noexcept {
   return static_cast<std::int64_t>(seconds * 1e9);
 }
 
-// Adds what a task counts to a loop's sum.
+// Adds the counters of a task to a loop's sum.
 void add_to(IoCounters& sum, const TaskCounters& task) noexcept;
 
 struct LinkTask {
   std::string name;  // for events: loop and purpose
   std::int64_t period_ns = 100'000'000;
-  bool yields = false;                    // waits while a task that does not is due
+  bool yields = false;                    // waits if a task without this flag is due
   std::unique_ptr<CommandPoint> command;  // served first
   std::vector<std::unique_ptr<ReadPoint>> reads;
   TaskCounters counters;
-  std::atomic<bool> urgent{false};  // serve now, then go on as before
+  std::atomic<bool> urgent{false};  // serve now, then continue the schedule
 
   // Bus thread only.
   std::int64_t due_ns = 0;
-  std::int64_t retry_ns = 0;  // served then, in addition to due_ns; 0: no
-  int retries = 0;            // since the last value or confirmed command
-  bool apart = false;  // refused when it was asked for by itself: no other read is joined with it
-  bool alone = false;  // next time by itself, because a joint read of it has failed
-  bool cut_before = false;        // not joined with those below it
-  int joint_failures = 0;         // in a row, of joint reads that would be parted here
-  std::int64_t cut_until_ns = 0;  // then the joint read is tried again; 0: for ever
+  std::int64_t retry_ns = 0;      // additional time of service besides due_ns; 0: none
+  int retries = 0;                // since the last value or confirmed command
+  bool apart = false;             // refused when read singly: never joined with other reads
+  bool alone = false;             // next time singly, because a joint read of it has failed
+  bool cut_before = false;        // not joined with reads of lower addresses
+  int joint_failures = 0;         // consecutive failures of joint reads that would be split here
+  std::int64_t cut_until_ns = 0;  // then the joint read is tried again; 0: never
   std::int64_t cut_for_ns = 0;    // how long the next cut lasts
 
-  // When it is to be served next.
+  // Returns the time of its next service.
   std::int64_t next_ns() const noexcept {
     return retry_ns != 0 && retry_ns < due_ns ? retry_ns : due_ns;
   }

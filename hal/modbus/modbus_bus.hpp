@@ -15,18 +15,20 @@
 
 namespace loopwarden::hal::modbus {
 
-// Hands out the links of a process. A serial line is one link, whoever uses it. On TCP every unit
-// has a connection and a thread of its own, so that one that is dead holds up no other; but units of a
-// gateway that allows few connections share these, each in turn given to the one with the fewest units.
+// Provides the links of a process. A serial line is one link, shared by all its users. On TCP each
+// unit has its own connection and thread, so that a dead unit delays no other. Units of a gateway
+// that allows few connections share these. Each new unit is assigned to the connection with the
+// fewest units.
 class ModbusBus {
  public:
   explicit ModbusBus(EventSink sink = {}) : sink_(std::move(sink)) {}
 
-  // The link for `unit`, shared with all who asked for the same device by whatever name; it ends
-  // with the last of them. Its settings are those of the first: config/ refuses others for the same
-  // device, and `loopwardend --safe` drives what it refuses, over one connection.
+  // Returns the link for `unit`. It is shared by all callers with the same device, under any name,
+  // and ends with its last user. The first caller's settings apply. config/ refuses different
+  // settings for the same device, except with `loopwardend --safe`, which uses one connection for
+  // them.
   std::shared_ptr<ModbusLink> link(const LinkSettings& settings, std::uint8_t unit);
-  // The same link for one who only reads.
+  // Returns the same link for read access only.
   ReadLink read_link(const LinkSettings& settings, std::uint8_t unit) {
     return ReadLink(link(settings, unit));
   }
@@ -37,7 +39,7 @@ class ModbusBus {
   const EventSink sink_;
   std::mutex mutex_;
   std::map<std::string, std::weak_ptr<ModbusLink>> links_;
-  std::map<std::string, std::vector<std::uint8_t>> gateway_units_;  // as they came
+  std::map<std::string, std::vector<std::uint8_t>> gateway_units_;  // in order of arrival
 };
 
 }  // namespace loopwarden::hal::modbus

@@ -18,8 +18,8 @@ using base::kNanosecondsPerSecond;
 
 constexpr std::int64_t kIdleNs = kNanosecondsPerSecond;
 constexpr double kFirstProbeSeconds = 0.5;
-// A unit that never answers barriers may just ignore requests it does not like. After so long
-// without a request or a byte from it, nothing older can be on its way.
+// A unit that never answers barriers may ignore requests that it does not support. After this time
+// without a request or a byte from the unit, no older reply can still arrive.
 constexpr std::int64_t kSettledNs = 10 * kNanosecondsPerSecond;
 
 std::string unit_text(std::uint8_t unit) { return "unit " + std::to_string(unit); }
@@ -32,7 +32,7 @@ ModbusLink::ModbusLink(LinkSettings settings, EventSink sink)
       lengths_(settings_.transport == Transport::rtu),
       transport_(settings_, waiter_),
       jitter_(std::random_device{}()) {
-  // A bus thread that is refused nothing but ordinary scheduling has nothing to say.
+  // A bus thread requests only ordinary scheduling, so the system has no request to refuse.
   base::ThreadOptions options;
   options.name = "mb " + settings_.name;
   (void)thread_.start(options, [this] { run(); });
@@ -50,11 +50,14 @@ void ModbusLink::attach(LinkTask& task) {
     const std::lock_guard lock(mutex_);
     lengths_.choose(task, tasks_);
     task.due_ns = BusWaiter::now_ns();
-    // Watched loops of one period in one phase, whenever they came, so that one request can serve them.
+    // Watched loops of one period share one phase, whenever they were attached, so that one request
+    // can serve them.
     if (task.yields) task.due_ns -= task.due_ns % task.period_ns;
     task.apart = task.alone = task.cut_before = false;
     task.retry_ns = 0;
-    if (task.command) task.command->armed_epoch = 0;  // of another link's numbering
+    if (task.command)
+      task.command->armed_epoch = 0;  // an epoch of another link has no meaning
+                                      // here
     tasks_.push_back(&task);
   }
   waiter_.interrupt();
@@ -97,7 +100,7 @@ bool ModbusLink::take_due_tasks(std::int64_t now_ns, std::int64_t& next_ns) {
   for (LinkTask* task : in_service_) {
     const bool retried = std::exchange(task->retry_ns, 0) != 0;
     if (retried && task->due_ns > now_ns) continue;
-    // Periods that have passed meanwhile are left out; the phase stays.
+    // Missed periods are skipped; the phase stays.
     task->due_ns +=
         (std::max<std::int64_t>(now_ns - task->due_ns, 0) / task->period_ns + 1) * task->period_ns;
   }
@@ -137,7 +140,7 @@ void ModbusLink::run() {
       }
       serve_together(in_service_);
     } catch (const std::exception&) {
-      // Memory that can't be had. The samples grow old by themselves; the line begins afresh.
+      // Out of memory. The samples become stale by their age; the connection starts again.
       transport_.disconnect();
     }
     give_back();
@@ -171,7 +174,7 @@ bool ModbusLink::ensure_connected() {
   if (std::exchange(opened_before_, true) && !closes_) {
     reconnects_.store(reconnects_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
-  // A device that ends its connections by habit has not restarted.
+  // A device that regularly closes its connections has not restarted.
   for (auto& [id, unit] : units_) {
     if (!closes_) unit.epoch = ++epochs_;
     unit.barrier_needed = !is_tcp();
@@ -184,7 +187,7 @@ bool ModbusLink::ensure_connected() {
   return true;
 }
 
-// A new connection was made at once after the device had closed one that worked.
+// Called after a new connection succeeded at once because the device had closed a working one.
 void ModbusLink::note_closing(std::size_t replies) {
   constexpr int kHabit = 3;
   closings_ = replies == replies_each_ ? closings_ + 1 : 1;
@@ -206,12 +209,12 @@ void ModbusLink::note_oddities() {
   if (odd.stray_bytes > 0) {
     report(LinkEvent::Kind::stray_bytes,
            std::to_string(odd.stray_bytes) + (odd.stray_bytes == 1 ? " byte" : " bytes") +
-               " before or after a reply belong to none. They are ignored. Check bias and "
-               "termination of the line, and how the transceiver turns round.");
+               " before or after a reply, ignored because no request asked for them. Check bias "
+               "and termination of the line, and how the transceiver turns round.");
   }
 }
 
-// Connected, nothing unasked on the line, and the unit due to be asked.
+// Returns whether the link is connected, free of unrequested bytes, and the unit is due.
 bool ModbusLink::ready(LinkTask& task, const Target& target) {
   if (!ensure_connected()) return false;
   discard_unasked(task);
@@ -221,7 +224,7 @@ bool ModbusLink::ready(LinkTask& task, const Target& target) {
   }
   const Unit& unit = unit_of(target.unit);
   if (BusWaiter::now_ns() < unit.retry_at_ns) return false;
-  // A line that repeats the barrier's reply as well needs another one.
+  // If the line repeats the barrier's reply as well, another barrier is needed.
   constexpr int kBarriers = 3;
   for (int i = 0; i < kBarriers && unit.barrier_needed; ++i) {
     if (!pass_barrier(task, target)) return false;
@@ -246,8 +249,7 @@ bool ModbusLink::refused(Asked asked, const Reply& reply) noexcept {
   return asked == Asked::exception && !is_transient(reply.exception);
 }
 
-// Where the device refuses the few registers more that tell lengths apart, it is asked without
-// them.
+// If the device refuses the few extra registers that make the length distinct, they are left out.
 ModbusLink::Asked ModbusLink::read(LinkTask& task, ReadShape& shape, Reply& reply) {
   const auto request = [&] {
     return read_request(shape.unit, shape.function, shape.address, shape.count);
@@ -297,7 +299,7 @@ ModbusLink::Asked ModbusLink::exchange(LinkTask& task, const Request& request, R
   switch (outcome) {
     case Outcome::valid: note_answer(request); return Asked::valid;
     case Outcome::exception:
-      // A barrier may well ask for what the device does not have.
+      // A barrier may address registers that the device does not have.
       if (purpose == Purpose::value) TaskCounters::add(counters.device_exceptions);
       note_answer(request);
       return Asked::exception;
@@ -322,7 +324,7 @@ void ModbusLink::note_answer(const Request& request) {
   connection_failures_ = 0;
   failure_reported_ = false;
   if (!std::exchange(working_, true)) report(LinkEvent::Kind::connected, "connected");
-  // The device is about to close it: a request sent into that would be lost.
+  // The device is about to close the connection: a request sent now would be lost.
   if (closes_ && transport_.replies() >= replies_each_) transport_.disconnect();
 }
 
@@ -330,7 +332,7 @@ void ModbusLink::note_failure(const Request& request) {
   Unit& unit = unit_of(request.unit);
   ++unit.failures;
   if (!transport_.connected()) note_lost_connection(unit.silence_reported);
-  // One that has its connection to itself is asked again as soon as that is open.
+  // A unit with its own connection is tried again as soon as the connection is open.
   if (is_tcp() && units_.size() == 1) return;
   unit.barrier_needed = !is_tcp();
   if (!is_dead(unit)) return;
@@ -342,7 +344,7 @@ void ModbusLink::note_failure(const Request& request) {
   }
 }
 
-// At once after the first failures, then ever more rarely.
+// Reconnects at once after the first failures, then at growing intervals.
 void ModbusLink::note_lost_connection(bool expected) {
   constexpr int kAtOnce = 2;
   const int failures = ++connection_failures_;

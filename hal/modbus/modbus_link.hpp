@@ -22,8 +22,8 @@
 
 namespace loopwarden::hal::modbus {
 
-// A change worth a line in the log. A link that changes often reports each change; who logs them
-// limits the lines (base/line_limiter.hpp).
+// A change worth a log line. A link that changes often reports each change; the receiver limits the
+// lines (base/line_limiter.hpp).
 struct LinkEvent {
   enum class Kind : std::uint8_t {
     connected,
@@ -34,29 +34,30 @@ struct LinkEvent {
     device_error,
     watchdog_set,
     watchdog_refused,
-    watchdog_lost,  // the device has forgotten it: it restarted
+    watchdog_lost,  // the device has lost the setting: it restarted
     commands_withheld,
-    closes_connections,  // the device, after each reply or a few; nothing is wrong
-    echo,                // the line gives back what is sent
+    closes_connections,  // the device closes after one or a few replies; no fault
+    echo,                // the line returns the bytes that are sent
     stray_bytes
   };
   Kind kind;
   std::string link;
-  std::string subject;  // the unit or the task it is about; empty: the link
+  std::string subject;  // unit or task concerned; empty: the link
   std::string text;
 };
 
-// Called on bus threads, on several at a time if there are several links. Must not throw, nor block
-// for long.
+// Called on bus threads, concurrently if there are several links. Must not throw, nor block for
+// long.
 using EventSink = std::function<void(const LinkEvent&)>;
 
-// One serial line, or one TCP connection, with a thread of its own that serves every task at
-// absolute deadlines and retries for ever.
+// One serial line or one TCP connection with its own thread. The thread serves each task at
+// absolute deadlines and retries without limit.
 //
-// What keeps a late reply from passing for a fresh one: on TCP the transaction number, and a new
-// connection after any failure. A serial reply carries no number, so after a failure the unit is
-// first asked something whose reply has a length that no point of the unit has (a barrier). A unit
-// answers in order: once the barrier is answered nothing older can follow.
+// A late reply can't be mistaken for a fresh one:
+// - On TCP the transaction number differs, and each failure causes a new connection.
+// - A serial reply has no number. After a failure the unit first gets a request whose reply has a
+//   length that no point of the unit has (a barrier). A unit answers in order, so no older reply
+//   can follow the answer to the barrier.
 class ModbusLink {
  public:
   // Starts the thread.
@@ -67,28 +68,28 @@ class ModbusLink {
 
   const LinkSettings& settings() const noexcept { return settings_; }
 
-  // Any thread but the bus thread. The task is served from attach() until detach() returns.
+  // Any thread except the bus thread. The task is served from attach() until detach() returns.
   void attach(LinkTask& task);
   void detach(LinkTask& task) noexcept;
-  // Serves the task now, back-off or not.
+  // Serves the task now, regardless of back-off.
   void serve_soon(LinkTask& task) noexcept;
 
   std::uint64_t ticks() const noexcept { return waiter_.ticks(); }
   std::uint64_t reconnects() const noexcept { return reconnects_.load(std::memory_order_relaxed); }
 
  private:
-  // What is known of one unit on the link.
+  // State of one unit on the link.
   struct Unit {
     int failures = 0;           // in a row
     std::uint64_t answers = 0;  // since the start
-    std::uint64_t epoch = 0;    // a new one whenever the unit may have restarted
+    std::uint64_t epoch = 0;    // changes whenever the unit may have restarted
     bool silence_reported =
-        false;  // not on TCP where a unit has its own connection; the next as well
-    std::int64_t retry_at_ns = 0;   // not asked before
-    bool barrier_needed = false;    // serial only, as below
-    std::int64_t unsettled_ns = 0;  // last instant that could have left a reply on its way
+        false;  // not used on TCP if the unit has its own connection; the next neither
+    std::int64_t retry_at_ns = 0;   // not read or written before this time
+    bool barrier_needed = false;    // serial only, see the class comment
+    std::int64_t unsettled_ns = 0;  // last time at which a reply may have been pending
   };
-  // Who is going to be asked, and a read of it that is likely to be understood.
+  // A unit to be asked, and a read that it probably supports.
   struct Target {
     std::uint8_t unit;
     ReadFunction function;
@@ -97,13 +98,13 @@ class ModbusLink {
   enum class Asked : std::uint8_t {
     valid,
     exception,
-    failed,     // no reply, or none that answers the request
+    failed,     // no reply, or no valid one
     not_asked,  // no connection, or the unit is silent and not due
-    stopped     // the bus thread is to end
+    stopped     // the bus thread must end
   };
   static constexpr int kFailuresOfDeadUnit = 3;  // in a row
   enum class Purpose : std::uint8_t { value, barrier };
-  // The request is refused for good, not just now.
+  // Returns whether the device refuses the request permanently.
   static bool refused(Asked asked, const Reply& reply) noexcept;
 
   bool is_tcp() const noexcept { return settings_.transport == Transport::tcp; }
@@ -120,7 +121,7 @@ class ModbusLink {
   void note_unread(LinkTask& task, ReadPoint& point, Asked asked, const Reply& reply);
   void note_silence(const LinkTask& task, ReadPoint& point);
   static bool passes(Silence& silence, const Unit& unit) noexcept;
-  // Asked ever more rarely from now on.
+  // Returns whether the unit is now asked at growing intervals.
   static bool is_dead(const Unit& unit) noexcept { return unit.failures >= kFailuresOfDeadUnit; }
   static void retry_soon(LinkTask& task) noexcept;
   void publish_good(LinkTask& task, ReadPoint& point, double value, std::int64_t asked_ns);
@@ -147,7 +148,7 @@ class ModbusLink {
   bool pass_barrier(LinkTask& task, const Target& target);
   void note_answer(const Request& request);
   void note_failure(const Request& request);
-  // `expected`: closed for the sake of a unit that is known to be silent.
+  // `expected`: closed because of a unit that is already reported as silent.
   void note_lost_connection(bool expected = false);
   void note_closing(std::size_t replies);
   void note_oddities();
@@ -163,7 +164,7 @@ class ModbusLink {
   std::condition_variable served_;
   std::vector<LinkTask*> tasks_;
   std::vector<LinkTask*>
-      in_service_;  // several where one request reads for them; changed by the bus thread
+      in_service_;  // several if one request reads for them; changed by the bus thread
   ReplyLengths lengths_;
 
   // Bus thread only.
@@ -171,19 +172,20 @@ class ModbusLink {
   std::map<std::uint8_t, Unit> units_;
   std::optional<std::uint8_t> last_asked_;
   int connection_failures_ = 0;  // in a row; on TCP also requests without a proper reply
-  // How the device ends connections: so many in a row after the same number of replies.
+  // Consecutive closings by the device after the same number of replies.
   int closings_ = 0;
   std::size_t replies_each_ = 0;
-  bool closes_ = false;  // it always does: that is no failure, and each connection ends here
+  bool closes_ = false;  // the device always closes: no failure, and each connection is closed here
+                         // first
   bool opened_before_ = false;
-  bool working_ = false;  // an answer has come and nothing has failed since
-  bool spoiled_ = false;  // a reply came to the last request, but not a proper one
+  bool working_ = false;  // an answer has arrived without a failure since
+  bool spoiled_ = false;  // the last request got a reply, but an invalid one
   bool failure_reported_ = false;
   std::int64_t reconnect_at_ns_ = 0;
   std::uint64_t epochs_ = 0;
   std::minstd_rand jitter_;
 
-  base::Thread thread_;  // last: everything above is there when it starts
+  base::Thread thread_;  // last: it uses all members above when it starts
 };
 
 }  // namespace loopwarden::hal::modbus

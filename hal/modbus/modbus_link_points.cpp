@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a link does for its tasks: values that are read, commands that are written.
+// Reads values and writes commands for the tasks of a link.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,16 +10,18 @@
 namespace loopwarden::hal::modbus {
 namespace {
 
-// A unit that answers other requests does not serve a point that stayed without a reply so often in
-// a row. The point is then asked ever more rarely, because each attempt costs a response timeout.
+// A unit that answers other requests does not support a point that had this many consecutive
+// requests without a reply. The point is then read at growing intervals, because each attempt costs
+// a response timeout.
 constexpr int kFailuresOfSilentPoint = 4;
 constexpr std::int64_t kFirstSilentWaitNs = 5'000'000'000;
 constexpr std::int64_t kLongestSilentWaitNs = 60'000'000'000;
-// A joint read that fails so often, although each value by itself is answered, is parted.
+// A joint read is split after this many failures if each value can be read singly.
 constexpr int kJointFailures = 2;
 constexpr std::int64_t kFirstCutNs = 60'000'000'000;
 constexpr std::int64_t kLongestCutNs = 3'600'000'000'000;
-// A failed request is repeated so often before the next period is due, a quarter of a period apart.
+// A failed request is repeated at most this often before the next period, a quarter of a period
+// apart.
 constexpr int kMostRetries = 3;
 constexpr std::int64_t kRetryPart = 4;
 
@@ -47,8 +49,8 @@ void ModbusLink::note_connected(LinkTask& task) {
   task.counters.connected.store(connected && all_units_answer(task), std::memory_order_relaxed);
 }
 
-// One request for all of `tasks`. If it fails, whatever the reason, each value is read by itself in
-// this period, so that one register, or a gap between two, can't make the others bad.
+// Sends one request for all of `tasks`. If it fails, for any reason, each value is read singly in
+// this period. One register, or a gap between two, then can't make the others bad.
 void ModbusLink::serve_together(std::span<LinkTask* const> tasks) {
   if (tasks.size() == 1) return serve(*tasks.front());
   const std::int64_t asked_ns = BusWaiter::now_ns();
@@ -74,10 +76,10 @@ void ModbusLink::serve_together(std::span<LinkTask* const> tasks) {
   }
 }
 
-// Each of `tasks` is read by itself at once, one at a time, so that commands on the line wait for
-// one read at most. If a value is refused or silent by itself it stays out of the next joint read.
-// Otherwise the joint read itself is what the device refuses: it is parted, and tried again as a
-// whole after a while.
+// Reads each of `tasks` singly at once, one at a time, so that commands on the line wait for at
+// most one read. A value that is refused or silent in its single read is left out of the next joint
+// read. If all single reads succeed, the device refuses the joint read itself: it is split, and
+// tried as a whole again later.
 void ModbusLink::part(std::span<LinkTask* const> tasks) {
   const std::int64_t now_ns = BusWaiter::now_ns();
   for (LinkTask* task : tasks) {
@@ -130,7 +132,7 @@ void ModbusLink::serve_read(LinkTask& task, ReadPoint& point) {
   if (asked_ns < point.ask_again_ns) return;
   Reply reply;
   const Asked value_asked = read(task, point.value_read, reply);
-  // Refused for good, or, when a joint read has just failed, not read by itself either.
+  // True if refused permanently, or if its single read fails as well after a failed joint read.
   task.apart = refused(value_asked, reply) || (value_asked != Asked::valid && task.apart) ||
                (task.alone && (value_asked == Asked::exception || value_asked == Asked::failed));
   if (value_asked != Asked::valid) {
@@ -150,7 +152,7 @@ void ModbusLink::serve_read(LinkTask& task, ReadPoint& point) {
   publish_good(task, point, value, asked_ns);
 }
 
-// What passes leaves the value as it is: it ages, and its reader finds it stale.
+// A temporary failure keeps the value: its age grows until its reader finds it stale.
 void ModbusLink::note_unread(LinkTask& task, ReadPoint& point, Asked asked, const Reply& reply) {
   const Unit& unit = unit_of(point.settings.unit);
   switch (asked) {
@@ -158,13 +160,14 @@ void ModbusLink::note_unread(LinkTask& task, ReadPoint& point, Asked asked, cons
       point.silence.failures = 0;
       if (refused(asked, reply)) return publish_bad(task, point, Reason::device_error);
       retry_soon(task);
-      // Before the first value there is nothing that could age.
+      // There is no value yet that could become stale.
       if (point.sample.sequence == 0) return publish_bad(task, point, Reason::device_error);
       return report_error(task, {});
     case Asked::failed:
       if (passes(point.silence, unit)) return retry_soon(task);
       if (is_dead(unit)) return note_silence(task, point);
-      // A device that does not serve a point is silent. A spoiled reply is the line's fault.
+      // A device is silent for a point that it does not support. An invalid reply is a fault of the
+      // line.
       if (spoiled_) {
         if (point.silence.failures == kFailuresOfSilentPoint) report_error(task, kSpoiled);
         return;
@@ -185,8 +188,8 @@ void ModbusLink::note_silence(const LinkTask& task, ReadPoint& point) {
   if (!fresh) publish_bad(task, point, Reason::link_lost);
 }
 
-// Counts a request without a proper reply. True if the next one may well have one: the unit is not
-// dead, and it is not always this point that fails.
+// Counts a request without a valid reply. Returns true if the next one may succeed: the unit is not
+// dead, and this point is not the only one that fails.
 bool ModbusLink::passes(Silence& silence, const Unit& unit) noexcept {
   const bool answers_others = std::exchange(silence.unit_answers, unit.answers) != unit.answers;
   silence.failures = silence.failures == 0 || answers_others ? silence.failures + 1 : 1;
@@ -199,8 +202,8 @@ void ModbusLink::retry_soon(LinkTask& task) noexcept {
   task.retry_ns = BusWaiter::now_ns() + task.period_ns / kRetryPart;
 }
 
-// A command that was not confirmed. It is repeated, and the output counts as lost once none was
-// confirmed for `tolerated_ns`.
+// Handles a command that was not confirmed. It is repeated. The output counts as lost after
+// `tolerated_ns` without a confirmation.
 void ModbusLink::note_unwritten(LinkTask& task, CommandPoint& point, Reason reason,
                                 std::int64_t tolerated_ns) {
   TaskCounters::add(task.counters.write_errors);
@@ -218,7 +221,7 @@ void ModbusLink::note_unwritten(LinkTask& task, CommandPoint& point, Reason reas
 void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   const PointSettings& settings = point.settings;
   if (const BusCommand& command = point.newest.newest(); command.id == 0 || !command.write) {
-    // A silence that the loop asks for is no silence of the bus.
+    // A pause that the loop requests does not count as silence of the bus.
     point.output.confirmed_ns = BusWaiter::now_ns();
     point.failing_since_ns = 0;
     return;
@@ -241,19 +244,20 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   if (!ready(task, {settings.unit, ReadFunction::holding_registers, settings.reg.address})) {
     return failed(Asked::not_asked, settings.unit);
   }
-  // Getting ready may find that the device restarted: then its watchdog comes first, next time.
+  // ready() may find that the device restarted. Its watchdog must then be set first, next time.
   if (point.watchdog && point.armed_epoch != unit_of(point.watchdog->point.unit).epoch) {
     return note_unwritten(task, point, Reason::link_lost, point.longest_silence_ns);
   }
 
-  // Looked at only now, since all of the above may have taken its time.
+  // The command is fetched only now, because the steps above may take long.
   const BusCommand command = point.newest.newest();
   if (BusWaiter::now_ns() - command.time_ns > point.max_age_ns) {
     TaskCounters::add(task.counters.old_commands_withheld);
     if (!std::exchange(point.withholding, true)) {
-      report(LinkEvent::Kind::commands_withheld,
-             task.name + ": the loop no longer renews its command, which is left to the device",
-             task.name);
+      report(
+          LinkEvent::Kind::commands_withheld,
+          task.name + ": the loop no longer renews its command. The device's own watchdog must act",
+          task.name);
     }
     point.output.ok = false;
     point.output.reason = Reason::stale;
@@ -262,7 +266,8 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   point.withholding = false;
   const std::int64_t sent_ns = BusWaiter::now_ns();
   if (point.output.ok && sent_ns - point.output.confirmed_ns > point.longest_silence_ns) {
-    // The device may have moved the valve meanwhile. The loop is told before it is obeyed.
+    // The device's watchdog may have moved the valve. The loop must see the loss before its next
+    // command is sent.
     point.silent_until_ns = sent_ns;
     return note_unwritten(task, point, Reason::link_lost, 0);
   }
@@ -292,7 +297,7 @@ void ModbusLink::serve_command(LinkTask& task, CommandPoint& point) {
   point.state.publish(point.output);
 }
 
-// Valid if the device has its communication watchdog set, so that commands may go out.
+// Returns valid if the device's communication watchdog is set, so that commands may be sent.
 ModbusLink::Asked ModbusLink::ensure_watchdog(LinkTask& task, CommandPoint& point, Reply& reply) {
   if (!ensure_connected()) return Asked::not_asked;
   const Unit& unit = unit_of(point.watchdog->point.unit);
@@ -310,8 +315,8 @@ ModbusLink::Asked ModbusLink::set_watchdog(LinkTask& task, CommandPoint& point, 
   const Request write = write_request(settings.unit, settings.reg.write_function,
                                       settings.reg.address, registers.view());
   Registers& held = point.watchdog_held;
-  // Some devices round what they are given. Only one that holds something else twice over does so;
-  // once, it may just have restarted in between.
+  // Some devices round the written value. Only a different value in two attempts counts as
+  // rounding, because the device may have restarted between the write and one read.
   constexpr int kAttempts = 2;
   for (int attempt = 0; attempt < kAttempts && (attempt == 0 || held.words != registers.words);
        ++attempt) {

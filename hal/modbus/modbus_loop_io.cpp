@@ -83,17 +83,18 @@ void ModbusLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
   inputs.valve_position = read_back_ != nullptr ? read_back_->newest.newest() : Sample{};
   inputs.enable = Enable::not_fitted;
   const OutputState& state = positioner_.command->state.newest();
-  // A bus that is busy with something else does not tell of commands that wait. Where the loop asks for nothing to be
-  // written there is nothing to confirm.
+  // A busy link does not report waiting commands. If the loop requests no write, no confirmation is
+  // expected. After a loss the output stays lost until the device confirms a newer command.
   const std::int64_t since_ns = std::max(state.confirmed_ns, writes_since_ns_);
-  const bool silent =
-      state.ok && writes_ && time.now_ns - since_ns > positioner_.command->longest_silence_ns;
+  const bool overdue = writes_ && time.now_ns - since_ns > positioner_.command->longest_silence_ns;
+  if (state.ok && overdue) lost_id_ = command_id_;
+  const bool silent = state.ok && state.written_id <= lost_id_;
   inputs.output_ok = state.ok && !silent;
   inputs.output_reason = silent ? Reason::link_lost : state.reason;
 }
 
 double ModbusLoopIo::write(const CycleTime&, const Command& command) noexcept {
-  // What is no number is never sent: the last command stands until it is too old.
+  // NaN and infinity are never sent: the last command is kept until it is too old.
   if (!std::isfinite(command.output)) return last_output_;
   if (command.write && !std::exchange(writes_, command.write)) writes_since_ns_ = command.time_ns;
   writes_ = command.write;
@@ -118,7 +119,7 @@ bool ModbusLoopIo::drive(double output, std::chrono::milliseconds timeout, std::
   OutputState state;
   do {
     const std::int64_t now = BusWaiter::now_ns();
-    publish(value, now, true);  // again and again, so that it does not grow old
+    publish(value, now, true);  // repeatedly, so that it does not become too old
     if (now >= ask_again_ns) {
       positioner_link_->serve_soon(positioner_);
       ask_again_ns = now + kDriveRetryNs;

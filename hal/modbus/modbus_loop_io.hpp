@@ -13,11 +13,11 @@
 
 namespace loopwarden::hal::modbus {
 
-// A loop whose transmitter and positioner are Modbus devices. The loop's thread only ever touches
-// newest-value boxes; the bus threads do the rest.
+// A loop whose transmitter and positioner are Modbus devices. The loop's thread only accesses
+// NewestValue buffers; the bus threads do the communication.
 class ModbusLoopIo final : public LoopIo {
  public:
-  // `name` is the loop's, for events. `bus` has to outlive this object.
+  // `name` is the loop's, for events. `bus` must outlive this object.
   ModbusLoopIo(LoopModbusSettings settings, const std::string& name, ModbusBus& bus);
   ~ModbusLoopIo() override;
 
@@ -33,7 +33,7 @@ class ModbusLoopIo final : public LoopIo {
   std::uint64_t ticks() const noexcept override;
 
  private:
-  // CO units that the positioner makes of `output`.
+  // Returns the CO that the positioner makes of `output`, CO units.
   double output_stage(double output) const noexcept;
   void publish(double value, std::int64_t time_ns, bool write) noexcept;
 
@@ -48,9 +48,10 @@ class ModbusLoopIo final : public LoopIo {
 
   // Thread that runs the loop only.
   double last_output_ = 0.0;
-  bool writes_ = false;               // the newest command is one to be written
-  std::int64_t writes_since_ns_ = 0;  // the first of those in a row
+  bool writes_ = false;               // the newest command must be written
+  std::int64_t writes_since_ns_ = 0;  // time of the first such command without a break
   std::uint64_t command_id_ = 0;
+  std::uint64_t lost_id_ = 0;  // of the newest command when the output was last overdue
 
   JointTicks ticks_;  // of both bus threads
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a Modbus link, a point on it and a loop's wiring consist of. Plain data: read from YAML by
-// config/, used by the classes of this folder. Ranges are stated here and checked by config/.
+// Settings of a Modbus link, of a point on it and of a loop's wiring. Plain data: config/ reads it
+// from YAML and checks the ranges stated here. The classes of this folder use it.
 #pragma once
 
 #include <algorithm>
@@ -19,12 +19,12 @@ struct LinkSettings {
   std::string name;  // for logs and status; not empty
   Transport transport = Transport::tcp;
 
-  // TCP. A numeric IPv4 or IPv6 address or "localhost": names are not looked up, since a name
-  // server that does not answer would stall the bus thread.
+  // TCP. A numeric IPv4 or IPv6 address or "localhost". Names are not resolved, because a name
+  // server that does not answer would block the bus thread.
   std::string host;
   std::uint16_t port = 502;       // 1..65535
   int connect_timeout_ms = 1000;  // 50..10000
-  // Connections, 1..4, that the units of a gateway share. Not set: each unit has one of its own.
+  // Number of connections, 1..4, that the units of a gateway share. Not set: each unit has its own.
   std::optional<int> connections;
 
   // RTU.
@@ -43,8 +43,8 @@ struct LinkSettings {
   // Wait before the next attempt after a failed one: doubles from min to max, +-20 % jitter.
   double reconnect_min_s = 0.5;   // 0.05..60
   double reconnect_max_s = 30.0;  // reconnect_min_s..600
-  // Where units share a line or a connection: how often a unit that does not answer is asked again, 0.5..600 s. Each attempt
-  // delays the others by one response timeout.
+  // For units that share a line or a connection: interval between requests to a unit that does not
+  // answer, 0.5..600 s. Each attempt delays the others by one response timeout.
   double probe_interval_s = 5.0;
 
   bool operator==(const LinkSettings&) const = default;
@@ -54,13 +54,13 @@ constexpr int response_timeout_ms(const LinkSettings& link) noexcept {
   return link.response_timeout_ms.value_or(link.transport == Transport::tcp ? 300 : 500);
 }
 
-// The tables of bits are for what is only read.
+// The bit tables are only read.
 enum class Table : std::uint8_t { input_register, holding_register, coil, discrete_input };
 constexpr bool is_bit(Table table) noexcept {
   return table == Table::coil || table == Table::discrete_input;
 }
 enum class RegisterType : std::uint8_t { u16, i16, u32, i32, f32, f64 };
-// Registers that a value of this type takes.
+// Returns the number of registers of a value of this type.
 constexpr std::uint16_t register_count(RegisterType type) noexcept {
   switch (type) {
     case RegisterType::u16:
@@ -72,8 +72,8 @@ constexpr std::uint16_t register_count(RegisterType type) noexcept {
   }
   return 4;
 }
-// The bytes of a number as they appear on the wire: abcd is most significant first. For f64 the
-// words are turned round as a whole: cdab is GHEFCDAB, badc BADCFEHG, dcba HGFEDCBA.
+// Byte order of a number on the wire: abcd is most significant first. For f64 whole words are
+// reordered: cdab is GHEFCDAB, badc BADCFEHG, dcba HGFEDCBA.
 enum class ByteOrder : std::uint8_t { abcd, cdab, badc, dcba };
 // Function 6 writes one register, 16 several. Types of more than one register need 16.
 enum class WriteFunction : std::uint8_t { single, multiple };
@@ -91,8 +91,8 @@ struct RegisterSpec {
   friend bool operator==(const RegisterSpec&, const RegisterSpec&) = default;
 };
 
-// A register of the device that tells whether the point beside it can be trusted: good while
-// (register & mask) == value.
+// A status register of the device for the point: the value is good while (register & mask) ==
+// value.
 struct StatusRegister {
   Table table = Table::input_register;
   std::uint16_t address = 0;
@@ -106,25 +106,26 @@ struct PointSettings {
   std::uint8_t unit = 1;  // 1..247; TCP also 0 and 255
   RegisterSpec reg;
   std::optional<StatusRegister> status;
-  // How long a unit may be silent, or its connection lost, before the value is bad and the command
-  // lost. 0: they are at once, when the unit counts as silent.
+  // Time that a unit may be silent, or its connection lost, before the value is bad and the command
+  // lost. 0: as soon as the unit counts as silent.
   std::int64_t max_age_ns = 0;
 
   friend bool operator==(const PointSettings&, const PointSettings&) = default;
 };
 
-// What drives the valve home when no command reaches the positioner any more: only the device can.
+// Moves the valve to its safe position if commands no longer reach the positioner. Only the device
+// itself can do this.
 enum class CommLossProtection : std::uint8_t {
-  watchdog_register,  // a register of the device, written here at every connect
+  watchdog_register,  // a register of the device, written at each connect
   set_by_device,      // configured on the device itself
-  none_accepted       // there is none, and the integrator has said so
+  none_accepted       // not available, and accepted by the integrator
 };
 
 struct WatchdogRegister {
   PointSettings point;  // a holding register
   double value = 0.0;   // engineering units of that register, written before the first command
-  // How often the register is read to see whether the device still has it: on a serial line a
-  // restart between two polls shows nowhere else. 1..3600 s.
+  // Interval of checks whether the register still has the value: on a serial line a restart between
+  // two polls shows only there. 1..3600 s.
   double check_interval_s = 10.0;
 
   friend bool operator==(const WatchdogRegister&, const WatchdogRegister&) = default;
@@ -132,19 +133,19 @@ struct WatchdogRegister {
 
 struct CommLossSettings {
   CommLossProtection protection = CommLossProtection::none_accepted;
-  std::optional<WatchdogRegister> watchdog;  // set exactly for watchdog_register
-  // After which the device acts, 0.1..3600 s; longer than two poll periods plus two response
-  // timeouts, or a single lost reply trips it. Not used for none_accepted.
+  std::optional<WatchdogRegister> watchdog;  // set only with watchdog_register
+  // Time until the device acts, 0.1..3600 s. It must be longer than two poll periods plus two
+  // response timeouts, because otherwise one lost reply trips it. Not used for none_accepted.
   double timeout_s = 0.0;
 
   friend bool operator==(const CommLossSettings&, const CommLossSettings&) = default;
 };
 
-// What the positioner makes of a command.
+// Limits and resolution of the positioner's command.
 struct OutputStage {
-  double low = 0.0;     // CO units; the device or this backend goes no lower
+  double low = 0.0;     // CO units; lower limit of the device or of this backend
   double high = 100.0;  // CO units; above low
-  // Step of the device's converter, CO units; 0: none coarser than the register itself.
+  // Step of the device's converter, CO units; 0: not coarser than the register.
   double resolution = 0.0;
 
   friend bool operator==(const OutputStage&, const OutputStage&) = default;
@@ -159,14 +160,14 @@ struct LoopModbusSettings {
   OutputStage output;
   CommLossSettings comm_loss;
   std::int64_t poll_period_ns = 100'000'000;  // 10 ms..60 s
-  // A command older than this is not written any more, so that the device's watchdog acts when the
-  // loop hangs. Longer than the loop's own period. Not set: three poll periods and 100 ms.
+  // A command older than this is not written, so that the device's watchdog acts if the loop hangs.
+  // Must be longer than the loop's own period. Not set: three poll periods and 100 ms.
   std::optional<std::int64_t> max_command_age_ns;
 
   friend bool operator==(const LoopModbusSettings&, const LoopModbusSettings&) = default;
 };
 
-// A value of a loop that another controller runs; each may be on a device of its own.
+// A value of a loop that another controller runs. Each value may be on a different device.
 struct SourcePoint {
   LinkSettings link;
   PointSettings point;
@@ -190,14 +191,16 @@ constexpr std::int64_t max_command_age_ns(const LoopModbusSettings& loop) noexce
   return loop.max_command_age_ns.value_or(3 * loop.poll_period_ns + 100'000'000);
 }
 
-// So long without a confirmed command, and the output counts as lost: the device's own watchdog may
-// move the valve before the next one reaches it. Where there is none, the valve only stays behind.
+// Returns the time without a confirmed command after which the output counts as lost. The device's
+// own watchdog may move the valve before the next command arrives. Without a watchdog the valve
+// only keeps an old position.
 constexpr std::int64_t longest_silence_ns(const LoopModbusSettings& loop) noexcept {
   const std::int64_t reply_ns = response_timeout_ms(loop.positioner_link) * std::int64_t{1'000'000};
   const bool watched = loop.comm_loss.protection != CommLossProtection::none_accepted;
   if (!watched) return max_command_age_ns(loop) + 2 * reply_ns;
   const auto timeout_ns = static_cast<std::int64_t>(loop.comm_loss.timeout_s * 1e9);
-  const std::int64_t next_ns = loop.poll_period_ns + reply_ns;  // until the next one is confirmed
+  // until the next command is confirmed
+  const std::int64_t next_ns = loop.poll_period_ns + reply_ns;
   return std::max(timeout_ns - next_ns, next_ns);
 }
 

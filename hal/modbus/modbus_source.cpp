@@ -25,7 +25,7 @@ ModbusSource::Point& ModbusSource::add(const SourcePoint& wired, const std::stri
 
 void ModbusSource::open() {
   if (process_variable_->link) return;
-  // Links first: where one is refused nothing is attached.
+  // All links first: if one is refused, no task is attached.
   std::vector<ReadLink> links;
   for (const auto& point : points_) {
     links.push_back(bus_.read_link(point->settings.link, point->settings.point.unit));
@@ -45,7 +45,7 @@ void ModbusSource::close() noexcept {
 }
 
 void ModbusSource::read(SourceInputs& inputs) noexcept {
-  // What is asked for is fresh by itself: the source lives while it answers.
+  // Polled values are fresh by themselves: the source is alive while it answers.
   const auto newest = [](Point* point) {
     if (point == nullptr) return SourceSample{};
     const Sample& sample = point->task.newest();

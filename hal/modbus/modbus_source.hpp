@@ -16,11 +16,11 @@
 
 namespace loopwarden::hal::modbus {
 
-// A loop in a PLC or DCS, read over Modbus. Each value is a task of its own, so that on a shared line the
-// commands of other loops wait for one read at most.
+// A loop in a PLC or DCS, read over Modbus. Each value is a separate task, so that commands of
+// other loops on a shared line wait for at most one read.
 class ModbusSource final : public LoopSource {
  public:
-  // `name` is the loop's, for events. `bus` has to outlive this object.
+  // `name` is the loop's, for events. `bus` must outlive this object.
   ModbusSource(ModbusSourceSettings settings, const std::string& name, ModbusBus& bus);
   ~ModbusSource() override;
 

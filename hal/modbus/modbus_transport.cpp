@@ -23,8 +23,9 @@ namespace loopwarden::hal::modbus {
 namespace {
 
 constexpr std::int64_t kNanosecondsPerMillisecond = 1'000'000;
-constexpr std::size_t kTcpHeaderBytes = 6;  // transaction, protocol, length: all before the unit
-// A line that talks on for so long is not a line with a late reply.
+constexpr std::size_t kTcpHeaderBytes = 6;  // transaction, protocol, length: the bytes before the
+                                            // unit
+// A line that delivers bytes for longer has another fault than a late reply.
 constexpr std::int64_t kLongestDrainNs = 5'000'000'000;
 
 struct Address {
@@ -52,11 +53,13 @@ bool parse_address(const LinkSettings& settings, Address& address) {
 }
 
 void set_option(int socket, int level, int name, int value) noexcept {
-  // Each option only makes a lost peer show earlier; the response timeout finds it in any case.
+  // These options only speed up the detection of a lost peer; the response timeout detects it in
+  // any case.
   (void)setsockopt(socket, level, name, &value, sizeof value);
 }
 
-// A peer that vanished without a word must show, and a request must not wait for a fuller packet.
+// A peer that vanished without closing must be detected, and a request must not wait for a fuller
+// packet.
 void set_tcp_options(int socket, int response_timeout) noexcept {
   set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
   set_option(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
@@ -75,14 +78,14 @@ constexpr char parity_letter(Parity parity) noexcept {
   return 'N';
 }
 
-// Errors of libmodbus that mean bytes came but no proper reply.
+// Errors of libmodbus for bytes that are no valid reply.
 bool is_protocol_error(int error) noexcept {
   return error == EMBBADCRC || error == EMBBADDATA || error == EMBBADEXC || error == EMBUNKEXC ||
          error == EMBMDATA || error == EMBBADSLAVE;
 }
 
-// On a line that falls silent for so long after as many bytes as a reply has, no more are coming.
-// Adapters on USB deliver every 16 ms.
+// If the line has delivered as many bytes as a reply has and then is silent for this time, the
+// reply is complete. Adapters on USB deliver every 16 ms.
 constexpr std::int64_t kNoMoreNs = 50'000'000;
 
 std::string unit_text(const Request& request) {
@@ -90,7 +93,7 @@ std::string unit_text(const Request& request) {
 }
 
 std::string in_words(int error) {
-  return modbus_strerror(error);  // knows the system's errors as well
+  return modbus_strerror(error);  // covers the system's errors as well
 }
 
 }  // namespace
@@ -147,7 +150,7 @@ bool ModbusTransport::connect_tcp() {
 }
 
 bool ModbusTransport::adopt(int socket) {
-  if (socket >= FD_SETSIZE) {  // libmodbus waits with select(), which would write out of bounds
+  if (socket >= FD_SETSIZE) {  // libmodbus uses select(), which would write out of bounds
     ::close(socket);
     return fail("too many open files for libmodbus");
   }
@@ -177,7 +180,8 @@ bool ModbusTransport::connect_rtu() {
   }
   file_ = modbus_get_socket(context_.get());
   if (file_ >= FD_SETSIZE) return fail("too many open files for libmodbus");
-  // Others see by it that the line is taken. A lock of theirs does not keep a loop from its valve.
+  // Shows other programs that the line is in use. If another program holds the lock, the loop still
+  // uses the line, because it must reach its valve.
   (void)::flock(file_, LOCK_EX | LOCK_NB);
   if (settings_.rs485 && modbus_rtu_set_serial_mode(context_.get(), MODBUS_RTU_RS485) != 0) {
     return fail("the driver refuses RS-485 mode: " + in_words(errno));
@@ -249,7 +253,8 @@ bool ModbusTransport::send(const Request& request) {
     error_ = in_words(errno);
     return false;
   }
-  // libmodbus numbers all raw requests 0; a number of its own tells each reply from the one before.
+  // libmodbus numbers each raw request 0. A separate number distinguishes each reply from the one
+  // before.
   ++transaction_;
   std::array<std::uint8_t, kTcpHeaderBytes + kMaxRequestBytes> frame{
       static_cast<std::uint8_t>(transaction_ >> 8),
@@ -357,7 +362,7 @@ Outcome ModbusTransport::receive_rtu(const Request& request, Reply& reply,
   }
   const std::size_t after_echo = size - (found.echo ? rtu_frame(request).size : 0);
   if (after_echo == 0) {
-    return no_reply(request, found.echo ? "(only the request came back: echo) " : "");
+    return no_reply(request, found.echo ? "(only an echo of the request arrived) " : "");
   }
   error_ = unit_text(request) +
            (found.state == RtuReply::State::whole ? "a reply with a wrong checksum"
@@ -386,7 +391,9 @@ Outcome ModbusTransport::judge(const Request& request, std::span<const std::uint
 }
 
 std::size_t ModbusTransport::discard_unasked() {
-  if (!connected() || !keep_pause()) return 0;  // what is late by less than the pause counts
+  if (!connected() || !keep_pause())
+    return 0;  // a reply that is late by less than the pause
+               // counts
   pollfd line{file_, POLLIN, 0};
   const bool more = ::poll(&line, 1, 0) > 0;
   if (settings_.transport == Transport::rtu) {
@@ -400,7 +407,7 @@ std::size_t ModbusTransport::discard_unasked() {
   std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> bytes{};
   const ssize_t count = ::recv(file_, bytes.data(), bytes.size(), MSG_DONTWAIT);
   closed_by_device_ = count <= 0;
-  fail(count > 0 ? "bytes that nobody asked for" : "closed by the device");
+  fail(count > 0 ? "bytes without a request" : "closed by the device");
   return count > 0 ? static_cast<std::size_t>(count) : 0;
 }
 

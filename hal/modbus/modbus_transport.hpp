@@ -19,18 +19,19 @@ namespace loopwarden::hal::modbus {
 enum class Outcome : std::uint8_t {
   valid,
   exception,     // the device answered with an error
-  timeout,       // nothing came in time
-  invalid,       // something came that does not answer the request
-  disconnected,  // the connection broke or was not there
-  stopped        // the bus thread is to end
+  timeout,       // no reply in time
+  invalid,       // a reply that does not answer the request
+  disconnected,  // the connection broke or did not exist
+  stopped        // the bus thread must end
 };
 
-// A connection and one request at a time on it. libmodbus sets up the line and receives on TCP; its
-// error recovery is off, since it blocks and repeats. Replies on a serial line are found by
-// rtu_frame.hpp, which ignores an echo and stray bytes.
+// A connection with one request at a time. libmodbus opens the line and receives on TCP. Its error
+// recovery is off, because it blocks and repeats requests. rtu_frame.hpp finds replies on a serial
+// line and ignores an echo and stray bytes.
 //
-// After anything but a valid reply or an exception no late byte may meet the next request: TCP is
-// closed, RTU is read and thrown away until the line is silent. For use by the bus thread alone.
+// After any result except a valid reply or an exception, a late byte must not meet the next
+// request. TCP is therefore closed. RTU input is read and discarded until the line is silent. Bus
+// thread only.
 class ModbusTransport {
  public:
   ModbusTransport(LinkSettings settings, BusWaiter& waiter);
@@ -43,27 +44,27 @@ class ModbusTransport {
   bool adopt(int socket);
   void disconnect() noexcept;
   bool connected() const noexcept { return file_ >= 0; }
-  // Why the last connect() or exchange() failed, with the unit that was asked.
+  // Returns the reason why the last connect() or exchange() failed, with its unit.
   const std::string& error() const noexcept { return error_; }
-  // Replies, exceptions included, on this connection, or on the last one if there is none now.
+  // Returns the number of replies, including exceptions, on the present or the last connection.
   std::size_t replies() const noexcept { return replies_; }
-  // The last connection was ended by the device.
+  // Returns whether the device ended the last connection.
   bool closed_by_device() const noexcept { return closed_by_device_; }
 
-  // How long the line has to be silent after a failure. `full`: as long as the response timeout.
-  // `brief`: 3.5 characters, for a unit from which nothing is expected any more.
+  // Silence of the line that is required after a failure. `full`: as long as the response timeout.
+  // `brief`: 3.5 characters, for a unit from which no late reply is expected.
   enum class Settle : std::uint8_t { full, brief };
   Outcome exchange(const Request& request, Reply& reply, Settle settle);
 
-  // Throws away bytes that nobody asked for; their number. On TCP they close the connection. On a
+  // Discards unrequested bytes and returns their number. On TCP they close the connection. On a
   // serial line fewer bytes than a reply has count as stray, and the result is 0.
   std::size_t discard_unasked();
-  // Bytes thrown away after the last exchange.
+  // Returns the number of bytes discarded after the last exchange.
   std::size_t drained_bytes() const noexcept { return drained_bytes_; }
 
-  // Serial line: what it delivered in addition to replies since the last call.
+  // Serial line: bytes received in addition to replies since the last call.
   struct Oddities {
-    bool echo = false;            // requests came back
+    bool echo = false;            // requests were echoed
     std::size_t stray_bytes = 0;  // before or after the newest reply
   };
   Oddities take_oddities() noexcept { return std::exchange(oddities_, {}); }
@@ -76,7 +77,7 @@ class ModbusTransport {
   bool connect_tcp();
   bool connect_rtu();
   bool fail(std::string why);
-  bool keep_pause();  // between a transfer and the next request; false if the thread is to end
+  bool keep_pause();  // waits between a transfer and the next request; false if the thread must end
   bool send(const Request& request);
   Outcome receive(const Request& request, Reply& reply);
   Outcome receive_tcp(const Request& request, Reply& reply, std::int64_t deadline_ns);
@@ -85,8 +86,8 @@ class ModbusTransport {
   Outcome no_reply(const Request& request, std::string why);
   void settle_line(std::int64_t silence_ns);
   std::int64_t character_ns() const noexcept;
-  // Silence that ends a serial frame: 3.5 characters, or what the specification fixes for fast
-  // lines.
+  // Returns the silence that ends a serial frame: 3.5 characters, or the fixed time of the
+  // specification for fast lines.
   std::int64_t frame_gap_ns() const noexcept;
 
   const LinkSettings settings_;
@@ -98,8 +99,8 @@ class ModbusTransport {
   std::size_t drained_bytes_ = 0;
   std::size_t replies_ = 0;
   bool closed_by_device_ = false;
-  bool echoes_ = false;            // serial line: the newest read came back before its reply
-  std::size_t surplus_bytes_ = 0;  // received together with the newest reply, behind it
+  bool echoes_ = false;            // serial line: the newest read was echoed before its reply
+  std::size_t surplus_bytes_ = 0;  // received together with the newest reply, after it
   Oddities oddities_;
   std::string error_;
 };

@@ -64,7 +64,7 @@ ReplyCheck check_reply(const Request& request, std::span<const std::uint8_t> byt
   if (bytes[1] != request.function) return ReplyCheck::mismatch;
 
   if (!request.read) {
-    // Function 6 gives the whole request back, function 16 its address and count.
+    // Function 6 returns the whole request, function 16 its address and count.
     constexpr std::size_t kEchoBytes = 6;
     const bool echoed =
         bytes.size() == kEchoBytes && std::equal(bytes.begin(), bytes.end(), request.bytes.begin());
@@ -155,12 +155,12 @@ std::string request_text(const Request& request) {
 std::string write_function_hint(const Request& request) {
   if (request.read) return {};
   if (request.function == kWriteSingleRegister) {
-    return "If the device takes only function 16, set write_function: multiple.";
+    return "If the device accepts only function 16, set write_function: multiple.";
   }
   if (request.count == 1) {
-    return "If the device takes only function 6, set write_function: single.";
+    return "If the device accepts only function 6, set write_function: single.";
   }
-  return "If the device takes only function 6, use a command of one register (u16 or i16 with "
+  return "If the device accepts only function 6, use a command of one register (u16 or i16 with "
          "scale) and set write_function: single.";
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests as bytes, and the check that a reply answers exactly this request. libmodbus leaves gaps
-// here: on TCP it ignores the unit, and for function 6 it ignores what the device echoes.
+// Encodes requests and checks that a reply answers exactly its request. libmodbus does not check
+// the unit on TCP, nor the echoed value of function 6.
 #pragma once
 
 #include <array>
@@ -15,12 +15,13 @@
 namespace loopwarden::hal::modbus {
 
 inline constexpr std::size_t kMaxReadRegisters = 125;
-// Registers that a read may have more than it needs, so that its length tells it from others; of bits: so many bytes.
+// Registers that a read may have in addition, to give its reply a distinct length. For bits:
+// additional bytes.
 inline constexpr std::uint16_t kMostExtra = 8;
 inline constexpr std::size_t kMaxRequestBytes = 16;
 inline constexpr std::uint8_t kExceptionFlag = 0x80;  // in the function of an answer
 
-// Of a request that only reads there are no others.
+// The functions that a read-only request can have.
 enum class ReadFunction : std::uint8_t {
   coils = 1,
   discrete_inputs = 2,
@@ -42,7 +43,7 @@ constexpr bool reads_bits(ReadFunction function) noexcept {
   return function == ReadFunction::coils || function == ReadFunction::discrete_inputs;
 }
 
-// Bytes of values in the reply to a read.
+// Returns the number of value bytes in the reply to a read.
 constexpr std::size_t reply_bytes(ReadFunction function, std::uint16_t count) noexcept {
   return reads_bits(function) ? (count + 7U) / 8U : 2U * count;
 }
@@ -78,24 +79,24 @@ struct Reply {
 enum class ReplyCheck : std::uint8_t { valid, exception, mismatch };
 
 // `bytes` starts with the unit and ends with the protocol data unit. The reply is filled only if it
-// is the one and only complete answer to this request: unit, function, length, and for a write what
-// was written.
+// is exactly one complete answer to this request. Unit, function, length and, for a write, the
+// written values must match.
 ReplyCheck check_reply(const Request& request, std::span<const std::uint8_t> bytes,
                        Reply& reply) noexcept;
 
-// Returns whether a device that answers with this exception may answer the same request with a
-// value soon: it is busy (5, 6), a gateway has no path or no reply (0x0A, 0x0B), or the code is no
+// Returns whether a device with this exception may soon answer the same request with a value.
+// Examples: it is busy (5, 6), a gateway has no path or no reply (0x0A, 0x0B), or the code is not a
 // standard one. Illegal functions, addresses and values (1 to 3) and failures of the device (4, 7,
-// 8) last.
+// 8) are permanent.
 bool is_transient(std::uint8_t exception) noexcept;
 
-// Sentences for an engineer, without the unit.
+// Returns a sentence for an engineer, without the unit.
 std::string exception_text(std::uint8_t exception);
 // "reading input registers 0 to 1 (function 4)"
 std::string request_text(const Request& request);
-// What to change if the device does not take the function of this write; empty for a read.
+// Returns advice if the device does not accept the function of this write; empty for a read.
 std::string write_function_hint(const Request& request);
-// Why check_reply() finds a mismatch. `bytes` as there.
+// Returns why check_reply() finds a mismatch. `bytes` as there.
 std::string mismatch_text(const Request& request, std::span<const std::uint8_t> bytes);
 
 }  // namespace loopwarden::hal::modbus

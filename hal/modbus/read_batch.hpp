@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one request reads for a link: a run of read_runs.hpp, as far as it is due.
+// Selects the reads that one request serves: a run of read_runs.hpp, as far as its reads are due.
 #pragma once
 
 #include <cstddef>
@@ -12,15 +12,17 @@
 
 namespace loopwarden::hal::modbus {
 
-// Puts `first`, which is due, and those of `tasks` that one request can serve with it into `batch`, by address: single
-// reads of watched loops, due by now or within a tenth of their period.
+// Puts `first`, which is due, and the tasks that the same request can serve into `batch`, by
+// address. These are single reads of watched loops that are due now or within a tenth of their
+// period.
 void gather(LinkTask& first, std::span<LinkTask* const> tasks, std::int64_t now_ns,
             int most_registers, std::vector<LinkTask*>& batch);
 
-// What to ask for all of `batch`.
+// Returns the request for all of `batch`.
 ReadShape joint_shape(std::span<LinkTask* const> batch) noexcept;
 
-// Where to part a batch of two or more that the device refuses: at its widest gap, the nearest to the middle of these.
+// Returns where to split a batch of two or more that the device refuses: at its widest gap. Of
+// equal gaps, it takes the one nearest to the middle.
 std::size_t parting(std::span<LinkTask* const> batch) noexcept;
 
 }  // namespace loopwarden::hal::modbus

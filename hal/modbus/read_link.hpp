@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a loop that another controller runs has of a link. A ReadTask holds a point to be read and no
-// command, and nothing puts one in; all that a link sends for such a task are read requests, whose
-// function is a ReadFunction: 1 to 4. So nothing is ever written, also where the link is a serial line on
-// which the commands of other loops go on.
+// Read-only access to a link, for a loop that another controller runs. A ReadTask has one point to
+// be read and no command, and has no function to add one. A link sends only read requests for such
+// a task, with a ReadFunction, 1 to 4. No value is therefore written, even if other loops write
+// commands on the same serial line.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ class ReadTask {
     task_.reads.push_back(std::make_unique<ReadPoint>(point));
   }
 
-  // The reader's thread.
+  // Reader's thread only.
   const Sample& newest() noexcept { return task_.reads.front()->newest.newest(); }
   // Any thread.
   const TaskCounters& counters() const noexcept { return task_.counters; }
@@ -39,7 +39,7 @@ class ReadLink {
  public:
   explicit ReadLink(std::shared_ptr<ModbusLink> link) : link_(std::move(link)) {}
 
-  // Served from attach() until detach() returns. Any thread but the bus thread.
+  // The task is served from attach() until detach() returns. Any thread except the bus thread.
   void attach(ReadTask& task) { link_->attach(task.task_); }
   void detach(ReadTask& task) noexcept { link_->detach(task.task_); }
 

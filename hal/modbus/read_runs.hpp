@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which reads of a unit one request serves. Modbus reads registers in a row, 125 at most (Modbus Application Protocol
-// V1.1b3, 6.3 and 6.4), and a few that nobody asked for cost less than another request.
+// Groups the reads of a unit into requests. Modbus reads consecutive registers, at most 125 (Modbus
+// Application Protocol V1.1b3, 6.3 and 6.4). A few unneeded registers cost less than another
+// request.
 //
-// Reads of one unit, table and period stand in a row by address. A run begins anew where more than kMostGap
-// registers would be read for nobody, where a request would grow beyond what it may have, and where the device has
-// refused to be asked for both sides at once. A read that the device refuses by itself has a run of its own.
+// Reads of one unit, table and period are ordered by address. A new run begins:
+// - if more than kMostGap unneeded registers would be read,
+// - if a request would exceed its limit, or
+// - if the device has refused to be asked for both sides at once.
+//
+// A read that the device refuses when read singly has a separate run.
 #pragma once
 
 #include <algorithm>
@@ -16,21 +20,22 @@
 
 namespace loopwarden::hal::modbus {
 
-inline constexpr int kMostGap = 8;  // registers that nobody asked for, in a row
+inline constexpr int kMostGap = 8;  // consecutive registers that no loop needs
 
-// Whether a value may be read together with others: registers without a status of their own.
+// Returns whether a value may be read together with others. True for registers without a status
+// register.
 inline bool can_be_merged(const PointSettings& point) noexcept {
   return !point.status && !is_bit(point.reg.table);
 }
 
 struct MergedRead {
   int address = 0;
-  int end = 0;              // behind the last register
-  bool apart = false;       // by itself alone
-  bool cut_before = false;  // not with those below
+  int end = 0;              // one after the last register
+  bool apart = false;       // must be read singly
+  bool cut_before = false;  // not with those of lower addresses
 };
 
-// Where runs begin, as indices. `reads`: by address, then end.
+// Returns the indices at which runs begin. `reads`: ordered by address, then end.
 inline std::vector<std::size_t> run_starts(std::span<const MergedRead> reads, int most_registers) {
   std::vector<std::size_t> starts;
   int low = 0;

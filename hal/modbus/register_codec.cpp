@@ -21,7 +21,8 @@ constexpr std::uint16_t swap_bytes(std::uint16_t word) noexcept {
   return static_cast<std::uint16_t>((word << 8) | (word >> 8));
 }
 
-// `count` registers as one unsigned number, first word most significant in order abcd.
+// Returns `count` registers as one unsigned number. In order abcd the first word is most
+// significant.
 std::uint64_t assemble(const std::uint16_t* words, std::size_t count, ByteOrder order) noexcept {
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -39,7 +40,7 @@ void spread(std::uint64_t bits, ByteOrder order, Registers& registers) noexcept 
   }
 }
 
-// Nearest number that T can hold.
+// Returns the nearest number that T can hold.
 template <class T>
 T to_integer(double value, bool& saturated) noexcept {
   constexpr double low = std::numeric_limits<T>::min();

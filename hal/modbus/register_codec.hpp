@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers to registers and back. Own packing: the float helpers of libmodbus 3.1.6 don't give back
-// what was put in, whatever the order (libmodbus issues 807 and 838).
+// Converts numbers to registers and back. It does its own packing. The float helpers of libmodbus
+// 3.1.6 don't return the stored value in any byte order (libmodbus issues 807 and 838).
 #pragma once
 
 #include <array>
@@ -21,8 +21,8 @@ struct Registers {
   std::span<const std::uint16_t> view() const noexcept { return {words.data(), count}; }
 };
 
-// Engineering value of the registers; NaN if they hold NaN or infinity, or are too few. More
-// registers than the type needs are ignored.
+// Returns the engineering value of the registers; NaN if they hold NaN or infinity, or are too few.
+// Registers in excess of the type's size are ignored.
 double decode(const RegisterSpec& spec, std::span<const std::uint16_t> registers) noexcept;
 
 enum class EncodeResult : std::uint8_t {
@@ -32,8 +32,8 @@ enum class EncodeResult : std::uint8_t {
 };
 EncodeResult encode(const RegisterSpec& spec, double engineering, Registers& registers) noexcept;
 
-// What the device reads when `engineering` is written: rounded and limited by the register's type.
-// NaN if that is refused.
+// Returns the value that the device reads if `engineering` is written: rounded and limited by the
+// register's type. Returns NaN if it is refused.
 double representable(const RegisterSpec& spec, double engineering) noexcept;
 
 }  // namespace loopwarden::hal::modbus

@@ -19,7 +19,7 @@ void for_each_shape(LinkTask& task, Visit visit) {
   }
 }
 
-// Whether the replies to both look alike.
+// Returns whether the replies to both have the same length.
 bool same_length(const ReadShape& shape, std::uint8_t unit, ReadFunction function,
                  std::uint16_t count) noexcept {
   return shape.unit == unit && shape.function == function &&
@@ -30,7 +30,7 @@ std::uint16_t step_of(ReadFunction function) noexcept {
   return reads_bits(function) ? kBitsAByte : 1;
 }
 
-// The shape with the shortest length that is not taken, if there is one.
+// Gives the shape the shortest free length, if there is one.
 template <class Taken>
 void lengthen(ReadShape& shape, Taken taken) {
   const int step = step_of(shape.function);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lengths of the reads of one link. A serial reply carries no number and does not say what it answers, so there no two
-// reads of a unit have the same length: a few registers more than needed are asked for. On TCP each is as long as needed.
+// Chooses the lengths of the reads of one link. A serial reply does not identify its request. Two
+// reads of a unit therefore never have the same length: a few additional registers are read. On TCP
+// each read has its natural length.
 //
-// What it can't do: find a length for more reads of one size than there are spare registers; these share one.
+// Limits: it can't find a length for more reads of one size than there are spare registers. The
+// others share one length.
 #pragma once
 
 #include <cstdint>
@@ -18,12 +20,12 @@ class ReplyLengths {
  public:
   explicit ReplyLengths(bool distinct) : distinct_(distinct) {}
 
-  // `tasks`: all of the link but `task`, which comes to them.
+  // Chooses the length of `task`, which joins `tasks`, all other tasks of the link.
   void choose(LinkTask& task, std::span<LinkTask* const> tasks);
-  // The read that serves several tasks at once: the same, with its length, whenever the same is wanted. It stays where
-  // it is until the next call.
+  // Returns the read that serves several tasks at once. The same request always has the same
+  // length. The reference is valid until the next call.
   ReadShape& joint(const ReadShape& wanted, std::span<LinkTask* const> tasks);
-  // Of a read that no other is as long as.
+  // Returns a length that no other read has.
   std::uint16_t barrier(std::uint8_t unit, ReadFunction function,
                         std::span<LinkTask* const> tasks) const;
 
@@ -33,7 +35,7 @@ class ReplyLengths {
 
   const bool distinct_;
   std::map<std::tuple<std::uint8_t, ReadFunction, std::uint16_t, std::uint16_t>, ReadShape> joint_;
-  bool outdated_ = false;  // batches may be others now
+  bool outdated_ = false;  // batches may have changed
 };
 
 }  // namespace loopwarden::hal::modbus

@@ -18,7 +18,7 @@ std::size_t reply_length(const Request& request) noexcept {
   return kShortestReplyBytes + reply_bytes(*request.read, request.count);
 }
 
-// Where the request ends if it came back, else 0.
+// Returns the end of the request in the received bytes if it was echoed, otherwise 0.
 std::size_t echo_end(const Request& request, std::span<const std::uint8_t> line,
                      bool echo_expected) noexcept {
   const RtuFrame sent = rtu_frame(request);
@@ -33,7 +33,8 @@ std::size_t echo_end(const Request& request, std::span<const std::uint8_t> line,
   return 0;
 }
 
-// The frame at `at`, empty if there is none. `own`: only of the unit and function that were asked.
+// Returns the frame at `at`; empty if there is no frame. `own`: only a frame of the requested unit
+// and function.
 std::span<const std::uint8_t> frame_at(const Request& request, std::span<const std::uint8_t> line,
                                        std::size_t at, bool own) noexcept {
   if (line.size() < at + kShortestReplyBytes) return {};

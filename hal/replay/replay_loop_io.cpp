@@ -57,7 +57,7 @@ void ReplayLoopIo::read(const CycleTime& time, Inputs& inputs) noexcept {
   inputs = inputs_;
 }
 
-// A missing sample leaves value, time and sequence those of the last good one.
+// A missing sample keeps value, time and sequence of the last good one.
 void ReplayLoopIo::take(const std::vector<double>& column, std::size_t row, std::int64_t now_ns,
                         Sample& sample) const noexcept {
   if (std::isnan(column[row])) {

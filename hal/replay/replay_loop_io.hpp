@@ -13,13 +13,14 @@
 
 namespace loopwarden::hal::replay {
 
-// Reads the record of a loop. Throws record::RecordError, or std::runtime_error if its period is
-// not the loop's.
+// Reads the record of a loop. Throws record::RecordError. Throws std::runtime_error if the record's
+// period differs from the loop's.
 record::Record read_replayed(const ReplaySettings& settings);
 
-// A record in the place of the transmitter: one row per control period. The read-back is its column
-// `stem`, else `co`, else not fitted. Commands go nowhere, but are limited and quantised as a real
-// output would. A missing sample is bad; so is all that comes after the end, unless it repeats.
+// Replaces the transmitter by a record: one row per control period. The read-back is the record's
+// column `stem`; if missing, column `co`; otherwise it is not fitted. Commands are limited and
+// quantised as for a real output, but not sent. A missing sample is bad. All samples after the end
+// are bad, unless the record repeats.
 class ReplayLoopIo final : public LoopIo {
  public:
   explicit ReplayLoopIo(const ReplaySettings& settings) : settings_(settings) {}

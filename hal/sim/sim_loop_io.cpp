@@ -7,7 +7,7 @@
 
 namespace loopwarden::hal::sim {
 namespace {
-// A longer pause (a stopped process) does not make the simulation catch up for hours.
+// Limits the samples to be simulated after a long pause, for example of a stopped process.
 constexpr std::uint64_t kMostSamplesPerRead = 1000;
 
 // The simulated transmitter stops at the ends of its range, up to its last step.

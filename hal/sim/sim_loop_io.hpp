@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Backend on a simulated plant: the composed loop of model/plant, one sample per control period.
+// A backend with a simulated plant: the composed loop of model/plant, one sample per control
+// period.
 //
-// The plant advances in read(), on the real-time thread, by as many samples as periods have passed,
-// so that an overrun costs the simulated loop what it would cost a real one.
+// The plant advances in read(), on the real-time thread, by one sample per elapsed period. An
+// overrun therefore has the same effect as on a real loop.
 #pragma once
 
 #include <atomic>
@@ -15,7 +16,7 @@
 
 namespace loopwarden::hal::sim {
 
-// What no transmitter tells.
+// Values of the simulation that a real transmitter can't measure.
 struct GroundTruth {
   double time_s = 0.0;            // simulated time
   double stem = 0.0;              // CO units
@@ -34,7 +35,7 @@ class SimLoopIo final : public LoopIo {
   double write(const CycleTime& time, const Command& command) noexcept override;
   IoCounters counters() const noexcept override;
 
-  // One reading thread.
+  // One reading thread only.
   GroundTruth truth() noexcept { return truth_.newest(); }
 
  private:
@@ -46,7 +47,7 @@ class SimLoopIo final : public LoopIo {
   double output_low_;         // CO units
   double output_high_;        // CO units
   double output_resolution_;  // CO units
-  double held_output_;        // CO units, what the plant gets
+  double held_output_;        // CO units, present input of the plant
   bool first_read_ = true;
   std::uint64_t last_period_ = 0;
   Sample pv_;

@@ -8,7 +8,7 @@
 
 namespace loopwarden::hal::sim {
 
-// Something wrong between plant and controller, from one moment to another (s of simulated time).
+// A fault between plant and controller, with start and end (s of simulated time).
 struct IoFault {
   enum class Kind : std::uint8_t {
     dead_sensor,   // the transmitter reports failure
@@ -26,8 +26,8 @@ struct IoFault {
 };
 
 struct SimSettings {
-  plant::LoopModel model;          // its controller section gives the output's range only
-  double output_resolution = 0.0;  // CO units, of the simulated converter; 0: none
+  plant::LoopModel model;          // its controller section is used only for the output's range
+  double output_resolution = 0.0;  // CO units, of the simulated converter; 0: continuous
   std::vector<IoFault> io_faults;
 
   friend bool operator==(const SimSettings&, const SimSettings&) = default;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study alarm: how long an alarm takes to come, and how often one comes that should not. The
-// monitor, the rule and the alarms are the daemon's, with its defaults.
+// loopwarden-study alarm: measures the delay of alarms and the rate of false alarms, with the
+// daemon's monitor, rule and alarms at their defaults.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ constexpr std::size_t kDayParts = 24;
 struct Case {
   Condition condition;
   AlarmKind alarm;
-  double severity;  // % of the CO span; of low air supply the fill rate, %/s
+  double severity;  // % of the CO span; for low air supply the fill rate, %/s
 };
 constexpr std::array kCases{Case{Condition::stiction, AlarmKind::stiction, 2.0},
                             Case{Condition::stiction, AlarmKind::stiction, 5.0},
@@ -68,17 +68,17 @@ struct AlarmStudyOptions {
   bool json = false;
 };
 
-// When each alarm first came in a run, in windows from 1; 0: it did not.
+// First window of each alarm in a run, from 1; 0: not raised.
 using FirstAlarms = std::array<std::size_t, kValveAlarmCount>;
 
 struct Run {
   FirstAlarms first{};
-  FirstAlarms raised{};  // how often each came
+  FirstAlarms raised{};  // number of times that each was raised
   std::size_t windows = 0;
   std::size_t not_judged = 0;
 };
 
-// Cycles that come too late, in stretches of 1 to kLongestBridge, so many of them on average.
+// Late cycles in stretches of 1 to kLongestBridge. Their share is given on average.
 class LateCycles {
  public:
   LateCycles(double percent, std::uint64_t seed) : random_(seed), percent_(percent) {}
@@ -152,7 +152,7 @@ class AlarmStudy {
         threads_(options.jobs > 0 ? options.jobs
                                   : std::max(1U, std::thread::hardware_concurrency())) {}
 
-  // Everything that delays() and healthy() say, for --json.
+  // Returns all results of delays() and healthy(), for --json.
   nlohmann::json found() const { return found_; }
 
   void delays() {
@@ -160,7 +160,7 @@ class AlarmStudy {
     for (std::size_t c = 0; c < kCases.size(); ++c) row(c);
   }
   void healthy() {
-    // Parts of a day of their own: each has another loop, and memory stays small.
+    // Each part of a day has a different loop, which also keeps memory small.
     const std::size_t parts = kDayParts * options_.days;
     const auto samples = static_cast<std::size_t>(86400.0 / kDayParts / model_.sample_time_s);
     std::vector<Run> runs(parts);
@@ -217,7 +217,8 @@ class AlarmStudy {
     const std::size_t own = alarm::index_of(wanted.alarm);
     const std::size_t unknown = alarm::index_of(AlarmKind::unknown);
     const std::size_t samples =
-        specialist::kWindowSamples * (options_.windows + 2) / 2;  // half of each is the next one's
+        // successive windows overlap by half
+        specialist::kWindowSamples * (options_.windows + 2) / 2;
     std::vector<Run> runs(options_.runs);
     base::parallel_for(options_.runs, threads_, [&](std::size_t k) {
       runs[k] =
@@ -302,27 +303,28 @@ int run_alarm_study(const AlarmStudyOptions& options) {
 
 void add_alarm(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<AlarmStudyOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "alarm", "how long alarms take to come, and how many come that should not");
+  CLI::App* sub =
+      app.add_subcommand("alarm", "Measure the delay of alarms and the rate of false alarms");
   sub->add_option("--specialists", o->specialists, "folder with manifest.yaml and model.yaml")
       ->capture_default_str();
-  sub->add_option("--runs", o->runs, "loops of each fault and severity; 0: no such table")
+  sub->add_option("--runs", o->runs, "loops of each fault and severity; 0: skip this table")
       ->capture_default_str();
-  sub->add_option("--windows", o->windows, "for which each is watched")
+  sub->add_option("--windows", o->windows, "windows per loop")
       ->check(CLI::Range(3, 1000))
       ->capture_default_str();
-  sub->add_option("--days", o->days, "of healthy operation; 0: none")->capture_default_str();
-  sub->add_option("--seed", o->seed, "of all chance; training has others")->capture_default_str();
+  sub->add_option("--days", o->days, "of healthy operation; 0: skip this part")
+      ->capture_default_str();
+  sub->add_option("--seed", o->seed, "seed of all random numbers; training uses others")
+      ->capture_default_str();
   sub->add_option("--missing", o->missing_percent,
-                  "share of cycles that come too late, in stretches of 1 to 4, %")
+                  "share of late cycles, in stretches of 1 to 4, %")
       ->check(CLI::Range(0.0, 50.0))
       ->capture_default_str();
-  sub->add_option(
-         "--records", o->records,
-         "folders of records with labels.csv (file, loop, sticky), replayed instead: which "
-         "alarms routine evidence raises")
+  sub->add_option("--records", o->records,
+                  "folders of records with labels.csv (file, loop, sticky), replayed instead, to "
+                  "list the alarms of routine evidence")
       ->type_name("DIR");
-  sub->add_option("--jobs", o->jobs, "threads; 0: one a core")->capture_default_str();
+  sub->add_option("--jobs", o->jobs, "threads; 0: one per core")->capture_default_str();
   workbench::add_json_flag(*sub, o->json);
   sub->footer("Example: loopwarden-study alarm --days 365");
   sub->callback([o, &exit_code] { exit_code = run_alarm_study(*o); });

@@ -20,8 +20,8 @@ struct Loop {
   std::vector<record::Record> records;
 };
 
-// A gap in automatic between records, as the labels don't say how they follow each other: what is half a window of the
-// first one must not go on in the second.
+// Separates two records by a gap in automatic, because the labels don't state their distance in
+// time. Half a window of the first record must not continue in the second.
 void rest(watch::LoopMonitor& watch, std::uint64_t& period) {
   period += 10'000'000;
   watch.add({.period_index = period++,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's monitor over labelled records of real loops, without specialists: which alarms routine evidence raises.
+// Runs the daemon's monitor over labelled records of real loops, without specialists, to find the
+// alarms that routine evidence raises.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,10 +9,10 @@
 
 namespace loopwarden::studies {
 
-// Of each folder's labels.csv the records of a loop one after the other, with a minute in automatic between them.
-// Throws record::RecordError.
+// Replays the records in labels.csv of each folder, loop by loop, with a gap in automatic between
+// records. Throws record::RecordError.
 nlohmann::json replay_loops(const std::vector<std::string>& folders);
-// What replay_loops() found, as a table.
+// Prints the result of replay_loops() as a table.
 void print_loops(const nlohmann::json& loops);
 
 }  // namespace loopwarden::studies

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop as the daemon runs it, on the simulated plant, without the threads around it.
+// A loop as in the daemon, on the simulated plant, without the daemon's threads.
 #pragma once
 
 #include "daemon/rt/control_cycle.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the benchmarks and prints what they measure beside the budgets, the median of repetitions.
-// Takes Google Benchmark's own options too, e.g. --benchmark_filter=simulate.
+// Runs the benchmarks and prints the median of repetitions next to the budgets. Accepts Google
+// Benchmark's own options too, e.g. --benchmark_filter=simulate.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@ class Collector final : public benchmark::BenchmarkReporter {
   bool ReportContext(const Context&) override { return true; }
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs) {
-      // What runs once has no median.
+      // A benchmark that runs once has no median.
       const bool median = run.run_type == Run::RT_Aggregate && run.aggregate_name == "median";
       const bool once = run.run_type == Run::RT_Iteration && run.repetitions == 1;
       if (!median && !once) continue;

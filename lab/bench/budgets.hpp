@@ -3,14 +3,14 @@
 
 namespace loopwarden::bench {
 
-// What a benchmark is held to (design budget). `scale` turns seconds per iteration into the figure
-// printed: figure = scale * seconds, or items per second where `per_second` is set.
+// Design budget of a benchmark. The printed figure is scale * seconds per iteration, or items per
+// second if `per_second` is set.
 struct Budget {
   const char* benchmark;
   const char* what;
   const char* unit;
   double limit;
-  bool at_least;    // the figure must be at least the limit, else at most
+  bool at_least;    // true: the limit is a minimum; false: a maximum
   bool per_second;  // items per second instead of time
   double scale;
 };
@@ -35,7 +35,8 @@ inline constexpr Budget kBudgets[]{
     {"diagnose/sticking", "a window of 1000 samples through diagnose, sticking valve", "ms", 10.0,
      false, false, 1e3},
     {"diagnose/healthy", "the same, healthy valve", "ms", 10.0, false, false, 1e3},
-    // Mean over 64 levels of 750 s in a row, those of longer samples among them: share of a core = seconds / 750 s.
+    // Mean over 64 successive levels of 750 s, including those of longer samples: share of a core =
+    // seconds / 750 s.
     {"diagnose/routine", "routine evidence of 1000 loops, all valves sticking", "% of a core", 5.0,
      false, false, 1e5 / 750.0},
     // Mean over 3000 cycles of 1 s: share of a core = seconds / 3000 s.

@@ -17,7 +17,8 @@ struct Loop {
     const auto now_ns = static_cast<std::int64_t>(period) * 100'000'000;
     loop.cycle.run({.now_ns = now_ns, .period_index = period}, 0, false);
     record::RecordRow row;
-    loop.channels.records.try_pop(row);  // as the historian would, so that the ring does not fill
+    loop.channels.records.try_pop(row);  // emptied as by the historian, so that the ring does not
+                                         // fill
     benchmark::DoNotOptimize(row);
   }
 
@@ -32,7 +33,7 @@ void cycle_of(benchmark::State& state, const plant::LoopModel& model) {
 }
 void cycle_healthy(benchmark::State& state) { cycle_of(state, plant1()); }
 void cycle_sticking(benchmark::State& state) { cycle_of(state, sticking_plant1()); }
-// Engaged: what it costs over the healthy cycle is the cost of planned_moves.
+// Engaged: the cost above that of the healthy cycle is the cost of planned_moves.
 void cycle_calmed(benchmark::State& state) {
   Loop loop(calmed_plant1());
   std::uint64_t period = 0;
@@ -47,7 +48,7 @@ BENCHMARK(cycle_calmed)->Name("control_cycle/planned_moves");
 BENCHMARK(cycle_healthy)->Name("control_cycle/healthy");
 BENCHMARK(cycle_sticking)->Name("control_cycle/sticking");
 
-// One round over all loops, their state larger than the caches of one loop.
+// One round over all loops. Their state is larger than the caches of one loop.
 void all_loops(benchmark::State& state, std::size_t count) {
   std::vector<std::unique_ptr<Loop>> loops;
   for (std::size_t i = 0; i < count; ++i)

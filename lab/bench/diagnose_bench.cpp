@@ -12,9 +12,9 @@ namespace loopwarden::bench {
 namespace {
 
 constexpr std::size_t kWindow = 1000;
-constexpr std::size_t kEvery = 5;  // of the loop's samples, as a historian keeps them: 0.5 s
+constexpr std::size_t kEvery = 5;  // of the loop's samples, as stored by a historian: 0.5 s
 
-// One window of routine operation, as an engineer exports it.
+// Evaluates one window of routine operation, as an engineer exports it.
 void judge_window(benchmark::State& state, const plant::LoopModel& model) {
   plant::SimulatedLoop loop(model, 10.0 / 4096.0);
   std::vector<double> sp, pv, co;
@@ -34,7 +34,7 @@ void judge_window(benchmark::State& state, const plant::LoopModel& model) {
       .co_high = 10.0};
   for (auto _ : state) {
     const diagnosis::Diagnosis found = diagnosis::diagnose(record);
-    // A gate that is shut would make a fast verdict.
+    // A closed gate would make the verdict too fast.
     if (found.prepared.gate != diagnosis::Gate::open) state.SkipWithError("record refused");
     benchmark::DoNotOptimize(found.probability);
   }
@@ -52,7 +52,8 @@ BENCHMARK(sticking_window)->Name("diagnose/sticking");
 void healthy_window(benchmark::State& state) { judge_window(state, moved(plant1())); }
 BENCHMARK(healthy_window)->Name("diagnose/healthy");
 
-// What the monitor's thread does for a loop each 12.5 minutes, when its levels of samples are full.
+// Does the work of the monitor's thread for a loop every 12.5 minutes, when its levels of samples
+// are full.
 void routine_evidence(benchmark::State& state) {
   const plant::LoopModel model = moved(sticking_plant1());
   constexpr double kSample = 1.0;  // s, of the first level

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kSamples = 4200;  // seven minutes at 10 Hz
 constexpr unsigned kThreads = 2;
 
-// What a sticking valve leaves in the historian.
+// Returns a record of a sticking valve as stored by a historian.
 gap::Record sticking_record() {
   plant::LoopModel model = sticking_plant1();
   model.controller.jacket.form = control::JacketForm::off;
@@ -46,8 +46,8 @@ void two_threads(std::size_t count, const std::function<void(std::size_t)>& body
   work();
 }
 
-// What the fits do some ten thousand times: valve with stiction, process and transmitter from the
-// measured CO, with the columns of the unknown state at the start.
+// Measures a step that the fits repeat some ten thousand times. It simulates valve with stiction,
+// process and transmitter from the measured CO, with the columns of the unknown initial state.
 void free_run_rate(benchmark::State& state) {
   plant::LoopModel model = sticking_plant1();
   model.transmitter.noise = 0.0;
@@ -64,14 +64,14 @@ void free_run_rate(benchmark::State& state) {
 }
 BENCHMARK(free_run_rate)->Name("gap/free_run");
 
-// From a record and a model that believes in a healthy valve to the corrected model. Takes seconds:
-// once is enough.
+// Measures the whole workflow, from a record and a model with a healthy valve to the corrected
+// model. It takes seconds, so it runs once.
 void whole_workflow(benchmark::State& state) {
   const gap::Record record = sticking_record();
   const plant::LoopModel model = plant1();
   for (auto _ : state) {
     const gap::Result result = gap::find_gap(record, model, {}, two_threads, [](double) {});
-    // A record that is refused would make a fast workflow.
+    // A refused record would make the workflow too fast.
     if (!result.check.usable) state.SkipWithError("record refused");
   }
 }

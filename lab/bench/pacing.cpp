@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's real-time thread with simulated loops, and how late each of its wake-ups was, in the
-// manner of cyclictest.  Usage: loopwarden_pacing PERIOD_US PRIORITY WAKE_UPS [LOOPS]
+// Measures the lateness of each wake-up of the daemon's real-time thread with simulated loops, as
+// cyclictest does.
+// Usage: loopwarden_pacing PERIOD_US PRIORITY WAKE_UPS [LOOPS]
 // Prints one line "MICROSECONDS COUNT" for each latency that occurred. tests/system/jitter runs both.
 #include <fmt/format.h>
 
@@ -22,7 +23,7 @@
 namespace loopwarden::bench {
 namespace {
 
-// Ends the run after so many wake-ups and notes the first reading of the clock after each.
+// Ends the run after a number of wake-ups and stores the first reading of the clock after each.
 class NotingClock final : public base::Clock {
  public:
   NotingClock(std::size_t wake_ups, std::atomic<bool>& quit) : quit_(quit) {

@@ -29,7 +29,7 @@ inline plant::LoopModel sticking_plant1() {
   return model;
 }
 
-// The same valve under planned_moves.
+// Returns the same valve with planned_moves.
 inline plant::LoopModel calmed_plant1() {
   plant::LoopModel model = sticking_plant1();
   model.controller.jacket = {};

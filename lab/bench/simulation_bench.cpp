@@ -7,7 +7,7 @@
 namespace loopwarden::bench {
 namespace {
 
-// A sample of the whole loop: controller, stiction, process, noise, 12-bit transmitter.
+// Measures one sample of the whole loop: controller, stiction, process, noise, 12-bit transmitter.
 void simulate_full_loop(benchmark::State& state) {
   plant::LoopModel model = sticking_plant1();
   model.controller.jacket.form = control::JacketForm::off;

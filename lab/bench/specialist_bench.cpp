@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A window through the specialists of both forms, and what the machine's matrix product could do.
+// Measures a window with the specialists of both forms, and the matrix product of the machine as a
+// limit.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Core>
@@ -31,7 +32,7 @@ Samples some_window() {
   return samples;
 }
 
-// Multiplications of all layers on 31 columns.
+// Returns the number of multiplications of all layers on 31 columns.
 double products() {
   double sum = 0.0;
   for (const std::size_t h : kHidden) {
@@ -56,7 +57,8 @@ void eight_specialists(benchmark::State& state) {
                           static_cast<std::int64_t>(state.iterations()));
 }
 
-// The same number of multiplications in one product of large matrices: what the networks can at best come to.
+// Measures the same number of multiplications in one product of large matrices: the upper limit for
+// the networks.
 void matrix_limit(benchmark::State& state) {
   constexpr Eigen::Index kSize = 256;
   const Eigen::MatrixXf a = Eigen::MatrixXf::Random(kSize, kSize);

@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t kCycles = 3000;
 
-// A commissioned loop that another controller has, at 1 s: twin, its controller, load and routine evidence.
+// Measures a commissioned loop of another controller at 1 s: twin, its controller, load and routine
+// evidence.
 void watched_loop(benchmark::State& state) {
   plant::LoopModel twin = plant1();
   twin.sample_time_s = 1.0;

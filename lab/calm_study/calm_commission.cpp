@@ -19,7 +19,7 @@ namespace loopwarden::studies {
 namespace {
 
 constexpr double kHealthy_s = 1200.0;
-constexpr double kBefore_s = 900.0;  // healthy still, of the minutes that are explained
+constexpr double kBefore_s = 900.0;  // of the explained minutes, still healthy
 constexpr double kLongest_s = 3600.0;
 constexpr double kHealthyPlay = 0.002;  // of the output's span
 

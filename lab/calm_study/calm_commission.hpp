@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the project itself finds out about a random sticky loop: the way of corrective action, in numbers.
+// Identifies a random sticky loop with the project's own functions, in the sequence of the
+// corrective action:
 //
-//   twin      `commission` from twenty minutes with a healthy valve and six moves of the set point, and from a belief
-//             that is off by up to 30 %
-//   alarm     the twin's watch (model_gap) on minutes in which the valve begins to stick
-//   s, j      the explanation of that alarm, where it is stiction
+//   twin   `commission` from twenty minutes with a healthy valve and six set-point moves, and from
+//          initial values that are wrong by up to 30 %
+//   alarm  the twin's alarm (model_gap) on minutes in which the valve begins to stick
+//   s, j   the explanation of that alarm, if it is stiction
 #pragma once
 
 #include <optional>
@@ -15,7 +16,8 @@
 
 namespace loopwarden::studies {
 
-// Nothing: no twin, no alarm, or another explanation: planned moves are not offered.
+// Returns nullopt if there is no twin, no alarm, or another explanation. Planned moves are then not
+// offered.
 std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
                                                        numeric::Random& random);
 

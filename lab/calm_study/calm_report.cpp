@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study calm: the tables of calm_study.hpp, as text or JSON.
+// loopwarden-study calm: prints the tables of calm_study.hpp as text or JSON.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -77,7 +77,7 @@ nlohmann::json json_of(const StickyStudy& study) {
   return {{"load", name_of(study.load)}, {"rows", rows}};
 }
 
-// The last of three hours of one loop: plant 1 with a wandering load and a sticking valve.
+// Draws the last of three hours of one loop: plant 1 with a wandering load and a sticking valve.
 std::string hour_of_a_loop() {
   plant::LoopModel model;
   model.controller.pid = {.gains = {.kp = 0.25, .ki = 0.06}, .output_high = 10.0};
@@ -262,25 +262,23 @@ int run_calm_study(const CalmOptions& options) {
 void add_calm(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<CalmOptions>();
   CLI::App* sub =
-      app.add_subcommand("calm", "what each compensator does to loops with a sticking valve");
+      app.add_subcommand("calm", "Test all compensators on loops with a sticking valve");
   sub->add_option("--cases", options->cases, "random loops, sticky and healthy")
       ->capture_default_str()
       ->check(CLI::Range(std::size_t{1}, std::size_t{100000}));
-  sub->add_option("--seed", options->seed, "of everything random")->capture_default_str();
-  sub->add_option(
-      "--only", options->only,
-      "only contestants whose name begins so; 'commissioned' takes most of a minute a loop");
-  sub->add_flag("--troubles", options->troubles,
-                "planned_moves when something goes wrong while they act, and nothing else");
+  sub->add_option("--seed", options->seed, "seed of all random numbers")->capture_default_str();
+  sub->add_option("--only", options->only,
+                  "only compensators whose name begins with this; 'commissioned' takes most of a "
+                  "minute per loop");
+  sub->add_flag("--troubles", options->troubles, "only planned_moves with a fault while they act");
   sub->add_flag("--rate-limits", options->rate_limits,
-                "planned_moves with the bounds of hardware behind outputs with a rate limit, and "
-                "with a slow read-back, and nothing else");
+                "only planned_moves with the limits of hardware, with a rate limit of the output "
+                "and with a slow read-back");
   sub->add_flag("--friction", options->friction,
-                "valves with friction, air and process at 1 ms in the place of a law of sticking");
+                "valves with friction, air and process at 1 ms instead of a law of stiction");
   sub->add_option("--threads", options->threads, "the result does not depend on it")
       ->check(CLI::Range(1U, 1024U));
-  sub->add_option("--picture", options->picture,
-                  "draw one hour of a loop into this file, and nothing else");
+  sub->add_option("--picture", options->picture, "only draw one hour of a loop into this file");
   sub->add_flag("--json", options->json, "print the result as JSON, with the factor of each case");
   sub->footer("Example: loopwarden-study calm --cases 100 --seed 1");
   sub->callback([options, &exit_code] { exit_code = run_calm_study(*options); });

@@ -21,10 +21,10 @@ using control::JacketForm;
 using numeric::log_uniform;
 using numeric::Random;
 
-constexpr double kOutputSpan = 10.0;                  // CO units (V) of every loop here
+constexpr double kOutputSpan = 10.0;                  // CO units (V) of all loops in this study
 constexpr double kResolution = kOutputSpan / 4096.0;  // 12 bit
 constexpr double kSamplePeriod = 0.1;                 // s
-constexpr double kNoticeable = 0.05;                  // change that counts, relative
+constexpr double kNoticeable = 0.05;                  // relative change that counts as a change
 constexpr double kNoticeablePercent = 0.02;           // rise on a healthy loop, of the PV span
 constexpr std::array kFrictionLaws{"choudhury", "he", "karnopp"};
 
@@ -103,10 +103,10 @@ double share_of(const std::vector<double>& values, const std::function<bool(doub
          static_cast<double>(values.size());
 }
 
-// ---- contestants
+// ---- compensators under test
 
 struct ToldWrong {
-  double valve = 0.0;  // s and j, each by up to this share
+  double valve = 0.0;  // s and j, each wrong by up to this share
   double model = 0.0;  // gain, lag and dead time
 };
 
@@ -156,7 +156,7 @@ Contestant adding(const char* name,
           }};
 }
 
-// Process, load, s and j as the project finds them out.
+// Uses process, load, s and j as identified by the project.
 bool fit_found_out(const StickyLoop& loop, Random& random, CalmTrial& trial) {
   const std::optional<control::PlannedMovesSettings> found = found_out(loop, random);
   if (found) {
@@ -222,7 +222,7 @@ StickyLoop random_sticky_loop(std::uint64_t seed, std::size_t index, Load load, 
         {.name = "random_load",
          .parameters = {{"intensity", intensity}, {"time_constant", 300.0}}}};
   }
-  // About 18 periods of the limit cycle at each set point, of which the first third is left out.
+  // About 18 periods of the limit cycle at each set point; the first third is left out.
   const plant::ProcessParameters& process = trial.model.process;
   const double between_slips_s =
       2.0 * loop.s / (trial.model.controller.pid.gains.ki * process.gain * loop.j);
@@ -270,7 +270,7 @@ StickyStudy study_sticky_loops(std::size_t cases, std::uint64_t seed, Load load,
                                const std::string& only, const StudyWork& work, Valve valve) {
   std::vector<Contestant> all = contestants();
   std::erase_if(all, [&](const Contestant& one) {
-    // What is found out is found in records of the laws.
+    // The identification needs records of the friction laws.
     const bool left_out = one.costly && (only.empty() || valve == Valve::physical);
     return !one.name.starts_with(only) || left_out;
   });
@@ -343,7 +343,7 @@ const char* to_text(Trouble::Kind kind) {
 std::vector<TroubleRow> study_troubles(std::size_t cases, std::uint64_t seed,
                                        const StudyWork& work) {
   constexpr auto kKinds = static_cast<std::size_t>(Trouble::Kind::repaired);
-  constexpr double kWorse = 0.3;  // relative; less is the chance of where a cycle stands
+  constexpr double kWorse = 0.3;  // relative; smaller changes may be due to the phase of the cycle
   struct Outcome {
     double factor = 1.0;
     bool worse = false;

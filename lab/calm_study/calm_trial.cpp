@@ -15,9 +15,9 @@
 namespace loopwarden::studies {
 namespace {
 
-constexpr double kStemResolution = 0.0005;  // of the span: smaller moves are no travel
-constexpr double kTroubleLasts = 60.0;      // s, of what ends by itself
-constexpr double kStandstill = 0.02;        // of Ki e: an integrator that moves less stands still
+constexpr double kStemResolution = 0.0005;  // of the span: smaller moves do not count as travel
+constexpr double kTroubleLasts = 60.0;      // s, duration of temporary faults
+constexpr double kStandstill = 0.02;        // of Ki e: below it the integrator counts as stopped
 
 double swing_of(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
@@ -28,7 +28,7 @@ double rounded(double value, double resolution) {
   return resolution > 0.0 ? resolution * std::nearbyint(value / resolution) : value;
 }
 
-// What is kept of one set point.
+// Samples and sums of one set point.
 struct Segment {
   std::vector<double> sp, true_pv, stem, co;
   double integral_rate = 0.0;  // sum of Ki e, CO units/s
@@ -111,7 +111,8 @@ class Trial {
     return trial_.trouble.kind == kind && since_s >= 0.0 && since_s < lasts_s;
   }
 
-  // What the controller gets of the read-back and PV; whether the read-back is good.
+  // Applies the fault to the read-back and PV that the controller receives. Returns whether the
+  // read-back is good.
   bool disturb(double& read_back, double& pv) {
     using Kind = Trouble::Kind;
     constexpr double kForGood = std::numeric_limits<double>::infinity();

@@ -34,7 +34,7 @@ PhysicalValve random_physical_valve(numeric::Random& random, double s, double j)
   valve.friction = static_cast<PhysicalFriction>(std::min(2.0, 3.0 * random.uniform()));
   valve.air_lag_s = random.uniform(0.1, 0.5);
   valve.frequency_rad_s = random.uniform(15.0, 50.0);
-  // A slip takes some tenths of a second and does not swing.
+  // A slip takes some tenths of a second and does not oscillate.
   valve.damping_s = std::max(numeric::log_uniform(random, 0.04, 0.2), 1.6 / valve.frequency_rad_s);
   valve.stribeck_per_s = valve.friction == PhysicalFriction::lugre ? random.uniform(0.02, 0.05)
                                                                    : random.uniform(0.005, 0.02);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop with a sticking valve whose air, stem and process are integrated at 1 ms, with the equations of the hidden
-// cases (lab/hidden_cases/element.hpp): nothing of model/plant, whose laws the study's other loops have.
+// A loop with a sticking valve whose air, stem and process are integrated at 1 ms. It uses the
+// equations of the hidden cases (lab/hidden_cases/element.hpp) and no code of model/plant, whose
+// laws the study's other loops use.
 //
-//   CO -> air (lag) -> stem (spring, static, moving and viscous friction) -> dead time -> lag, gain -> + load -> PV
+//   CO -> air (lag) -> stem (spring, static, moving and viscous friction) -> dead time -> lag, gain
+//      -> + load -> PV
 //
-// Of the model of a loop it takes process, transmitter and the intensity of `random_load`.
+// From the model of a loop it uses process, transmitter and the intensity of `random_load`.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +25,13 @@ struct PhysicalValve {
   double j = 0.0;                   // CO units, their difference
   double air_lag_s = 0.2;           // s, > 0
   double frequency_rad_s = 30.0;    // of the stem on its spring
-  double damping_s = 0.08;          // viscous friction over the spring's stiffness
+  double damping_s = 0.08;          // viscous friction divided by the spring's stiffness
   double stribeck_per_s = 0.02;     // CO units/s: stribeck, lugre
-  double bristle_stiffness = 60.0;  // of the spring's: lugre
+  double bristle_stiffness = 60.0;  // relative to the spring's: lugre
 };
 PhysicalValve random_physical_valve(numeric::Random& random, double s, double j);
 
-// The face of plant::Plant that a trial needs.
+// Same interface as plant::Plant, as far as a trial needs it.
 class PhysicalPlant {
  public:
   PhysicalPlant(const plant::LoopModel& model, const PhysicalValve& valve);

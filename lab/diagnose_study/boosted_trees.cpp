@@ -61,7 +61,7 @@ Tree grow(const Binned& binned, std::span<const std::size_t> rows,
           std::span<const std::size_t> columns, std::span<const double> gradient,
           std::span<const double> weight, const TrainingSettings& settings) {
   Tree tree;
-  // Where there is no split, everything goes left.
+  // Without a split, all cases take the left branch.
   tree.threshold.fill(std::numeric_limits<float>::max());
   std::array<std::vector<std::size_t>, 2 * kNodes + 1> members;
   members[0].assign(rows.begin(), rows.end());

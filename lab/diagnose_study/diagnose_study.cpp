@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study diagnose: trains the table of `diagnose` on simulated loops, and measures `diagnose` on
-// others, or on labelled records.
+// loopwarden-study diagnose: trains the table of `diagnose` on simulated loops, and evaluates
+// `diagnose` on other simulated loops or on labelled records.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,24 +42,24 @@ namespace {
 using diagnosis::Cause;
 using diagnosis::kCauseCount;
 
-// Share of the weight that simulated loops have beside the records: of 0.05 to 0.6 the one with most loops right on plants left
-// out.
+// Share of the weight of simulated loops; the records have the rest. Of 0.05 to 0.6, this value has
+// the most correct loops on plants that were left out.
 constexpr double kPrior = 0.5;
 
 struct StudyOptions {
   std::size_t cases = 4000;
   std::uint64_t seed = 1;
   std::string train;                      // table to write
-  std::string weights;                    // of the valve's decision, header to write
-  bool refit = false;                     // weights fitted without the plant judged
+  std::string weights;                    // of the decision about the valve, header to write
+  bool refit = false;                     // weights fitted without the evaluated plant
   std::vector<std::string> records;       // folders with labels.csv
   std::vector<std::string> gap_examples;  // folders of records with truth.json
-  bool compare_too = false;               // the records beside the simulated loops
+  bool compare_too = false;               // compare the records with the simulated loops
   std::string evidence;                   // CSV to write
   std::string save;                       // folder to write cases to
-  bool unknown_kind = false;              // the kind of the simulated loops is not told
+  bool unknown_kind = false;              // withhold the kind of the simulated loops
   std::vector<std::string> without;       // ingredients of the simulated loops
-  std::vector<std::string> with;          // those of `without` that come back
+  std::vector<std::string> with;          // those of `without` to add again
   double prior = kPrior;
   bool json = false;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
@@ -116,7 +116,7 @@ std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed,
         if (options.compare_too && j.diagnosis.judged()) {
           j.labelled.features = diagnosis::find_features(j.diagnosis.prepared).features;
         }
-        j.diagnosis.prepared = {};  // the series are large
+        j.diagnosis.prepared = {};  // the series need much memory
         j.diagnosis.prepared.gate = gate;
       },
       [&](std::size_t done) { progress.update(done); });
@@ -125,7 +125,7 @@ std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed,
 
 constexpr std::size_t kLeastInCell = 100;
 
-// Rates by name; cells of few cases are put together as "others".
+// Prints rates by name; cells with few cases are combined as "others".
 void print_cells(const std::map<std::string, Share>& cells) {
   Share others;
   for (const auto& [name, rate] : cells) {
@@ -149,7 +149,8 @@ void report(const std::vector<Judged>& judged) {
   std::map<std::string, Share> found_seen;
   Share right, right_decided, undecided, named, false_alarms, false_at_seen, wide_found, wide_seen,
       levels;
-  std::array<std::array<double, 2>, 10> reliability{};  // other and sticky loops in each tenth of p
+  std::array<std::array<double, 2>, 10> reliability{};  // numbers of other and sticky loops in each
+                                                        // tenth of p
   std::vector<double> errors;
   std::vector<double> wide_errors;
   Share within;
@@ -159,7 +160,7 @@ void report(const std::vector<Judged>& judged) {
     const bool backlash = j.labelled.cause == Cause::backlash;
     const bool called = d.verdict == DiagnosisVerdict::valve_effect;
     ++confusion[to_text(j.labelled.cause)][to_text(d.verdict)];
-    if (backlash) continue;  // either answer is sound
+    if (backlash) continue;  // both answers are acceptable
     const bool open =
         d.verdict == DiagnosisVerdict::cant_tell || d.verdict == DiagnosisVerdict::not_enough_data;
     const bool seen = called && d.grade == Grade::seen;
@@ -314,8 +315,8 @@ struct LabelledWindow {
 };
 
 constexpr double kRidge = 0.3;
-// A ranked measured loops kept apart no better than chance (AUC 0.49 by window), and the open records were in sight when it
-// was chosen: it may shift p by 1.4 nats, and decides nothing by itself.
+// The term A separates the measured loops no better than chance (AUC 0.49 by window), and the open
+// records were used for its development. It may shift p by 1.4 nats and can't decide alone.
 constexpr diagnosis::ValveTerms kMostAtOnce{1e3, 1e3, 1e3, 2.0};
 
 std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders) {
@@ -331,9 +332,10 @@ std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders
   return windows;
 }
 
-// `prior` of the weight on simulated loops, the rest on the records of all plants but `without`; in either part sticky and
-// other loops have the same weight, and every loop has the same as the next. On levels and temperatures there are no open
-// loops to learn from.
+// Fits the weights. Simulated loops have the share `prior` of the weight, and the records of all
+// plants except `without` the rest. In both parts sticky and other loops have the same total
+// weight, and all loops have equal weights. For levels and temperatures there are no open loops to
+// train on.
 diagnosis::ValveWeights fit_weights(const std::vector<Judged>& simulated,
                                     const std::vector<LabelledWindow>& windows, bool at_once,
                                     const std::string& without, double prior) {
@@ -341,7 +343,7 @@ diagnosis::ValveWeights fit_weights(const std::vector<Judged>& simulated,
   std::array<std::vector<std::size_t>, 2> of_class;
   for (const Judged& j : simulated) {
     if (j.labelled.cause == Cause::backlash || !j.diagnosis.judged()) continue;
-    // A loop of which nothing is known may be of any kind.
+    // A loop of unknown kind may be of any kind.
     if (!at_once && j.diagnosis.follows == diagnosis::Follows::at_once) continue;
     const bool sticky = j.labelled.cause == Cause::stiction;
     of_class[sticky ? 1 : 0].push_back(rows.size());
@@ -385,14 +387,14 @@ struct LoopFigures {
   std::size_t windows_right = 0;
   std::size_t windows_decided = 0;
   std::size_t windows_decided_right = 0;
-  double left_out = 0.5;           // from the mean logit
+  double left_out = 0.5;           // number of windows, as the next two
   std::size_t left_out_right = 0;  // windows, and so the next two
   std::size_t left_out_decided = 0;
   std::size_t left_out_decided_right = 0;
   std::size_t left_out_effects = 0;
   std::size_t left_out_seen = 0;
   diagnosis::LoopVerdict verdict{};
-  diagnosis::ValveTerms numbers{};  // means of the windows
+  diagnosis::ValveTerms numbers{};  // means over the windows
   double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
   bool left_out_found() const {
     return left_out >= diagnosis::kDecidedFrom && left_out_effects > 0;
@@ -474,7 +476,8 @@ void judge_without_own_plant(std::vector<LabelledWindow>& windows,
   }
 }
 
-// Of the loops whose p is stated within each fifth: how many are sticky. Windows of one loop are one loop here.
+// Prints the share of sticky loops among those whose p is within each fifth. All windows of a loop
+// count as one loop.
 void print_reliability(const std::vector<double>& stated, const std::vector<bool>& sticky) {
   constexpr std::size_t kBins = 5;
   std::array<Share, kBins> found;
@@ -510,7 +513,7 @@ int write_weights(const StudyOptions& options) {
   return kExitOk;
 }
 
-// `refit`: left_out is then what weights say in which the plant had no say.
+// `refit`: left_out is from weights that were fitted without the plant.
 void print_json(const std::vector<LabelledWindow>& windows, bool refit) {
   nlohmann::json records = nlohmann::json::array();
   for (const LabelledWindow& w : windows) {
@@ -646,7 +649,8 @@ int judge_records(const StudyOptions& options) {
   return kExitOk;
 }
 
-// Medians, quartiles and the overlap of the two distributions: twice the share of pairs in the rarer order.
+// Prints medians, quartiles and the overlap of the two distributions: twice the share of pairs in
+// the rarer order.
 double compare_distributions(const char* what, std::vector<double> simulated,
                              std::vector<double> measured) {
   if (simulated.empty() || measured.empty()) return 1.0;
@@ -714,7 +718,7 @@ void write_all_evidence(const std::string& path, const std::vector<Evidence>& si
   workbench::write_output(path, file.str());
 }
 
-// A classifier that tells the two apart, and their distance.
+// Trains a classifier to distinguish the two populations, and computes their distance.
 void compare_populations(const std::vector<Judged>& simulated,
                          const std::vector<LabelledWindow>& windows, const StudyOptions& options) {
   std::vector<Evidence> drawn;
@@ -728,7 +732,7 @@ void compare_populations(const std::vector<Judged>& simulated,
   }
   for (const LabelledWindow& w : windows) {
     if (!w.diagnosis.judged()) continue;
-    // What is analysed is a concentration.
+    // Analysers measure a concentration.
     const std::string kind = w.label.kind == "concentration" ? "analyser" : w.label.kind;
     measured.push_back(all_evidence(diagnosis::find_features(w.diagnosis.prepared).features,
                                     w.diagnosis, kind, w.label.sticky));
@@ -779,7 +783,7 @@ int compare(const StudyOptions& options) {
 struct Truth {
   std::string id;
   std::string effect;
-  std::vector<std::string> accept;  // names that are right
+  std::vector<std::string> accept;  // names that are correct
 };
 
 std::vector<Truth> truths_of(std::istream& file, const std::filesystem::path& path) {
@@ -799,7 +803,8 @@ std::vector<Truth> truths_of(std::istream& file, const std::filesystem::path& pa
   }
 }
 
-// Records whose truth is known from a simulation of another make: truth.json names the hidden effects of DIR/ID/record.csv.
+// Evaluates records from another simulator with known truth: truth.json names the hidden effects of
+// DIR/ID/record.csv.
 int judge_gap_examples(const StudyOptions& options) {
   constexpr std::array<std::string_view, 3> kValveEffects{"stiction", "backlash", "hysteresis"};
   Share found;
@@ -898,21 +903,20 @@ int run_study(const StudyOptions& options) {
 void add_diagnose(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<StudyOptions>();
   CLI::App* sub = app.add_subcommand(
-      "diagnose", "how well diagnose does on simulated loops or labelled records");
+      "diagnose", "Measure the accuracy of diagnose on simulated loops or labelled records");
   sub->add_option("--cases", options->cases, "simulated loops")->check(CLI::Range(1, 1000000));
   sub->add_option("--seed", options->seed, "of the simulated loops; training and report need two");
   sub->add_option("--train", options->train, "fit the table to these loops and write it here");
   CLI::Option* records = sub->add_option(
       "--records", options->records,
       "folders of records with labels.csv (file, loop, sticky; plant, kind), instead");
-  CLI::Option* compare =
-      sub->add_flag("--compare", options->compare_too,
-                    "the evidence of the simulated loops beside that of the records, and whether a "
-                    "classifier tells them apart")
-          ->needs(records);
+  CLI::Option* compare = sub->add_flag("--compare", options->compare_too,
+                                       "compare the evidence of simulated loops and records, also "
+                                       "with a classifier that separates them")
+                             ->needs(records);
   sub->add_option("--gap-examples", options->gap_examples,
                   "folders with truth.json and the records it names, instead: valve effects found, "
-                  "and false alarms where the truth is another effect");
+                  "and false alarms if the truth is another effect");
   sub->add_option("--weights", options->weights,
                   "fit the weights of the decision to simulated loops and the records, and write "
                   "them here")
@@ -926,15 +930,16 @@ void add_diagnose(CLI::App& app, int& exit_code) {
                 "records, too")
       ->needs(records);
   sub->add_flag("--unknown-kind", options->unknown_kind,
-                "do not tell the kind of the simulated loops");
+                "withhold the kind of the simulated loops");
   sub->add_option("--evidence", options->evidence,
                   "write the evidence of each loop, CSV; with --compare all of both populations");
   std::vector<std::string> names{kEveryIngredient};
   names.insert(names.end(), kIngredientNames.begin(), kIngredientNames.end());
-  sub->add_option("--without", options->without,
-                  "what the simulated loops lack (lab/diagnose_study/ingredients.hpp)")
+  sub->add_option(
+         "--without", options->without,
+         "ingredients to remove from the simulated loops (lab/diagnose_study/ingredients.hpp)")
       ->check(CLI::IsMember(names));
-  sub->add_option("--with", options->with, "what they have all the same, as in '--without all'")
+  sub->add_option("--with", options->with, "ingredients to keep with '--without all'")
       ->check(CLI::IsMember(names));
   sub->add_option("--save", options->save, "write the simulated loops into this folder, instead");
   sub->add_option("--threads", options->threads, "at once")->check(CLI::Range(1, 1024));

@@ -27,14 +27,15 @@ std::size_t choice(Random& random, std::size_t count) {
                   static_cast<std::size_t>(random.uniform() * static_cast<double>(count)));
 }
 
-// Share of the other loops up to which the controller leans on its gain: of the healthy loops measured CO moves in step
-// with PV (`--compare`, phase).
+// Upper end of the random number that gives the other loops a dominant gain. Chosen because CO of
+// the measured healthy loops moves in step with PV (`--compare`, phase).
 constexpr double kProportionalTo = 0.65;
-// CO of a valve that is called sticky moves no farther than this about its mean, in bands (`--compare`, travel): where a load moves CO
-// much farther, the band is no matter to anyone.
+// Largest travel of CO about its mean, in bands, for a valve that is called sticky (`--compare`,
+// travel). If a load moves CO much farther, the band has no practical effect.
 constexpr double kFarthest = 1.5;
 
-// Kinds differ in time scale (dead time and lags), in intervals of the log or in s, and in how many have a master.
+// Kinds of loops differ in time scale (dead time and lags), in logging intervals or in s, and in
+// the share with a master.
 struct Kind {
   const char* name;
   double share, integrating, fastest, slowest;
@@ -51,15 +52,15 @@ constexpr std::array kScannedEach{0.1, 0.25, 0.5, 1.0, 1.0, 2.0, 5.0};         /
 constexpr std::array kResolutions{0.024, 0.1, 0.39, 1.0};                      // % of span
 constexpr double kShortestScale = 0.05;                                        // log intervals
 constexpr double kLongestScale = 60.0;
-constexpr double kFast = 200.0;  // s, slowest process of the kinds that are tuned by rule of thumb
+constexpr double kFast = 200.0;  // s, slowest process of the kinds with rule-of-thumb tuning
 constexpr double kFastestOfThumb = 5.0;  // s, closed loop
 constexpr double kSlowestOfThumb = 300.0;
 constexpr double kNever = 1e300;
-// What labels a valve sticking: someone who sees it.
+// Conditions under which an observer labels a valve as sticking.
 constexpr double kNoticedOver = 1.5;
 constexpr double kNoticedNoise = 0.3;
 constexpr std::size_t kNoticedSlips = 4;
-constexpr std::size_t kSamplesPerSlip = 3;  // fewer leave no shape
+constexpr std::size_t kSamplesPerSlip = 3;  // with fewer, the shape is not visible
 
 struct Spread {
   double count = 0.0, sum = 0.0, squares = 0.0;
@@ -84,7 +85,7 @@ Cause draw_cause(Random& random) {
                            : Cause::none;
 }
 
-// One case: its numbers are drawn in the order of the functions, then the loop is run and logged.
+// One case: its values are drawn in the order of the functions; then the loop is run and logged.
 class CaseMaker {
  public:
   CaseMaker(Random& random, Cause cause, DiagnosisCase& out, const Ingredients& ingredients)
@@ -93,7 +94,7 @@ class CaseMaker {
     out.cause = cause;
   }
 
-  // False where the case does not show what its cause says.
+  // Returns false if the case does not show its cause.
   bool make() {
     draw_end();
     draw_times();
@@ -161,7 +162,8 @@ class CaseMaker {
   }
 
   void draw_tuning() {
-    // Controllers that lean on integral action let a sticking valve cycle; most that behave well do not.
+    // Controllers with dominant integral action let a sticking valve cycle; most well-behaved ones
+    // do not.
     const double of_weight = random_.uniform();
     LoopWish wish{.integrating = out_.integrating,
                   .tight = tight_,
@@ -181,11 +183,11 @@ class CaseMaker {
           log_uniform(random_, kFastestOfThumb, kSlowestOfThumb) / out_.sample_time_s;
     }
     loop_ = draw_loop(random_, wish);
-    // Beyond the edge of stability the loop swings until CO's limits bound it.
+    // Beyond the stability limit the loop oscillates within CO's limits.
     if (hits_limits_) loop_.controller.gain *= log_uniform(random_, 1.3, 4.0);
   }
 
-  // Sizes in % of span of CO; loads act at the input of the process, in the same unit.
+  // Sizes in % of span of CO; loads act at the process input in the same unit.
   void draw_loads() {
     const ProcessDraw& p = loop_.process;
     reach_ = log_uniform(random_, 0.5, 25.0);
@@ -228,7 +230,7 @@ class CaseMaker {
     load_at_output_ = chance(random_, 0.3) && !loop_.process.integrating;
   }
 
-  // Far slower than the loop, and the same from period to period.
+  // Draws a disturbance that is much slower than the loop and equal in all periods.
   void draw_regular(double swing) {
     using Shape = Oscillator::Shape;
     constexpr std::array kSlow{Shape::sine, Shape::triangle, Shape::sawtooth};
@@ -239,7 +241,7 @@ class CaseMaker {
     oscillator_ = Oscillator(shape, swing, period, 0.0, 0.0, 0.0, Random(random_.bits()));
   }
 
-  // A header's flows push each other, sticking ones too.
+  // Flows on one header disturb each other, sticking ones too.
   void draw_neighbour() {
     const bool header = kind_->slowest_s <= kFast && !out_.integrating;
     const bool pushed = header && (is(Cause::disturbance) || valve_) &&
@@ -257,7 +259,7 @@ class CaseMaker {
     }
   }
 
-  // A healthy valve has a little friction too.
+  // A healthy valve also has a little friction.
   void draw_valve() {
     Friction::Law law = Friction::Law::play;
     band_ = reach_ * random_.uniform(0.0, 0.04);
@@ -287,8 +289,8 @@ class CaseMaker {
     bend_ = random_.uniform(-0.012, 0.02);
   }
 
-  // SP: constant, an operator's steps and ramps, or the output of a master; where it moves it is often what moves the
-  // loop most.
+  // Draws SP: constant, an operator's steps and ramps, or the output of a master. If it moves, it
+  // often moves the loop more than all other inputs.
   void draw_set_point() {
     const ProcessDraw& p = loop_.process;
     const double of_sp = random_.uniform();
@@ -322,7 +324,7 @@ class CaseMaker {
   void draw_limits() {
     u0_ = 50.0 + random_.uniform(-25.0, 25.0);
     if (!is(Cause::saturation) || hits_limits_) return;
-    // The valve would have to go beyond its end a good part of the time.
+    // The valve would exceed its limit during much of the record.
     const double room = reach_ * random_.uniform(0.0, 0.5);
     if (winds_up_) {
       chance(random_, 0.5) ? (valve_high_ = u0_ + room) : (valve_low_ = u0_ - room);
@@ -331,7 +333,7 @@ class CaseMaker {
     }
   }
 
-  // An analyser that holds its values, an upset of the plant, and a stretch in manual.
+  // Draws an analyser that holds its values, an upset of the plant, and a stretch in manual.
   void draw_interruptions() {
     if (out_.kind == std::string("analyser")) {
       hold_ = steps_per_sample_ * static_cast<std::size_t>(std::clamp(
@@ -353,7 +355,7 @@ class CaseMaker {
     noise_source_ = Random(random_.bits());
   }
 
-  // Share of the way that a lag of `time` goes in a step.
+  // Returns the share of a step to which a lag of `time` responds in one time step.
   double follow(double time) const { return time > dt_ ? 1.0 - std::exp(-dt_ / time) : 1.0; }
 
   double set_point(double t, bool logging) {
@@ -364,7 +366,7 @@ class CaseMaker {
     const double most = ramp_rate_ * dt_;
     sp_level_ = ramps_ ? std::clamp(step_level_, sp_level_ - most, sp_level_ + most) : step_level_;
     const double wanted = master_->step();
-    // A master on the scan of its own, with the noise of its PV.
+    // A master with its own scan and with the noise of its PV.
     if (master_noise_ <= 0.0) return sp_level_ + wanted;
     if (until_master_ == 0) {
       until_master_ = master_steps_;
@@ -374,7 +376,7 @@ class CaseMaker {
     return sp_level_ + from_master_;
   }
 
-  // CO until the next scan.
+  // Computes CO until the next scan.
   void control(double sp, bool manual) {
     const ControllerDraw& c = loop_.controller;
     const double scan = dt_ * static_cast<double>(scan_steps_);
@@ -394,7 +396,7 @@ class CaseMaker {
     }
   }
 
-  // False where the loop runs away.
+  // Returns false if the loop diverges.
   bool run() {
     const ProcessDraw& p = loop_.process;
     std::vector<double> line(static_cast<std::size_t>(p.dead_time / dt_ + 0.5) + 1, 0.0);
@@ -420,7 +422,7 @@ class CaseMaker {
       const bool logging = n >= warm_up;
       const double t = logging ? static_cast<double>(n - warm_up) * dt_ : 0.0;
       const double sp = set_point(t, logging);
-      // Controller on the filtered measurement, a sample of its own each step.
+      // The controller uses the filtered measurement, with a new noise value in each step.
       const double noise = noise_ * noise_source_->normal();
       if (n % hold_ == 0) measured_ = filtered + (noise_passes_filter ? 0.0 : noise);
       if (n % scan_steps_ == 0) control(sp, t >= manual_from_ && t < manual_to_);
@@ -467,7 +469,7 @@ class CaseMaker {
     return true;
   }
 
-  // The stem makes most of what PV does: not the loads, not SP, not noise.
+  // Returns whether the stem causes most of the movement of PV, more than loads, SP and noise.
   bool is_noticed() const {
     const ProcessDraw& p = loop_.process;
     const double asked = p.integrating ? 0.0 : numeric::deviation(out_.sp) / p.gain;
@@ -491,7 +493,7 @@ class CaseMaker {
                                 0.1 * length * static_cast<double>(steps_per_sample_);
   }
 
-  // As a plant logs: rounded, compressed, held, in any unit and with any action.
+  // Logs as a plant does: rounded, compressed, held, in any unit and with either action.
   bool log() {
     const double co_deviation = numeric::deviation(out_.co);
     const double pv_deviation = numeric::deviation(out_.pv);
@@ -563,7 +565,7 @@ class CaseMaker {
   double filter_ = 0.0, second_filter_ = 0.0, noise_ = 0.0, leak_ = 0.0;
   bool averaged_ = false;
   std::optional<Random> noise_source_;
-  // While it runs.
+  // State during the run.
   double step_level_ = 0.0, sp_level_ = 0.0, measured_ = 0.0;
   double integral_ = 0.0, derivative_state_ = 0.0, u_ = 0.0;
   std::size_t slips_ = 0, beyond_end_ = 0;
@@ -574,7 +576,7 @@ class CaseMaker {
 
 DiagnosisCase diagnosis_case(std::uint64_t seed, std::size_t index,
                              const Ingredients& ingredients) {
-  // The generator mixes its seed well enough for neighbouring numbers.
+  // The generator mixes its seed enough, so neighbouring numbers give independent streams.
   Random random(seed * 0x9e3779b97f4a7c15ULL + index);
   const Cause cause = draw_cause(random);
   DiagnosisCase drawn;

@@ -9,7 +9,7 @@
 namespace loopwarden::studies {
 namespace {
 
-// Of the terms, so that the ridge treats them alike.
+// Spread of the terms, so that the ridge affects them equally.
 constexpr diagnosis::ValveTerms kNumberSpread{3.0, 0.5, 0.25, 0.3};
 constexpr std::size_t kDescentSteps = 4000;
 constexpr double kDescentStep = 0.5;
@@ -23,7 +23,8 @@ diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double r
   double total = 0.0;
   for (const LogisticRow& row : rows) total += row.weight;
   if (total <= 0.0) return fit;
-  // Projected gradient on scaled numbers: small, convex, and the weights stay within their bounds.
+  // Projected gradient descent on scaled numbers: small, convex, and the weights stay within their
+  // bounds.
   diagnosis::ValveTerms scaled{};
   const double count = static_cast<double>(rows.size());
   for (std::size_t step = 0; step < kDescentSteps; ++step) {

@@ -23,11 +23,11 @@ struct TrainedTable {
   diagnosis::TreeTable view() const { return {.base = base, .trees = trees}; }
 };
 
-// The table does not depend on how `parallel` does it.
+// Trains a table. It does not depend on the implementation of `parallel`.
 TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSettings& settings,
                    const numeric::ParallelFor& parallel);
 
-// The text of model/diagnosis/classifier.table.
+// Returns the text of model/diagnosis/classifier.table.
 std::string table_text(const TrainedTable& table, const std::string& provenance);
 
 }  // namespace loopwarden::studies

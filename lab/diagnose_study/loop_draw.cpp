@@ -27,7 +27,7 @@ std::complex<double> loop_gain(const ProcessDraw& p, const ControllerDraw& c, do
           c.derivative_time * s / (0.1 * c.derivative_time * s + 1.0));
 }
 
-// Largest sensitivity 1/|1 + L|; infinite where L encircles -1.
+// Returns the largest sensitivity 1/|1 + L|; infinite if L encircles -1.
 double sensitivity(const ProcessDraw& p, const ControllerDraw& c, double interval) {
   const double scale = p.dead_time + p.tau1 + p.tau2 + c.integral_time + interval;
   double worst = 0.0;
@@ -36,7 +36,8 @@ double sensitivity(const ProcessDraw& p, const ControllerDraw& c, double interva
        w *= 1.04) {
     const std::complex<double> l = loop_gain(p, c, interval, w);
     worst = std::max(worst, 1.0 / std::abs(1.0 + l));
-    // Crossing the negative real axis beyond -1 from above to below: an encirclement here.
+    // Here a crossing of the negative real axis left of -1, from above to below, is an
+    // encirclement.
     if (w > 1e-3 / scale && before.imag() < 0.0 && l.imag() >= 0.0 && l.real() < -1.0) {
       return std::numeric_limits<double>::infinity();
     }
@@ -100,7 +101,8 @@ Draw draw_loop(Random& random, const LoopWish& wish) {
   };
   const double wanted = wish.tight ? log_uniform(random, 8.0, 60.0) : random.uniform(1.15, 2.5);
   const bool by_gain = wish.tight ? chance(random, 0.5) : true;
-  // Up to the wanted sensitivity where tight; down to it where the draw has less margin than wanted.
+  // Raises gain or integral action up to the requested sensitivity if tight. Otherwise lowers the
+  // gain if the draw has less margin than requested.
   double factor = 1.0;
   if (wish.tight) {
     double low = 1.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws a process and a controller that fits it: with margins, or at the edge of stability.
+// Draws a process and a fitting controller: with margins, or at the stability limit.
 #pragma once
 
 #include "model/numeric/random.hpp"
@@ -9,11 +9,11 @@ namespace loopwarden::studies {
 // Times in units of the logging interval.
 struct ProcessDraw {
   bool integrating = false;
-  double gain = 1.0;  // PV % per CO %, per time unit where integrating
+  double gain = 1.0;  // PV % per CO %, per time unit if integrating
   double tau1 = 1.0;
   double tau2 = 0.0;
   double dead_time = 0.0;
-  double filter = 0.0;  // of transmitter and controller together
+  double filter = 0.0;  // transmitter and controller together
 };
 
 struct ControllerDraw {
@@ -27,7 +27,8 @@ struct Draw {
   ControllerDraw controller;
 };
 
-enum class Weight { balanced, integral, proportional, averaging };  // what the controller leans on
+// dominant part of the controller
+enum class Weight { balanced, integral, proportional, averaging };
 
 struct LoopWish {
   bool integrating = false;
@@ -37,7 +38,7 @@ struct LoopWish {
   double interval = 1.0;  // of the controller
   double filter = 0.0;
   double closed_loop =
-      0.0;  // time of a PI tuned by rule of thumb, where it is slower than by the process
+      0.0;  // closed-loop time of a rule-of-thumb PI, if slower than required by the process
 };
 Draw draw_loop(numeric::Random& random, const LoopWish& wish);
 

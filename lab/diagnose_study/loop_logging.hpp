@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a historian makes of a signal.
+// Effects of a historian on a signal.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,14 @@
 
 namespace loopwarden::studies {
 
-// Straight lines between the points that a historian would keep.
+// Replaces the signal by straight lines between the points that a historian would keep.
 void compress(std::vector<double>& x, double deviation);
-// Exception reporting: a value is kept until it has moved by more than the dead band.
+// Exception reporting: holds a value until it has moved by more than the dead band.
 void hold_last(std::vector<double>& x, double dead_band);
 void round_to(std::vector<double>& x, double step);
 
-// Samples at which the log repeats the one before, in stretches: `share` of all.
+// Returns the samples at which the log repeats the previous one, in stretches: `share` of all
+// samples.
 std::vector<char> stale_samples(numeric::Random& random, std::size_t count, double share,
                                 double mean_length);
 void repeat_last(std::vector<double>& x, const std::vector<char>& stale);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a simulated loop is made of beside its process and its controller: a valve that sticks, loads, a neighbour.
+// Parts of a simulated loop in addition to process and controller: a sticking valve, loads, a
+// neighbour.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +17,8 @@ using numeric::Random;
 
 inline constexpr double kPi = std::numbers::pi;
 
-// What sticks. Truths differ from the laws that are fitted: friction differs from slip to slip, and a slip
-// takes time.
+// Friction of the valve. It differs from the laws that are fitted: its size varies from slip to
+// slip, and a slip takes time.
 class Friction {
  public:
   enum class Law { none, choudhury, he, play, creeping };
@@ -44,7 +45,7 @@ class Friction {
         if (direction_ != 0.0) x_ = u - direction_ * fd_ * draw_;
         break;
       }
-      case Law::creeping:  // slips, but creeps under force before
+      case Law::creeping:  // slips, but creeps under force before the slip
         if (std::abs(r) > fs_ * draw_) {
           x_ = u - std::copysign(fd_ * draw_, r);
         } else if (std::abs(r) > fd_ * draw_) {
@@ -82,7 +83,7 @@ class Friction {
   std::size_t slips_ = 0;
 };
 
-// An oscillation from elsewhere: not sinusoidal, and neither its period nor its size is constant.
+// An external oscillation: not sinusoidal, with varying period and amplitude.
 class Oscillator {
  public:
   enum class Shape { sine, harmonics, square, triangle, sawtooth, pulses };
@@ -153,11 +154,12 @@ class Wander {
 inline constexpr std::array<const char*, 6> kShapeNames{"sine",     "harmonics", "square",
                                                         "triangle", "sawtooth",  "pulses"};
 
-// Another flow on the same header: what one takes the other lacks. Its valve sticks, and under its integral controller
-// it cycles. Units of CO about the working point.
+// Another flow on the same header: if one flow increases, the other decreases. Its valve sticks and
+// cycles under its integral controller. CO units relative to the working point.
 class Neighbour {
  public:
-  // `coupling`: of either flow in the other, 0: no neighbour. `closed_time`: of its loop without stiction.
+  // `coupling`: effect of each flow on the other, 0: no neighbour. `closed_time`: closed-loop time
+  // without stiction.
   Neighbour(double coupling, double band, double closed_time, double dt, Random random)
       : coupling_(coupling),
         rate_(dt / closed_time),
@@ -165,7 +167,7 @@ class Neighbour {
     friction_.reset(0.0);
     output_ = band * 0.3;
   }
-  // The load on this loop.
+  // Returns the load on this loop.
   double step(double opened_here) {
     if (coupling_ <= 0.0) return 0.0;
     const double flow = friction_.step(output_) - coupling_ * opened_here;

@@ -19,10 +19,10 @@ namespace {
 
 constexpr std::size_t kPermutations = 999;
 constexpr double kIntervalShare = 0.9;
-constexpr std::size_t kMostForEnergy = 800;  // simulated loops
+constexpr std::size_t kMostForEnergy = 800;  // number of simulated loops
 constexpr double kLeastWeightOfRows = 0.01;  // of a leaf, in p (1 - p) of all rows
 constexpr std::size_t kFoldsOfSimulated =
-    2;  // simulated loops are judged by trees that have not seen them either
+    2;  // trees that score simulated loops were not trained on them
 
 using Stratum = std::pair<std::string, bool>;  // kind and label
 Stratum stratum_of(const Evidence& e) { return {e.kind, e.sticky}; }
@@ -71,8 +71,8 @@ Compared comparable(const std::vector<Evidence>& simulated, const std::vector<Ev
   return c;
 }
 
-// Of each loop: 1 for a measured one, and as much for the simulated ones of a stratum together as for the measured ones.
-// `counts`: those that have a weight at all.
+// Returns the weight of each loop: 1 for a measured one. The simulated loops of a stratum have the
+// same total weight as its measured ones. `counts`: loops with a weight above 0.
 template <typename Counts>
 std::vector<double> weights_of(const std::vector<ComparedLoop>& loops, Counts&& counts) {
   std::map<Stratum, std::pair<double, double>> number;  // measured, simulated
@@ -95,7 +95,7 @@ struct Scored {
   double auc = 0.5;
 };
 
-// The measured loops that are left out, by trees trained on the other ones.
+// Scores the measured loops that are left out, with trees trained on the other ones.
 std::vector<Scored> judge(const Compared& c, const std::function<bool(const ComparedLoop&)>& out) {
   std::vector<Scored> scored;
   std::vector<double> shares(c.loops.size(), 0.0);
@@ -144,7 +144,8 @@ double mean_auc(const std::vector<Scored>& scored) {
   return sum / static_cast<double>(scored.size());
 }
 
-// At most kMostForEnergy simulated loops, and the measured ones; every number over its deviation.
+// Uses at most kMostForEnergy simulated loops and all measured ones, with each number divided by
+// its deviation.
 void find_energy(Compared c, PopulationTest& test) {
   std::vector<ComparedLoop> loops;
   std::size_t simulated = 0;
@@ -158,7 +159,8 @@ void find_energy(Compared c, PopulationTest& test) {
     const double deviation = numeric::deviation(column);
     for (auto& row : c.rows) row[e] = deviation > 0.0 ? row[e] / deviation : 0.0;
   }
-  // A loop is at no distance from itself, whatever its windows: else loops of many windows would not be like others.
+  // The distance of a loop from itself is 0, even if its windows differ. Otherwise loops with many
+  // windows would appear dissimilar.
   const auto between = [&](const ComparedLoop& a, const ComparedLoop& b) {
     double sum = 0.0;
     for (const std::size_t i : a.rows) {
@@ -178,7 +180,8 @@ void find_energy(Compared c, PopulationTest& test) {
       distances[a * n + b] = distances[b * n + a] = static_cast<float>(between(loops[a], loops[b]));
     }
   }
-  // Sums over all pairs of weights with the signs of the two populations: -E|x - x'| - E|y - y'| + 2 E|x - y|.
+  // Sums over all pairs of weights with the signs of the two populations: -E|x - x'| - E|y - y'| +
+  // 2 E|x - y|.
   const auto form = [&](const std::vector<double>& left, const std::vector<double>& right) {
     double sum = 0.0;
     for (std::size_t a = 0; a < n; ++a) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study gallery: closed-loop trends, CO-PV correlation and signatures of plant 1 for every fault of
-// the thesis's chapter 7, with the measures that its statements are about; and measured loops.
+// loopwarden-study gallery: draws closed-loop trends, CO-PV correlation and signatures of plant 1
+// for each fault of the thesis's chapter 7. It adds the measures that the statements of the thesis
+// refer to, and draws measured loops.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -82,8 +83,8 @@ plant::LoopModel model_of(const Exhibit& exhibit) {
 }
 
 struct Figures {
-  double dead_time_s = 0.0;  // until PV has moved by 2 % of the step
-  double reach_s = 0.0;      // until PV first meets 95 % of the set point
+  double dead_time_s = 0.0;  // time until PV has moved by 2 % of the step
+  double reach_s = 0.0;      // time until PV first reaches 95 % of the set point
   double offset = 0.0;       // mean SP - PV of the last window, L/min
   double pv_swing = 0.0;     // of the last 600 s, L/min
   double co_swing = 0.0;     // V
@@ -150,7 +151,8 @@ std::string picture(const Exhibit& exhibit, const analysis::LoopRecord& r) {
   return workbench::chart_sheet(exhibit.title, charts, 3);
 }
 
-// Figure 7.17: CO from 2 to 4 V and back, with 0.7 V added while it falls. Steps of PV up and down.
+// Figure 7.17: CO from 2 to 4 V and back, with 0.7 V added while it falls. Returns the steps of PV
+// up and down.
 std::pair<double, double> open_loop_steps(const std::vector<effects::EffectSpec>& after) {
   plant::LoopModel model = model_of({"", "", {effect_of("hysteresis", {{"offset", 0.7}})}});
   model.transmitter.noise = 0.0;
@@ -171,16 +173,15 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
   std::string text =
       "# Gallery of faults\n\n"
       "<!-- Generated: `loopwarden-study gallery --out docs` renews it and its pictures. -->\n\n"
-      "[Simulated](#plant-1), each fault alone, and [measured](#measured-loops).\n\n"
+      "[Simulated](#plant-1) records with one fault each, and [measured](#measured-loops) "
+      "records.\n\n"
       "## Plant 1\n\n"
       "Plant 1 of the thesis (gain 1.2264, time constant 1.694 s, dead time 2.626 s, PI with kp "
       "0.3494 "
       "and\nki 0.04 1/s, noise 0.01 L/min) on a step of the set point from 0 to 5 L/min, with each "
-      "fault of its\nchapter 7 in two sizes. Left the window of 961 samples that specialists look "
-      "at, "
-      "then 600 s, then PV\nover CO. What is measured: [thesis.md](thesis.md) says which statement "
-      "it "
-      "is about.\n\n"
+      "fault of its\nchapter 7 in two sizes. Left: the window of 961 samples that specialists "
+      "evaluate, then 600 s,\nthen PV over CO. [thesis.md](thesis.md) lists the statement for "
+      "each measure.\n\n"
       "| fault | dead time, s | 95 % after, s | offset, L/min | PV swing | CO swing | period, s |\n"
       "|---|---|---|---|---|---|---|\n";
   std::string pictures;
@@ -220,9 +221,9 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
   text += pictures;
   text +=
       "\n## Measured loops\n\n"
-      "Open records ([data](../examples/README.md)), a stretch of each: what an engineer sees there, "
-      "and "
-      "what\n`loopwarden diagnose` says of the whole record, alone and its kind not told.\n";
+      "Open records ([data](../data/README.md)), a stretch of each, with the observation of an "
+      "engineer.\nThe verdict of `loopwarden diagnose` is for the whole record, without other "
+      "records and without the kind of the loop.\n";
   for (const MeasuredLoop& loop : measured) {
     text += fmt::format(
         "\n### {0}\n\n![{0}](pictures/gallery/{1}.svg)\n\nSeen: {2}\n\n`diagnose`: {3}\n",
@@ -250,7 +251,7 @@ nlohmann::json figures_json(const std::vector<MeasuredLoop>& measured) {
   return {{"plant1", std::move(exhibits_json)}, {"measured", std::move(measured_json)}};
 }
 
-// Of the same build.
+// Returns the path of `loopwarden` of the same build.
 std::string program_beside() {
   return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "loopwarden").string();
 }
@@ -292,12 +293,13 @@ void add_gallery(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<GalleryOptions>();
   CLI::App* sub = app.add_subcommand(
       "gallery",
-      "trend, CO-PV correlation and signature of plant 1 for every fault, and measured loops");
+      "Draw trend, CO-PV correlation and signature of plant 1 for each fault, and measured loops");
   sub->add_option("--out", options->out,
                   "folder for gallery.md and its pictures; without it the table");
   sub->add_option("--data", options->data, "folder with the records of measured loops")
       ->capture_default_str();
-  sub->add_option("--program", options->program, "loopwarden; else the one beside this program");
+  sub->add_option("--program", options->program,
+                  "path of loopwarden; default: in the folder of this program");
   workbench::add_json_flag(*sub, options->json);
   sub->footer("Example: loopwarden-study gallery --out docs");
   sub->callback([options, &exit_code] { exit_code = run_gallery(*options); });

@@ -27,53 +27,56 @@ struct DrawnLoop {
   const char* record;  // below the data's folder
   const char* loop;
   const char* what;
-  double from_s;  // what is drawn
+  double from_s;  // drawn part
   double to_s;
   const char* seen;
 };
 
 constexpr std::array kDrawnLoops{
     DrawnLoop{"measured/rse_0412_fcv701.csv", "RSE FCV701", "flow", 500.0, 1340.0,
-              "CO is a triangle of 68 to 74 %, logged in steps of 1 %; PV stands on two levels and "
-              "jumps, and CO turns where it has jumped. The valve sticks."},
+              "CO is a triangle of 68 to 74 %, logged in steps of 1 %. PV jumps between two "
+              "constant levels, and CO turns after each jump. The valve sticks."},
     DrawnLoop{"isdb/CHEM10.csv", "CHEM10", "pressure", 0.0, 500.0,
-              "CO goes straight up and down, PV stands on two levels with corners. PV over CO is a "
-              "parallelogram. The valve sticks."},
-    DrawnLoop{
-        "isdb/CHEM24.csv", "CHEM24", "flow", 6000.0, 9000.0,
-        "PV stands on many levels, and stays on them while CO travels by 20 %; smaller swings "
-        "of CO move nothing. The cycle is not regular, the band is. The valve sticks."},
+              "CO rises and falls linearly. PV has two constant levels with sharp corners. PV over "
+              "CO is a parallelogram. The valve sticks."},
+    DrawnLoop{"isdb/CHEM24.csv", "CHEM24", "flow", 6000.0, 9000.0,
+              "PV has many constant levels and keeps each one while CO travels by 20 %. Smaller "
+              "swings of CO do not move PV. The cycle is irregular, but the band is constant. The "
+              "valve sticks."},
     DrawnLoop{"isdb/CHEM1.csv", "CHEM1", "flow", 0.0, 700.0,
-              "CO travels 0.7 % between its turns and turns where PV has gone over. PV is a square "
-              "with noise on it. The valve sticks, in a small band."},
+              "CO travels 0.7 % between its turns and turns after PV has changed level. PV is a "
+              "square wave with noise. The valve sticks, in a small band."},
     DrawnLoop{"isdb/CHEM12.csv", "CHEM12", "level", 0.0, 2000.0,
-              "PV goes over in steps and rests, CO ramps and turns after each step, always after "
-              "the same travel. Noisier than the others, and the same figure. The valve sticks."},
+              "PV changes in steps and rests in between. CO ramps and turns after each step, "
+              "always after the same travel. The record has more noise than the others but the "
+              "same shape. The valve sticks."},
     DrawnLoop{"isdb/CHEM2.csv", "CHEM2", "flow", 0.0, 1000.0,
-              "PV follows CO with the same slope either way, and rests flat at each turn until CO "
-              "has gone back by 2 to 3 %: a dead band. No jumps show; play looks the same."},
+              "PV follows CO with the same slope in both directions. At each turn it stays "
+              "constant until CO has moved back by 2 to 3 %: a dead band. PV does not jump; "
+              "backlash looks the same."},
     DrawnLoop{"routine/r22.csv", "B of routine, window r22", "not told", 2500.0, 5000.0,
               "PV jumps by 10 to 15 between two levels while CO moves by 0.6 %; sharp corners. The "
               "valve sticks."},
-    DrawnLoop{"measured/rse_0412_fcv721.csv", "RSE FCV721", "flow", 500.0, 1400.0,
-              "Levels and jumps as those of FCV701 on the same header, and PV steps while CO "
-              "stands, where a neighbour jumps. It sticks, and it is pushed."},
+    DrawnLoop{
+        "measured/rse_0412_fcv721.csv", "RSE FCV721", "flow", 500.0, 1400.0,
+        "Levels and jumps as those of FCV701 on the same header. PV also steps while CO is "
+        "constant, when a neighbour jumps. The valve sticks, and the neighbour disturbs the loop."},
     DrawnLoop{"measured/rse_1704_tcv731.csv", "RSE TCV731", "temperature", 1000.0, 2000.0,
-              "CO goes from end to end and rests at both; PV is round and comes a quarter period "
-              "later, as a slow process does. Too much gain; the valve can't be judged."},
+              "CO moves between its limits and rests at both. PV is round and lags by a quarter "
+              "period, as in a slow process. The gain is too high; the valve can't be judged."},
     DrawnLoop{"isdb/PAP4.csv", "PAP4", "concentration", 400.0, 700.0,
-              "CO and PV go together, a narrow ellipse; PV waits for nothing. The data base says "
-              "dead zone and tight tuning; the tuning shows."},
+              "CO and PV move together in a narrow ellipse, and PV never rests. The data base "
+              "lists dead zone and tight tuning; only the tuning is visible."},
     DrawnLoop{"isdb/CHEM13.csv", "CHEM13", "analyser", 12000.0, 18000.0,
-              "CO and PV are round and opposite, a straight line over each other: the controller "
-              "answers a load or a faulty analyser, and the valve follows."},
+              "CO and PV are round and opposite, and PV over CO is a straight line: the controller "
+              "reacts to a load or a faulty analyser, and the valve follows."},
     DrawnLoop{
         "routine/r24.csv", "A of routine, window r24", "level", 3000.0, 7500.0,
         "Three steps of the set point. CO kicks, PV turns and overshoots, all smooth: a vessel "
         "that integrates. The plant calls the valve sticky; this window does not show it."},
 };
 
-// What the program prints.
+// Returns the output of the program.
 std::string printed(const std::filesystem::path& program,
                     const std::vector<std::string>& arguments) {
   std::array<int, 2> ends{};
@@ -94,7 +97,7 @@ std::string printed(const std::filesystem::path& program,
   return *text;
 }
 
-// The verdict, why, and what would settle it.
+// Returns the verdict, its reasons, and the advice to settle it.
 std::string said(const std::string& text) {
   std::string result = text.substr(0, text.find('\n'));
   for (const std::string_view wanted : {"because: ", "what would settle it: "}) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measured loops drawn: what an engineer sees in the picture, and what `loopwarden diagnose` says of the record.
+// Draws measured loops, with the observation of an engineer and the verdict of `loopwarden
+// diagnose`.
 #pragma once
 
 #include <filesystem>
@@ -10,14 +11,14 @@ namespace loopwarden::studies {
 
 struct MeasuredLoop {
   std::string file;     // of the picture, without its ending
-  std::string title;    // loop and what it controls
-  std::string seen;     // by an engineer
-  std::string said;     // by `diagnose`
+  std::string title;    // loop and its controlled variable
+  std::string seen;     // observation of an engineer
+  std::string said;     // verdict of `diagnose`
   std::string picture;  // SVG
 };
 
-// `data`: folder with routine, isdb and measured; `program`: loopwarden. Throws RecordError where a record can't be read,
-// std::runtime_error where the program fails.
+// `data`: folder with routine, isdb and measured; `program`: loopwarden. Throws RecordError if a
+// record can't be read, std::runtime_error if the program fails.
 std::vector<MeasuredLoop> measured_loops(const std::filesystem::path& data,
                                          const std::filesystem::path& program);
 

@@ -57,7 +57,7 @@ GivenName parse_name(std::string_view line) {
            number_of(cells[9])}};
 }
 
-// Groups in the order of their leads, joined until the shares rise.
+// Groups the names in the order of their leads and joins groups until their shares rise.
 std::vector<Group> rising(std::vector<std::pair<double, bool>> names) {
   std::sort(names.begin(), names.end());
   std::vector<Group> groups;
@@ -81,7 +81,7 @@ std::vector<Group> rising(std::vector<std::pair<double, bool>> names) {
     groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(i));
     if (i > 1) --i;
   }
-  if (groups.empty()) groups.push_back({});  // nothing is known: one half
+  if (groups.empty()) groups.push_back({});  // without data: one half
   return groups;
 }
 
@@ -94,7 +94,7 @@ std::string rows_source(const std::vector<Group>& groups) {
   return text;
 }
 
-// Which values of the rest cases have that were named right.
+// Returns the limits of the values in rest cases whose name was correct.
 std::string limits_text(const std::vector<GivenName>& names) {
   const auto most = [&](double Rest::*value) {
     std::vector<double> values;
@@ -104,9 +104,8 @@ std::string limits_text(const std::vector<GivenName>& names) {
     return values.empty() ? std::nan("") : quantile(values, 0.9);
   };
   return fmt::format(
-      "// Of the right names nine in ten are given over a rest with noise ratio up to {:.3g}, "
-      "kurtosis up to "
-      "{:.3g},\n// answer to CO up to {:.3g}.\n",
+      "// Nine in ten correct names have a remaining error with noise ratio up to {:.3g}, "
+      "kurtosis up to {:.3g},\n// answer to CO up to {:.3g}.\n",
       most(&Rest::noise_ratio), most(&Rest::kurtosis), most(&Rest::answer_to_co));
 }
 
@@ -183,8 +182,7 @@ std::string table_source(const NamesFile& file) {
   const Calibration c = calibrate(file.names);
   std::string text =
       "// SPDX-License-Identifier: Apache-2.0\n"
-      "// Written by loopwarden-study gap --calibrate; what is changed here by hand is lost. Made "
-      "by:\n";
+      "// Written by loopwarden-study gap --calibrate; manual changes are lost. Command:\n";
   for (const std::string& line : file.made_by) text += "//   " + line + "\n";
   text += limits_text(file.names);
   text +=

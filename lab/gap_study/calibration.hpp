@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// From names that were given, right and wrong, to the table from which `loopwarden gap` reads its confidence.
+// Computes the table of confidences of `loopwarden gap` from names that were given correctly and
+// wrongly.
 //
-// Three sorts of names are looked at apart: controller settings; effects where what is left is noise and a
-// quiet load; effects where more is left. Within the last two the share of right names is taken to rise
-// with the lead (nats): names in the order of their lead are put into groups of at least kLeastGroup, and
-// neighbours are joined until the shares rise (pool adjacent violators). A share is (right + 1) / (names + 2),
-// Laplace's rule, so that a small group promises little.
+// Three groups of names are treated separately:
+// - controller settings
+// - effects whose remaining error is noise and a small load
+// - effects with a larger remaining error
 //
-// What it can't do: the shares are those of the mixture of cases that was asked for.
+// In the last two groups the share of correct names is assumed to rise with the lead (nats). Names
+// in the order of their lead form groups of at least kLeastGroup, and neighbouring groups are
+// joined until the shares rise (pool adjacent violators). A share is (correct + 1) / (names + 2),
+// Laplace's rule, so that a small group gets a moderate share.
 //
-// Source: pooling: Ayer et al., Ann. Math. Stat. 26 (1955) 641-647; as a calibration: Zadrozny and Elkan,
-// KDD 2002, 694-699.
+// Limits: the shares apply to the mixture of cases in the input.
+//
+// Source: pooling: Ayer et al., Ann. Math. Stat. 26 (1955) 641-647; as a calibration: Zadrozny and
+// Elkan, KDD 2002, 694-699.
 #pragma once
 
 #include <cstddef>
@@ -22,11 +27,11 @@
 
 namespace loopwarden::studies::gap_study {
 
-inline constexpr std::size_t kLeastGroup = 10;  // names
+inline constexpr std::size_t kLeastGroup = 10;  // number of names
 
-// One name that was given, with what its confidence is read from.
+// One given name, with the values that determine its confidence.
 struct GivenName {
-  std::string id;  // of the case: "h" or, with load, "l", and its seed
+  std::string id;  // of the case: "h", or "l" with load, and its seed
   std::string truth;
   std::string name;
   bool right = false;
@@ -35,14 +40,14 @@ struct GivenName {
 };
 std::vector<GivenName> names_given(const std::vector<ScoredCase>& cases);
 
-// CSV under `made_by`, whose lines stand before it as comments.
+// Returns CSV that begins with the lines of `made_by` as comments.
 std::string names_csv(const std::vector<std::string>& made_by, const std::vector<GivenName>& names);
 
 struct NamesFile {
   std::vector<std::string> made_by;
   std::vector<GivenName> names;
 };
-// Throws std::runtime_error that names the line.
+// Throws std::runtime_error that states the line.
 NamesFile parse_names(std::string_view text);
 
 struct Group {
@@ -62,7 +67,7 @@ struct Calibration {
 };
 Calibration calibrate(const std::vector<GivenName>& names);
 
-// model/gap/confidence_table.cpp
+// Returns the source text of model/gap/confidence_table.cpp.
 std::string table_source(const NamesFile& names);
 std::string calibration_text(const Calibration& calibration);
 

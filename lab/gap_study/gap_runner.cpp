@@ -49,7 +49,7 @@ std::string last_line(const fs::path& path) {
   return last;
 }
 
-// What the child prints goes to files beside its results.
+// Redirects the output of the child to files in the folder of its results.
 class FileActions {
  public:
   explicit FileActions(const fs::path& out) {
@@ -70,7 +70,7 @@ class FileActions {
   posix_spawn_file_actions_t actions_{};
 };
 
-// `actions` null: the child prints where this program does.
+// `actions` null: the child uses the output streams of this program.
 pid_t start(std::vector<std::string> words, const posix_spawn_file_actions_t* actions) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -133,7 +133,7 @@ std::string failure_of(int status, const fs::path& out) {
   return {};
 }
 
-// The names that would be right.
+// Leaves out the names that would be correct.
 void leave_out(const Truth& truth, std::vector<std::string>& options) {
   std::set<std::string> names(truth.accept.begin(), truth.accept.end());
   names.erase("unexplained");

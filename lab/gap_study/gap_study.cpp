@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kHeldOut = 100000;
 
-// A program of the same build.
+// Returns the path of a program of the same build.
 std::string beside(const char* name) {
   return (fs::read_symlink("/proc/self/exe").parent_path() / name).string();
 }
@@ -59,7 +59,7 @@ struct Options {
   std::string calibrate;
 };
 
-// Gone afterwards.
+// A temporary folder that is removed at the end.
 class WorkFolder {
  public:
   WorkFolder() {
@@ -89,7 +89,7 @@ void generate(const Options& options, bool load, std::uint64_t seed, const fs::p
                     folder);
 }
 
-// The folders to score; those that are generated stand under `work`.
+// Returns the folders to score; generated ones are created under `work`.
 std::vector<fs::path> folders_of(const Options& options, const fs::path& work) {
   std::vector<fs::path> folders(options.folders.begin(), options.folders.end());
   if (options.generate == 0) return folders;
@@ -138,7 +138,7 @@ cases::StudyPart run_part(const Options& options, const std::vector<fs::path>& f
         fmt::print(stderr, "{}: {} of {}\n", part.name, done, found.size());
       }
     };
-    // Folders may use the same ids.
+    // Different folders may use the same ids.
     const fs::path results = out / fmt::format("{}{}", load ? "load" : "no-load", place++);
     const cases::GapProgram program{.path = options.gap,
                                     .time_limit_s = options.time_limit_s,
@@ -174,7 +174,7 @@ std::uint64_t last_seed(const Options& options) {
   return options.seed + options.generate * (options.load ? 2U : 1U) - 1U;
 }
 
-// What has to be said to make these names again, and when they were made.
+// Returns the command that makes these names again, and the date.
 std::vector<std::string> made_by(const Options& options, std::size_t cases) {
   std::string command = "loopwarden-study gap --gap " + options.gap;
   for (const std::string& word : options.gap_options) command += " --gap-option=" + word;
@@ -215,7 +215,7 @@ int use_given(const Options& options) {
   return 0;
 }
 
-// Of all parts, to the files that were asked for.
+// Writes the names of all parts to the requested files.
 void write_names(const std::vector<cases::StudyPart>& parts, const Options& options) {
   cases::NamesFile names;
   std::size_t count = 0;
@@ -228,7 +228,7 @@ void write_names(const std::vector<cases::StudyPart>& parts, const Options& opti
   if (!options.names.empty()) {
     write_text(options.names, cases::names_csv(names.made_by, names.names));
   }
-  // From what stands in the file, rounded as there: the same table comes of it later.
+  // Computed from the rounded text of the file, so that the file gives the same table later.
   if (!options.calibrate.empty()) {
     write_text(
         options.calibrate,
@@ -239,7 +239,7 @@ void write_names(const std::vector<cases::StudyPart>& parts, const Options& opti
 int study(const Options& options) {
   if (!options.given.empty()) return use_given(options);
   if (options.folders.empty() && options.generate == 0) {
-    throw std::invalid_argument("nothing to score: give --cases or --generate");
+    throw std::invalid_argument("no cases to score. Give --cases or --generate");
   }
   if (options.resume && options.keep.empty()) {
     throw std::invalid_argument("--resume needs --keep, the folder of the earlier answers");
@@ -292,7 +292,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--json", options.json, "figures and cases as JSON");
   app.add_flag("--list", options.list, "one line per case");
   auto* generate =
-      app.add_option("--generate", options.generate, "make so many cases and score them");
+      app.add_option("--generate", options.generate, "number of cases to make and score");
   auto* seed =
       app.add_option("--seed", options.seed, "for --generate; 100000 and above are held out");
   generate->needs(seed);
@@ -307,20 +307,20 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--samples", options.samples, "for --generate: rows of a record")
       ->check(CLI::Range(600, 100000))
       ->capture_default_str();
-  app.add_option("--only", options.only, "only truths whose name holds this");
-  app.add_option("--keep", options.keep, "folder that keeps what the program wrote");
+  app.add_option("--only", options.only, "only truths whose name contains this");
+  app.add_option("--keep", options.keep, "folder for the output of the program");
   app.add_flag("--resume", options.resume,
-               "take the answers that --keep's folder has, of the same cases and program");
+               "reuse the answers in the folder of --keep, of the same cases and program");
   app.add_flag("--without-truth", options.without_truth,
-               "take the names that would be right out of the catalogue, case by case");
+               "remove the correct names from the catalogue, case by case");
   app.add_option("--names", options.names,
-                 "write every name that was given, and what its confidence is read from, as CSV");
+                 "write all given names and the values that determine their confidence, as CSV");
   app.add_option("--calibrate", options.calibrate,
                  "write the table of confidence, model/gap/confidence_table.cpp, from these names");
   app.add_option("--given", options.given, "files of --names, for --calibrate in place of a run");
 }
 
-// With the exit code of what is wrong.
+// Returns the exit code of the error.
 int run_study(const Options& options) {
   try {
     return study(options);
@@ -340,7 +340,7 @@ int run_study(const Options& options) {
 
 void add_gap(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<Options>();
-  CLI::App* sub = app.add_subcommand("gap", "score loopwarden gap on cases with a known truth");
+  CLI::App* sub = app.add_subcommand("gap", "Score loopwarden gap on cases with a known truth");
   add_options(*sub, *options);
   sub->footer("Example: loopwarden-study gap --generate 23 --seed 1 --load");
   sub->callback([options, &exit_code] { exit_code = run_study(*options); });

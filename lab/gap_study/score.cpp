@@ -34,7 +34,7 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// Which hidden effect a name stands for; empty for none.
+// Returns the hidden effect that a name matches; empty if it matches none of them.
 std::string hidden_effect_of(const std::string& name, const Truth& truth) {
   const Kind kind = kind_of(truth);
   if (kind == Kind::kNone) return {};
@@ -78,7 +78,7 @@ std::optional<double> closed_share(const Truth& truth, const Answer& answer) {
   return (before - *answer.after * *answer.after) / (before - truth.floor_rmse * truth.floor_rmse);
 }
 
-// What a parameter of the truth is called under another accepted name.
+// Returns the name of a true parameter under another accepted effect name.
 std::string name_of_parameter(const std::string& parameter, const std::string& effect) {
   return effect == "backlash" && parameter == "width" ? "deadband" : parameter;
 }

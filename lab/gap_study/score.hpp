@@ -12,7 +12,7 @@
 
 #include "lab/program/share.hpp"
 
-// What `loopwarden gap` answered, held against the truth.
+// Compares the answers of `loopwarden gap` with the truth.
 namespace loopwarden::studies::gap_study {
 
 enum class Kind { kSingle, kNone, kPair, kOutside };
@@ -31,12 +31,12 @@ struct NamedEffect {
   double confidence = 0.0;
   // Numbers only; curves are left out.
   std::map<std::string, double> parameters;
-  // By which the explanation leads over the best without this name; NaN for a controller's settings.
+  // Lead of the explanation over the best one without this name; NaN for a controller's settings.
   double lead_nats = std::nan("");
   std::vector<std::string> alternatives{};
 };
 
-// What the chosen explanation leaves, as gap.json has it under gap.rest.
+// Remaining error of the chosen explanation, from gap.rest of gap.json.
 struct Rest {
   bool is_noise = true;
   double noise_ratio = std::nan("");
@@ -46,7 +46,7 @@ struct Rest {
 };
 
 struct Answer {
-  // Why there is none: exit code, time limit, unreadable gap.json. Empty for an answer.
+  // Reason of a missing answer: exit code, time limit, unreadable gap.json. Empty for an answer.
   std::string failure;
   std::string verdict;
   std::vector<NamedEffect> effects;
@@ -56,30 +56,30 @@ struct Answer {
   // (name, RMSE) in the order of gap.json.
   std::vector<std::pair<std::string, double>> candidates;
   Rest rest;
-  // Not of an answer that was there already.
+  // Not set for an answer of an earlier run.
   std::optional<double> seconds;
 };
 
-// truth.json. Throws std::runtime_error that says what is wrong.
+// Parses truth.json. Throws std::runtime_error with the reason.
 std::vector<Truth> parse_truth(std::string_view text);
-// gap.json. Throws std::runtime_error that says what is wrong.
+// Parses gap.json. Throws std::runtime_error with the reason.
 Answer parse_answer(std::string_view text);
 
 Kind kind_of(const Truth& truth);
 
 struct CaseScore {
   Kind kind = Kind::kSingle;
-  // Single: one name, an accepted one. Pair: both names and no other; where hysteresis is hidden,
-  // backlash stands for it. None: no name. Outside: verdict `unexplained`.
+  // Single: one name, which is accepted. Pair: both names and no other; backlash is accepted for a
+  // hidden hysteresis. None: no name. Outside: verdict `unexplained`.
   bool right = false;
-  // Outside: only where before > 1.5 floor; an answer that failed counts.
+  // Outside: counts only if before > 1.5 floor; a failed answer counts.
   bool counts = true;
   // (before^2 - after^2) / (before^2 - floor^2) over the holdout; only single and pair with
   // before > 2 floor and the gap not in the controller.
   std::optional<double> closed;
-  // |found - true| / |true| of each parameter of the right names that truth and answer share.
+  // found - true| / |true| of each parameter that truth and answer share, for correct names.
   std::vector<double> parameter_errors;
-  // (confidence, is it a right name) of each name given.
+  // (confidence, is it correct) of each given name.
   std::vector<std::pair<double, bool>> names;
 };
 CaseScore score_case(const Truth& truth, const Answer& answer);
@@ -96,7 +96,7 @@ struct Summary {
   std::vector<double> closed;
   std::vector<double> parameter_errors;
   std::vector<double> seconds;
-  // Truth -> what was answered -> how often.
+  // Truth -> answer -> number of cases.
   std::map<std::string, std::map<std::string, std::size_t>> confusion;
 };
 
@@ -110,7 +110,8 @@ Summary summarise(const std::vector<ScoredCase>& cases);
 // "no_gap", "unexplained", "stiction+gain_change", "failed".
 std::string label_of(const Answer& answer);
 
-// Linear between the order statistics; `part` from 0 to 1. Throws std::invalid_argument if empty.
+// Interpolates linearly between the order statistics; `part` from 0 to 1. Throws
+// std::invalid_argument if empty.
 double quantile(std::vector<double> values, double part);
 
 }  // namespace loopwarden::studies::gap_study

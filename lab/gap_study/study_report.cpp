@@ -26,7 +26,7 @@ struct Figure {
 struct Row {
   std::string_view key;
   std::string_view what;
-  // Aimed at, without and with load.
+  // Target values, without and with load.
   std::string_view aim;
   std::string_view aim_load;
   std::string_view unit;
@@ -89,7 +89,7 @@ std::string rmse_text(const std::optional<double>& rmse) {
   return rmse ? fmt::format("{:.4f}", *rmse) : "-";
 }
 
-// The best candidates that were not chosen.
+// Returns the best candidates that were not chosen.
 std::string runners_up(const Answer& answer) {
   std::vector<std::pair<std::string, double>> rest;
   for (const auto& candidate : answer.candidates) {

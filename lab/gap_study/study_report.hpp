@@ -16,16 +16,16 @@ struct StudyPart {
   std::vector<ScoredCase> cases;
 };
 
-// Every figure with what is aimed at; shares with hits/of and their 95 % interval.
+// Returns all figures with their target values. Shares have hits/of and their 95 % interval.
 std::string table_text(const std::vector<StudyPart>& parts);
 
-// Of the names given with so much confidence, how many are right.
+// Returns the share of correct names by stated confidence.
 std::string confidence_text(const StudyPart& part);
 
-// Truth -> answers, how often.
+// Returns the number of cases by truth and answer.
 std::string confusion_text(const StudyPart& part);
 
-// One line a case: truth -> answer (confidence), before/after/floor, what came next.
+// Returns one line per case: truth -> answer (confidence), before/after/floor, the next candidates.
 std::string list_text(const StudyPart& part);
 
 std::string study_json(const std::vector<StudyPart>& parts);

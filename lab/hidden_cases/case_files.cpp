@@ -82,7 +82,7 @@ void write_cases(const std::filesystem::path& folder, const std::vector<CaseRequ
   for (const CaseRequest& request : requests) {
     made.push_back(make_case(request));
     write_case(folder, made.back());
-    // Only the truth is needed from here on.
+    // Frees the record, because only the truth is needed later.
     made.back().record = {};
   }
   write_truth(folder, made);

@@ -16,12 +16,12 @@
 
 namespace loopwarden::hidden_cases {
 
-// The healthy plant that the engineers identified.
+// The healthy plant as identified by the engineers.
 struct Plant {
   double gain;
   double time_constant_s;
   double dead_time_s;
-  // Small parts that an identification counts as dead time.
+  // Small lags that an identification counts as dead time.
   double second_lag_s;
   double actuator_lag_s;
   Stem stem;
@@ -29,24 +29,24 @@ struct Plant {
 
 Plant draw_plant(Random& random);
 
-// As draw_plant(), with the friction of any healthy packing: 0.05 to 0.4 % of span.
+// As draw_plant(), with a friction in the range of healthy packings: 0.05 to 0.4 % of span.
 Plant draw_common_plant(Random& random);
 
-// What the effects leave behind: where the truth differs from the healthy plant, and what the
-// tuning and the set points must then keep to.
+// A case under construction: the deviations from the healthy plant, and the resulting limits of
+// tuning and set points.
 struct Draft {
   Plant plant;
   double duration_s;
 
-  // Valve, from the controller output on; an empty stem is the healthy one.
+  // Valve, from the controller output on; without a stem the healthy one is used.
   Chain before_stem;
   std::unique_ptr<Element> stem;
   Chain after_stem;
-  // From when on there is what differs from the healthy plant, s; 0: from the start.
+  // Time at which the deviation begins, s; 0: from the start.
   double from_s = 0.0;
-  // A healthy valve's own, behind what is faulty in it.
+  // Part of the healthy valve, after its faulty parts.
   Chain characteristic;
-  // Process; an empty core is the healthy lag.
+  // Process; without a core the healthy lag is used.
   std::function<double(double)> gain_factor;
   double gain_factor_at_rest = 1.0;
   double extra_dead_time_s = 0.0;
@@ -54,24 +54,24 @@ struct Draft {
   std::unique_ptr<Element> core;
   Chain after_process;
   std::vector<std::function<double(double)>> added;
-  // Relative to the highest set point; 0 for a transmitter that sees it all.
+  // Top of the transmitter's range below the highest set point, relative; 0: the range covers it.
   double transmitter_short_of_top = 0.0;
   std::function<double(double)> line_lag_s;
   std::function<double(double)> meter;
   std::size_t reading_stands = 1;  // samples
-  // What the controller has, relative to what its engineers believe.
+  // Actual settings of the controller, relative to those that its engineers assume.
   double kp_factor = 1.0;
   double ki_factor = 1.0;
 
-  // kp K L / tau; the higher the faster.
+  // kp K L / tau; a larger value is faster.
   double tuning_low = 0.28;
   double tuning_high = 0.8;
   double integral_time_factor = 1.0;
   double most_loop_gain = std::numeric_limits<double>::infinity();
   double highest_travel = 8.5;
   bool constant_set_point = false;
-  // Share of the record that the controller output may spend at 0 or 10, and the RMS of SP - PV
-  // over the last third up to which people leave such a loop in automatic, PV units.
+  // Limits for a loop that operators leave in automatic. They are the share of the record with the
+  // controller output at 0 or 10, and the RMS of SP - PV over the last third, PV units.
   double most_time_at_stops = 0.1;
   double most_tail_error = 1.0;
 
@@ -85,8 +85,8 @@ void apply_effect(std::string_view name, Draft& draft, Random& random);
 
 Tuning draw_tuning(const Draft& draft, Random& random);
 SetPointProfile draw_profile(const Draft& draft, Random& random);
-// Moves as operators make them: four or more in the first 20 minutes, then one each minute to each seven; with `later_wide`
-// then over the whole range.
+// Draws moves as operators make them: at least four in the first 20 minutes, then one every one to
+// seven minutes; with `later_wide` these are over the whole range.
 SetPointProfile draw_operated_profile(const Draft& draft, bool later_wide, Random& random);
 
 }  // namespace loopwarden::hidden_cases

@@ -27,7 +27,7 @@ Stem sticky_stem(double s, double j, Random& random) {
   stem.static_friction = 0.5 * (s + j);
   stem.dynamic_friction = 0.5 * (s - j);
   stem.frequency_rad_s = random.uniform(15.0, 50.0);
-  // A slip takes some tenths of a second and doesn't swing.
+  // A slip takes some tenths of a second and does not oscillate.
   stem.damping_s = std::max(random.log_uniform(0.04, 0.2), 1.6 / stem.frequency_rad_s);
   return stem;
 }
@@ -50,7 +50,7 @@ void stiction(Draft& draft, Random& random) {
       break;
     default:
       add_note(draft, "friction after LuGre");
-      // Slower than this and the bristles let go well before the static friction.
+      // Below this speed the bristles release well before the static friction is reached.
       stem.stribeck_per_s = random.uniform(0.02, 0.05);
       draft.stem = make_lugre_stem(stem, random.uniform(40.0, 100.0));
   }
@@ -88,7 +88,7 @@ void hysteresis(Draft& draft, Random& random) {
   draft.parameters["width"] = width;
   if (random.chance(0.5)) {
     add_note(draft, "hysteresis after Bouc and Wen");
-    // With a scale above half the width the output never turns against the input.
+    // With a scale above half the width the output never moves against the input.
     draft.after_stem.push_back(make_bouc_wen({width, width * random.uniform(0.6, 1.1),
                                               random.uniform(1.0, 2.0), random.uniform(0.5, 0.8)}));
   } else {
@@ -123,7 +123,8 @@ double equal_percentage(double opening, double rangeability) {
   return std::pow(rangeability, opening - 1.0);
 }
 
-// Share of the full flow where the valve takes only `share` of the pressure drop at full flow.
+// Returns the share of the full flow if the valve has only `share` of the pressure drop at full
+// flow.
 double installed(double inherent, double share) {
   return inherent / std::sqrt(share + (1.0 - share) * inherent * inherent);
 }
@@ -166,7 +167,7 @@ void positioner_overshoot(Draft& draft, Random& random) {
   draft.before_stem.push_back(
       make_positioner(frequency, damping, third ? random.uniform(0.1, 0.3) / frequency : 0.0));
   draft.tuning_high = std::min(draft.tuning_high, 0.5);
-  // The resonance must not close the loop.
+  // The resonance must not make the loop unstable.
   draft.most_loop_gain = 3.0 * damping * draft.plant.time_constant_s * frequency;
 }
 
@@ -230,7 +231,7 @@ void controller_mismatch(Draft& draft, Random& random) {
   if (!slower) draft.tuning_high = std::min(draft.tuning_high, 0.42);
 }
 
-// --- Nothing hidden ------------------------------------------------------------------------------
+// --- No hidden effect ----------------------------------------------------------------------------
 
 void nothing(Draft& /*draft*/, Random& /*random*/) {}
 
@@ -403,7 +404,7 @@ void slow_tail(Draft& draft, Random& random) {
       make_slow_tail(random.uniform(0.25, 0.45), random.uniform(30.0, 80.0)));
 }
 
-// --- Later in the catalogue ----------------------------------------------------------------------
+// --- Later additions to the catalogue ------------------------------------------------------------
 
 void resolution(Draft& draft, Random& random) {
   const double step = random.uniform(0.35, 0.9);
@@ -430,7 +431,7 @@ void ramp_disturbance(Draft& draft, Random& random) {
   draft.parameters["size"] = size;
   draft.parameters["from"] = from_s;
   draft.parameters["to"] = from_s + length_s;
-  // A valve elsewhere that is turned by hand: a little slower at first and at last.
+  // An operator turns another valve: slower at the start and at the end.
   draft.added.emplace_back([=](double t) {
     const double part = std::clamp((t - from_s) / length_s, 0.0, 1.0);
     return size * (part - 0.4 * std::sin(2.0 * pi * part) / (2.0 * pi));
@@ -444,7 +445,7 @@ void switching_load(Draft& draft, Random& random) {
   const double edge_s = random.uniform(0.1, 0.4);
   draft.parameters["amplitude"] = amplitude;
   draft.parameters["period"] = period_s;
-  // What is switched comes and goes with a lag.
+  // A switched load changes with a lag.
   draft.added.emplace_back([=](double t) {
     const double halves = 2.0 * (t / period_s + phase / (2.0 * pi));
     const double since_s = (halves - std::floor(halves)) * period_s / 2.0;
@@ -493,7 +494,7 @@ void held_measurement(Draft& draft, Random& random) {
   draft.tuning_high = 0.4;
 }
 
-// Slowly at first, as dirt gathers.
+// Slow at first, as dirt accumulates.
 void plugging(Draft& draft, Random& random) {
   const double end_s =
       (draft.plant.time_constant_s + draft.plant.dead_time_s) * random.uniform(0.6, 2.0);
@@ -505,7 +506,7 @@ void plugging(Draft& draft, Random& random) {
   draft.tuning_high = 0.4;
 }
 
-// A power of the range in place of a straight line.
+// A power of the range instead of a straight line.
 void meter_curve(Draft& draft, Random& random) {
   const double power = random.chance(0.5) ? random.uniform(0.5, 0.75) : random.uniform(1.4, 2.0);
   draft.meter = [power](double q) {

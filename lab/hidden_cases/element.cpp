@@ -96,7 +96,7 @@ class KarnoppStem final : public Element {
     const double w2 = stem_.frequency_rad_s * stem_.frequency_rad_s;
     const double v =
         (v_ + kStep_s * w2 * (force - friction)) / (1.0 + kStep_s * w2 * stem_.damping_s);
-    // Friction stops a stem, it never drives one back; without friction it may swing.
+    // Friction stops a stem but never drives it back; without friction it may oscillate.
     v_ = gripped && v * v_ < 0.0 ? 0.0 : v;
     return x_ += kStep_s * v_;
   }
@@ -279,7 +279,7 @@ class PlugFlow final : public Element {
   }
 
  private:
-  // A shut valve does not stop time: the pipe still creeps.
+  // A small flow remains if the valve is shut, so that the dead time is finite.
   static constexpr double kLeastFlow = 0.5;
   struct Plug {
     double value;

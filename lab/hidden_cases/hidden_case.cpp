@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kFewestSamples = 600;
 constexpr int kMostAttempts = 30;
-// Of a loop to commission, the healthy record comes first.
+// Length of the healthy record at the start of a loop to commission.
 constexpr double kCommissioned_s = 1200.0;
 
 const std::vector<std::string> kSingles{"stiction",
@@ -130,7 +130,7 @@ std::vector<std::string> parts_of(const CaseRequest& request) {
   return {effect.substr(0, plus), effect.substr(plus + 1)};
 }
 
-// Those that came to the catalogue since.
+// Effects that were added to the catalogue later.
 std::vector<std::string> names_outside(const std::string& effect) {
   static const std::map<std::string, std::string> kNow{
       {"outside:inverse_response", "inverse_response"},
@@ -152,7 +152,7 @@ std::vector<std::string> names_outside(const std::string& effect) {
 std::vector<std::string> accepted_names(const CaseRequest& request) {
   if (request.kind == Kind::kNone) return {"none"};
   if (request.kind == Kind::kOutside) return names_outside(request.effect);
-  // Distributed play and one play can't always be told apart.
+  // Distributed play and single play can't always be distinguished.
   if (parts_of(request) == std::vector<std::string>{"hysteresis"}) {
     return {"hysteresis", "backlash"};
   }
@@ -164,7 +164,7 @@ void append(Chain& chain, Chain more) {
   std::move(more.begin(), more.end(), std::back_inserter(chain));
 }
 
-// What comes only at `from_s`.
+// Appends parts that begin at `from_s`.
 void append_from(Chain& path, Chain more, double from_s) {
   if (from_s <= 0.0) return append(path, std::move(more));
   if (!more.empty()) path.push_back(make_onset({}, std::move(more), from_s));
@@ -236,7 +236,8 @@ TruthLoop build(Draft draft, Tuning believed, const SetPointProfile& profile) {
   return loop;
 }
 
-// A loop that runs against its stops, or grows, is none that anybody leaves in automatic.
+// Returns whether operators would leave the loop in automatic: it must not run against its stops or
+// grow.
 bool is_plausible(const LoopRecord& record, double most_time_at_stops, double most_tail_error) {
   const std::size_t count = record.pv.size() - record.first;
   std::size_t at_stops = 0;
@@ -253,7 +254,7 @@ bool is_plausible(const LoopRecord& record, double most_time_at_stops, double mo
   return share <= most_time_at_stops && rms <= most_tail_error;
 }
 
-// What somebody remembers of a loop that was never identified.
+// Returns rough values, as remembered for a loop that was never identified.
 BelievedLoop rough_belief(const Plant& plant, Tuning tuning, Random& random) {
   return {tuning, plant.gain * random.uniform(0.7, 1.3),
           plant.time_constant_s * random.uniform(0.7, 1.3),
@@ -268,7 +269,7 @@ BelievedLoop believed_loop(const Plant& plant, Tuning tuning, Random& random) {
           seen_as_dead_time_s * random.uniform(0.98, 1.02)};
 }
 
-// A limit cycle is slow: sticky loops are recorded longer.
+// A limit cycle is slow, so sticky loops are recorded for longer.
 std::size_t samples_of(const CaseRequest& request, Random& random) {
   const bool sticky = request.kind != Kind::kOutside && request.effect.rfind("stiction", 0) == 0;
   return sticky && random.chance(0.8) ? request.samples * 10 / 7 : request.samples;
@@ -294,7 +295,7 @@ HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) 
   if (request.kind == Kind::kOnset) one.from_s = draft.duration_s * random.uniform(0.4, 0.6);
   if (request.kind == Kind::kLater && one.effect != "none") {
     one.from_s = kCommissioned_s + 0.5 * (draft.duration_s - kCommissioned_s);
-    // From the moment itself: what was drawn lies at another one.
+    // The step is at the onset itself, because the drawn one is at another time.
     if (one.effect == "step_disturbance") {
       draft.added = {[size = draft.parameters.at("size")](double) { return size; }};
     }
@@ -321,7 +322,7 @@ HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) 
   if (request.kind == Kind::kHealthy) {
     loop.load_later = {kCommissioned_s, loop.load_per_root_s * random.uniform(1.0, 3.0)};
   }
-  // Most records begin at rest, some in the middle of what the loop does.
+  // Most records begin at rest, some during normal movement of the loop.
   const std::size_t before = random.chance(0.25) ? 300 + random.index(900) : 0;
   one.record = run(loop, profile, samples, before, random);
   one.floor_rmse = floor_rmse(one.record);
@@ -344,7 +345,7 @@ std::size_t share_of(Kind kind) {
   return 0;
 }
 
-// How many of each kind: in proportion, the rest to the first kinds.
+// Returns the number of cases of each kind: in proportion, with the remainder for the first kinds.
 std::vector<std::size_t> split(std::size_t count, const std::vector<Kind>& kinds) {
   std::size_t shares = 0;
   for (const Kind kind : kinds) shares += share_of(kind);
@@ -405,7 +406,7 @@ HiddenCase make_case(const CaseRequest& request) {
   HiddenCase one;
   bool plausible = false;
   for (int i = 0; i < kMostAttempts && !plausible; ++i) {
-    // Streams of neighbouring seeds and attempts have nothing in common.
+    // Makes the streams of neighbouring seeds and attempts independent.
     Random scramble(request.seed * 64U + static_cast<std::uint64_t>(i));
     Random random(scramble.bits());
     one = attempt(request, random, plausible);

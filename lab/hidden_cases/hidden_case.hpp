@@ -12,12 +12,16 @@
 
 namespace loopwarden::hidden_cases {
 
-// kOnset: a valve that is healthy until some moment about the middle of the record, for what watches
-// loops. kController: controller mismatches alone, of which kSingle holds one in fourteen.
-// kFurther: one effect as in kSingle, of those that came to the catalogue later.
-// kLater: a loop to commission: believed roughly, valves with the friction and the characteristics that healthy ones have,
-// and a fault of any block, two or none from about the middle of the record on. kHealthy: the same without a fault, with another day behind the
-// first 20 minutes: a load of one to three times theirs, and set points over the whole range.
+// Kinds of cases:
+// - kOnset: a valve that is healthy until about the middle of the record, for functions that
+//   monitor loops.
+// - kController: only controller mismatches, which are one in fourteen of kSingle.
+// - kFurther: one effect as in kSingle, of the later additions to the catalogue.
+// - kLater: a loop to commission, with rough initial values and a valve with the friction and the
+//   characteristic of healthy ones. From about the middle of the record it has a fault of any
+//   block, two faults or no fault.
+// - kHealthy: as kLater without a fault. After the first 20 minutes another day follows, with one
+//   to three times the load and set points over the whole range.
 enum class Kind {
   kSingle,
   kNone,
@@ -30,7 +34,7 @@ enum class Kind {
   kHealthy
 };
 
-// What one case is made of. The same request gives the same bits.
+// Definition of one case. The same request gives the same bits.
 struct CaseRequest {
   std::string id;
   Kind kind = Kind::kSingle;
@@ -41,7 +45,7 @@ struct CaseRequest {
   std::size_t samples = 4200;
 };
 
-// The loop as its engineers believe it to be.
+// The loop as assumed by its engineers.
 struct BelievedLoop {
   Tuning tuning;
   double gain;
@@ -52,38 +56,39 @@ struct BelievedLoop {
 struct HiddenCase {
   std::string id;
   std::string effect;
-  // Any one of them for a single effect, all of them for two at once.
+  // Accepted names: any one of them for a single effect, all of them for two at once.
   std::vector<std::string> accept;
-  // Under the names of the effect catalogue.
+  // By the names of the effect catalogue.
   std::map<std::string, double> parameters;
-  // The physics behind it, in words.
+  // Description of the physical cause.
   std::string note;
   BelievedLoop believed;
   LoopRecord record;
-  // When the effect begins, s; 0: it was always there.
+  // Time at which the effect begins, s; 0: always present.
   double from_s = 0.0;
   double floor_rmse = 0.0;
 };
 
-// "stiction", "stiction+gain_change", "outside:recycle", ...; "none" and its variants
+// Returns "stiction", "stiction+gain_change", "outside:recycle", ...; "none" and its variants
 // "none:aggressive_tuning", ... are written as "none".
 const std::vector<std::string>& effect_names(Kind kind);
 
-// Throws std::invalid_argument for an effect that effect_names(request.kind) doesn't hold, or fewer
-// than 600 samples.
+// Throws std::invalid_argument for an effect that is not in effect_names(request.kind), or for
+// fewer than 600 samples.
 HiddenCase make_case(const CaseRequest& request);
 
-// Requests for `count` cases: kinds in the ratio 30 : 4 : 6 : 6 : 30 : 6 : 30 : 30 : 30 of single, none, pair, outside,
-// onset, controller, further, later, healthy as far as they are wanted, every effect of a kind as often as the others (of the pairs every other
-// one is stiction+gain_change or backlash+oscillating_disturbance). Case k has the seed seed + k.
+// Returns requests for `count` cases. The requested kinds have the ratio 30 : 4 : 6 : 6 : 30 : 6 :
+// 30 : 30 : 30 of single, none, pair, outside, onset, controller, further, later, healthy. All
+// effects of a kind are equally frequent, except that every other pair is stiction+gain_change or
+// backlash+oscillating_disturbance. Case k has the seed seed + k.
 std::vector<CaseRequest> plan_cases(std::size_t count, std::uint64_t seed,
                                     const std::vector<Kind>& kinds, bool load, std::size_t samples);
 
-// Writes FOLDER/ID/record.csv and model.yaml of a case, and FOLDER/truth.json of all. They throw
-// std::filesystem::filesystem_error when a file can't be written.
+// Write FOLDER/ID/record.csv and model.yaml of a case, and FOLDER/truth.json of all. Throw
+// std::filesystem::filesystem_error if a file can't be written.
 void write_case(const std::filesystem::path& folder, const HiddenCase& one);
 void write_truth(const std::filesystem::path& folder, const std::vector<HiddenCase>& cases);
-// Makes the cases one after the other and writes them all.
+// Makes all cases in sequence and writes them.
 void write_cases(const std::filesystem::path& folder, const std::vector<CaseRequest>& requests);
 
 }  // namespace loopwarden::hidden_cases

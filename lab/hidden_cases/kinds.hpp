@@ -8,7 +8,7 @@
 
 namespace loopwarden::hidden_cases {
 
-// "single,none" -> the kinds. Throws std::invalid_argument for an unknown word or none at all.
+// Parses "single,none". Throws std::invalid_argument for an unknown word or an empty list.
 std::vector<Kind> parse_kinds(std::string_view list);
 
 }  // namespace loopwarden::hidden_cases

@@ -14,7 +14,7 @@ struct Process {
   double dead_time_s;
 };
 
-// A laboratory flow loop, a slow one and a middling one; the rest is drawn freely.
+// A fast laboratory flow loop, a slow one and a medium one; the others are drawn freely.
 constexpr std::array<Process, 3> kKnownProcesses{
     {{1.2264, 1.69376, 2.6256}, {1.1, 8.0, 2.0}, {0.9, 4.0, 1.2}}};
 
@@ -82,11 +82,11 @@ Tuning draw_tuning(const Draft& draft, Random& random) {
   const Plant& plant = draft.plant;
   const double dead_time_s = plant.dead_time_s + plant.actuator_lag_s;
   const double ratio = dead_time_s / plant.time_constant_s;
-  // Where the time constant is long, the gain is limited by what the valve can take.
+  // With a long time constant, the valve limits the gain.
   const double high = ratio < 0.5 ? std::min(draft.tuning_high, 0.62) : draft.tuning_high;
   const double low = std::min(draft.tuning_low, high);
   const double loop_gain = std::min(random.uniform(low, high) / ratio, draft.most_loop_gain);
-  // Where dead time dominates, engineers take the integral slower than tau + L/2.
+  // If dead time dominates, engineers choose the integral time longer than tau + L/2.
   const double patience = 1.0 + std::clamp(ratio - 0.4, 0.0, 1.3);
   const double integral_time_s = (plant.time_constant_s + 0.5 * dead_time_s) * patience *
                                  random.uniform(0.75, 1.45) * draft.integral_time_factor;
@@ -100,7 +100,7 @@ SetPointProfile draw_profile(const Draft& draft, Random& random) {
   }
   SetPointProfile profile = random.chance(0.6) ? kKnownProfiles[random.index(kKnownProfiles.size())]
                                                : random_profile(draft.duration_s, random);
-  // A short record sees the same steps, faster.
+  // A short record has the same steps in less time.
   const double squeeze = std::min(1.0, draft.duration_s / 420.0);
   const double reach =
       draft.highest_travel * draft.plant.gain * std::min(draft.gain_factor_at_rest, 1.0);

@@ -6,24 +6,24 @@
 
 namespace loopwarden::hidden_cases {
 
-// The generator's own random numbers: SplitMix64 (Steele, Lea, Flood 2014), so that a seed means
-// the same case with every standard library.
+// The generator's own random numbers: SplitMix64 (Steele, Lea, Flood 2014), so that a seed gives
+// the same case with each standard library.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
 
   std::uint64_t bits();
-  // In [0, 1).
+  // Returns a number in [0, 1).
   double uniform();
   double uniform(double low, double high);
-  // Even in the logarithm; low > 0.
+  // Uniform in the logarithm; low > 0.
   double log_uniform(double low, double high);
   // Mean 0, variance 1 (Box and Muller 1958).
   double normal();
   bool chance(double probability);
-  // Below count; count > 0.
+  // Returns an index below count; count > 0.
   std::size_t index(std::size_t count);
-  // -1 or 1.
+  // Returns -1 or 1.
   double sign();
 
  private:

@@ -23,7 +23,7 @@ double added_at(const TruthLoop& loop, double time_s) {
   return sum;
 }
 
-// The controller output that holds the reading at rest; the static path only rises.
+// Returns the controller output that holds the reading at rest; the static path only rises.
 double rest_output(TruthLoop& loop, double pv) {
   double low = 0.0;
   double high = 10.0;
@@ -35,14 +35,14 @@ double rest_output(TruthLoop& loop, double pv) {
   return 0.5 * (low + high);
 }
 
-// Brings the path to rest with PV at `pv` when nothing but the signals of time 0 is added.
+// Brings the path to rest with PV at `pv` and the added signals of time 0 only.
 double settle(TruthLoop& loop, double pv) {
   const double output = rounded(rest_output(loop, pv));
   reset(loop.path, output);
   return output;
 }
 
-// What the transmitter is shown of PV.
+// PV after the lag of the impulse line, as measured by the transmitter.
 class Sensed {
  public:
   explicit Sensed(const TruthLoop& loop) : loop_(loop) {}
@@ -64,7 +64,7 @@ class Sensed {
   double line_ = 0.0;
 };
 
-// Without noise.
+// Returns the reading without noise.
 double reading(const TruthLoop& loop, double sensed) {
   return std::min(loop.meter ? loop.meter(sensed) : sensed, loop.transmitter_top);
 }

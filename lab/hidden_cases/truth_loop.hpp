@@ -35,54 +35,54 @@ class SampledPi {
   double integral_;
 };
 
-// (from when in s, set point), the first at 0.
+// (start in s, set point), the first one at 0.
 using SetPointProfile = std::vector<std::pair<double, double>>;
 double set_point_at(const SetPointProfile& profile, double time_s);
 
-// The loop as it really is.
+// The true loop.
 struct TruthLoop {
   // Controller output -> valve -> process.
   Chain path;
-  // What adds to PV, as a function of the record's time.
+  // Signals added to PV, as functions of the record's time.
   std::vector<std::function<double(double)>> added;
-  // Lag of the impulse line in s, as a function of the record's time, and the curve that the reading goes through; empty:
-  // none.
+  // Lag of the impulse line, s, as a function of the record's time, and the curve of the reading;
+  // empty: not present.
   std::function<double(double)> line_lag_s;
   std::function<double(double)> meter;
-  // The transmitter knows no more than this.
+  // Upper limit of the transmitter's reading.
   double transmitter_top = std::numeric_limits<double>::infinity();
-  // Samples for which a reading stands; 1: each is new.
+  // Number of samples for which a reading is held; 1: each is new.
   std::size_t reading_stands = 1;
   Tuning tuning{};
-  // What the controller has from a time on, s.
+  // Settings of the controller from a time on, s.
   std::optional<std::pair<double, Tuning>> retuned{};
   double noise_rms = 0.0;
-  // Unmeasured load on PV: Ornstein-Uhlenbeck, PV units per root second, forgotten in 300 s.
+  // Unmeasured load on PV: Ornstein-Uhlenbeck, PV units per root second, time constant 300 s.
   double load_per_root_s = 0.0;
-  // From a time on, s, PV units per root second.
+  // Changed load: start in s, PV units per root second.
   std::optional<std::pair<double, double>> load_later{};
 };
 
-// One sample a row; rows before `first` are the time before the record.
+// One sample per row; rows before `first` precede the record.
 struct LoopRecord {
   std::vector<double> time_s;
   std::vector<double> sp;
   std::vector<double> pv;
   std::vector<double> co;
-  // PV of the truth driven by the same CO, without noise and load.
+  // True PV for the same CO, without noise and load.
   std::vector<double> truth_pv;
   std::size_t first = 0;
 };
 
-// Runs the loop from rest at the first set point; `before` samples go by before the record begins.
+// Runs the loop from rest at the first set point. The record begins after `before` samples.
 LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samples,
                std::size_t before, Random& random);
 
-// PV of the truth driven by a given CO, from rest at `rest_pv`; the row `first` is time 0.
+// Returns the true PV for a given CO, from rest at `rest_pv`; the row `first` is time 0.
 std::vector<double> free_run(TruthLoop& loop, double rest_pv, const std::vector<double>& co,
                              std::size_t first);
 
-// RMSE of measured PV against the truth's own free run over the last third of the record.
+// Returns the RMSE of measured PV against the true free run over the last third of the record.
 double floor_rmse(const LoopRecord& record);
 
 }  // namespace loopwarden::hidden_cases

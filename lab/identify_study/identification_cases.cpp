@@ -88,14 +88,15 @@ IdentificationCase draw_case(CaseKind kind, std::uint64_t seed) {
                                .dead_time_s = p.dead_time_s,
                                .second_time_constant_s = p.second_time_constant_s},
                               h);
-  // An integrating process answers to a load on CO's side without end: there it stands in PV.
+  // An integrating process would integrate a load on CO's side without limit, so the load acts on
+  // PV.
   effects::Backlash play(kind == CaseKind::backlash ? 1.0 : 0.0);
   effects::StictionChoudhury sticking({.s = 1.0, .j = 0.4});
   double valve = play.reset(kCaseMiddle);
   sticking.reset(kCaseMiddle);
   const double rest = integrating ? kCaseMiddle : 0.0;
   double q = process.reset(kCaseMiddle, rest);
-  const double offset = kCaseMiddle - q;  // PV in the middle of its range
+  const double offset = kCaseMiddle - q;  // puts PV in the middle of its range
   load_process.reset(0.0);
   const double keep = std::exp(-h / load_time);
   double load = load_sd * r.normal();

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulated loops whose process is known, for the study of `loopwarden identify`.
+// Simulated loops with a known process, for the study of `loopwarden identify`.
 //
-// A PI loop (or a CO stepped by hand) on a process of random gain, lags and dead time, tuned by SIMC with a random
-// factor. CO and PV run from 0 to 100 and are rounded to 12 bits. What disturbs: measurement noise (white) and a
-// load, a first-order Gauss-Markov signal, half of the time added to PV and half of the time to CO's side, where it
-// comes through the process's lags.
+// A PI loop (or CO stepped by an operator) on a process of random gain, lags and dead time, tuned
+// by SIMC with a random factor. CO and PV range from 0 to 100 and are rounded to 12 bits.
+// Disturbances are white measurement noise and a load. The load is a first-order Gauss-Markov
+// signal. In half of the cases it is added to PV, in the others to CO's side, so that it passes
+// through the process's lags.
 #pragma once
 
 #include <array>
@@ -16,15 +17,15 @@
 namespace loopwarden::studies {
 
 enum class CaseKind : std::uint8_t {
-  open_steps,        // CO stepped by hand
+  open_steps,        // CO stepped by an operator
   open_steps_load,   // the same under a load
   set_point,         // closed, SP moves, noise only
   set_point_load,    // closed, SP moves, load
-  set_point_small,   // closed, SP moves little, load
+  set_point_small,   // closed, small SP moves, load
   set_point_hidden,  // as set_point_load, without the column sp
-  load_only,         // closed, SP stands still, load
+  load_only,         // closed, SP constant, load
   load_only_hidden,  // the same, without the column sp
-  still,             // closed, SP stands still, noise only
+  still,             // closed, SP constant, noise only
   integrating,       // closed, SP moves, load; an integrating process
   backlash,          // as set_point_load, with play of 1 % in the valve
   stiction           // as set_point_load, with stiction of 1 % in the valve

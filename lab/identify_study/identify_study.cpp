@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study identify: how often the intervals of `loopwarden identify` hold the truth.
+// loopwarden-study identify: measures how often the intervals of `loopwarden identify` contain the
+// truth.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -138,9 +139,8 @@ void print_identify_table(const std::vector<IdentifyRow>& rows) {
   }
   fmt::print(
       "closed: taken for a closed loop. can't: no number given. form: number of lags and "
-      "integrator right, of those "
-      "told.\ngain in, T in, L in: the interval of 95 % holds the truth; T and L where the form is "
-      "right. bias, error, "
+      "integrator right, of those given.\ngain in, T in, L in: the interval of 95 % contains the "
+      "truth; T and L if the form is right. bias, error, "
       "+-: medians\nof the gain's error, its size, and half of the interval, of the gain. s: "
       "median time.\n");
 }
@@ -187,13 +187,13 @@ int run_identify_study(const IdentifyStudyOptions& options) {
 
 void add_identify(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<IdentifyStudyOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "identify",
-      "how often the intervals of `loopwarden identify` hold the truth, on simulated loops");
+  CLI::App* sub = app.add_subcommand("identify",
+                                     "Measure how often the intervals of `loopwarden identify` "
+                                     "contain the truth, on simulated loops");
   sub->add_option("--cases", options->cases, "loops of each kind")->capture_default_str();
   sub->add_option("--seed", options->seed, "of the first loop")->capture_default_str();
   sub->add_option("--kind", options->kind, "one kind only, by its row from 0");
-  sub->add_option("--jobs", options->jobs, "threads; 0: one a core")->capture_default_str();
+  sub->add_option("--jobs", options->jobs, "threads; 0: one per core")->capture_default_str();
   sub->add_flag("--each", options->each, "a line for each loop before the table");
   sub->add_flag("--json", options->json, "print the result as JSON");
   sub->footer("Example: loopwarden-study identify --cases 100");

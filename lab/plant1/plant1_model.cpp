@@ -23,13 +23,13 @@ constexpr double kProportional = 0.61145;          // V / (L/min), Ziegler-Nicho
 constexpr double kIntegral = 0.070013;             // V / (L/min) / s, Ziegler-Nichols
 constexpr double kFlowResolution = 10.0 / 4096.0;  // L/min
 constexpr std::uint64_t kNoiseSeed = 1;
-constexpr double kLeastJump = 0.1;        // of s: with less, stiction is no other law than backlash
+constexpr double kLeastJump = 0.1;        // of s: below it, stiction is the same law as backlash
 constexpr std::size_t kRestSamples = 20;  // 2 s, shorter than the dead time
 
-// Opening beyond where flow begins, V, at which the characteristic has its points.
+// Openings at which the characteristic has its points, V beyond the start of flow.
 constexpr double kOpenings[] = {0.2, 0.4, 0.7, 1.0, 1.5, 2.5, 5.0};
 constexpr std::size_t kPoints = std::size(kOpenings);
-constexpr double kClosedSlope = 1e-6;  // a table must rise; this is no flow
+constexpr double kClosedSlope = 1e-6;  // a table must rise; no measurable flow
 
 // Order of the shared parameters.
 enum Shared : std::size_t {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One measured record of plant 1 as a picture: measured, published and corrected, residual below.
+// Draws one measured record of plant 1: measured, published and corrected, with the residual below.
 #include <fmt/format.h>
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study plant1: the table and the pictures of docs/plant1.md.
+// loopwarden-study plant1: writes the table and the pictures of docs/plant1.md.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,7 +58,7 @@ std::vector<Plant1Record> read_records(const std::filesystem::path& folder) {
   return records;
 }
 
-// "deadband 12.4, ..." behind what every record has.
+// Returns "deadband 12.4, ...", the parameters after those that all records have.
 std::string parameters_of(const Plant1Trial& trial) {
   const std::vector<FitBound>& bounds = plant1_candidate(trial.label).bounds;
   std::string text;
@@ -69,7 +69,7 @@ std::string parameters_of(const Plant1Trial& trial) {
   return text;
 }
 
-// A stiction made on the cam counts as found under either name.
+// A stiction made with the cam counts as correct under both names.
 bool named_right(const Plant1Outcome& row) {
   const std::string& name = row.trials.front().name;
   if (row.record.condition == "no_fault") return name == "none";
@@ -171,18 +171,17 @@ int run_plant1_study(const Plant1Options& options) {
 void add_plant1(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<Plant1Options>();
   CLI::App* sub = app.add_subcommand(
-      "plant1", "what the published model of plant 1 lacks, from its measured signatures");
+      "plant1", "Find the deficits of the published model of plant 1 from its measured signatures");
   sub->add_option("--data", options->data, "folder of the five records")->capture_default_str();
-  sub->add_option("--out", options->out, "folder for the pictures, SVG; none if not given");
+  sub->add_option("--out", options->out, "folder for the pictures, SVG; default: no pictures");
   sub->add_option("--generations", options->generations, "of the joint fit, on each island")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000}))
       ->capture_default_str();
   sub->add_option("--seed", options->seed, "of the search")->capture_default_str();
   sub->add_option("--threads", options->threads, "the result does not depend on it")
       ->check(CLI::Range(1U, 256U));
-  sub->add_flag(
-      "--from-healthy", options->from_healthy,
-      "fit the plant, the divisor and the step time to the healthy record alone and hold them");
+  sub->add_flag("--from-healthy", options->from_healthy,
+                "fit plant, divisor and step time to the healthy record only, and hold them");
   sub->add_flag("--json", options->json, "print the result as JSON");
   sub->footer("Example: loopwarden-study plant1 --data examples/plant1 --out pictures");
   sub->callback([options, &exit_code] { exit_code = run_plant1_study(*options); });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An engine of its own, not that of model/gap: one corrected plant is fitted to five records of PV together, while
-// gap fits one record.
+// This fit is separate from model/gap: it fits one corrected plant to five records of PV together,
+// while gap fits one record.
 #include "lab/plant1/plant1_study.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace loopwarden::studies {
 namespace {
 
-// Effect by which each condition enters the joint fit: the way it was made.
+// Effect of each condition in the joint fit, as it was made in the experiment.
 constexpr std::pair<const char*, const char*> kMadeBy[] = {
     {"no_fault", "none"},
     {"backlash", "backlash"},
@@ -28,7 +28,7 @@ constexpr std::size_t kJointPopulation = 80;
 constexpr std::size_t kJointIslands = 2;
 constexpr std::size_t kTrialPopulation = 24;
 constexpr std::size_t kTrialGenerations = 60;
-constexpr double kHopeless = 100.0;  // misfit of a run that is no number
+constexpr double kHopeless = 100.0;  // misfit of a run with NaN or infinity
 
 std::vector<FitBound> own_bounds(const Plant1Candidate& candidate) {
   std::vector<FitBound> bounds = plant1_own_bounds();
@@ -76,7 +76,7 @@ SharedFit fit_joint(const std::vector<Plant1Outcome>& rows, const Plant1Work& wo
                               .progress = progress});
 }
 
-// `held`: divisor and time of the step where another record says them; else empty.
+// `held`: divisor and time of the step if another record determines them; otherwise empty.
 Plant1Trial try_candidate(const Plant1Record& record, const std::vector<double>& plant_parameters,
                           const Plant1Candidate& candidate, const std::vector<double>& held,
                           std::uint64_t seed) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Not fitted by model/gap, which takes one record at a time: here five records share one corrected plant.
+// Finds the deficits of plant 1's model and the effect of each fault. It compares the published
+// model with one corrected plant for the five measured records. For each faulty record, the
+// catalogue's effects compete.
 //
-// What plant 1 lacks, and what each fault adds on top: published model, one corrected plant for the
-// five measured records, and for each faulty record the competition of the catalogue's effects.
+// model/gap is not used, because it fits one record at a time, while here five records share one
+// corrected plant.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +20,7 @@ namespace loopwarden::studies {
 struct Plant1Work {
   std::uint64_t seed = 1;
   std::size_t generations = 2000;  // of the joint fit, on each island
-  // The plant is that of the healthy record alone, and its divisor and step time hold for all of them.
+  // Fits the plant to the healthy record only, and uses its divisor and step time for all records.
   bool from_healthy = false;
   unsigned threads = 1;
   std::function<void(std::size_t done, std::size_t total)> progress{};  // may be empty
@@ -29,7 +31,7 @@ struct Plant1Trial {
   std::string label;
   std::vector<double> own;  // divisor, time of the step, parameters
   double misfit = 0.0;
-  double score = 0.0;  // least wins, see plant1_score()
+  double score = 0.0;  // the smallest one wins, see plant1_score()
 };
 
 struct Plant1Outcome {
@@ -37,7 +39,7 @@ struct Plant1Outcome {
   double published_divisor = 1.0;
   double published_misfit = 0.0;
   std::vector<double> published_pv;
-  std::vector<double> own;  // of the joint fit, with the effect that was put in
+  std::vector<double> own;  // of the joint fit, with the added effect
   double corrected_misfit = 0.0;
   std::vector<double> corrected_pv;
   std::vector<Plant1Trial> trials;  // best first
@@ -48,17 +50,17 @@ struct Plant1Study {
   std::vector<Plant1Outcome> rows;
 };
 
-// The effect as which the joint fit takes a record of this condition. Throws std::logic_error for
-// one it does not know.
+// Returns the effect that the joint fit uses for a record of this condition. Throws
+// std::logic_error for an unknown one.
 const Plant1Candidate& plant1_effect_of(const std::string& condition);
 
-// Bayesian information criterion with as many independent samples as the loop's response time
-// leaves in the record: neighbours in a free run's residual say the same thing.
+// Returns the Bayesian information criterion. The number of independent samples follows from the
+// loop's response time, because neighbouring residuals of a free run are dependent.
 double plant1_score(double misfit, std::size_t parameters);
 
 Plant1Study study_plant1_records(const std::vector<Plant1Record>& records, const Plant1Work& work);
 
-// Measured, published and corrected, and the residual below.
+// Returns a picture of measured, published and corrected PV with the residual below.
 std::string plant1_picture(const Plant1Outcome& row);
 
 }  // namespace loopwarden::studies

@@ -12,8 +12,8 @@ namespace {
 
 using numeric::Random;
 
-constexpr double kShareOwnOnly = 0.2;   // trials that leave the shared parameters alone
-constexpr std::size_t kFirstTries = 5;  // own parameters tried for each member at the beginning
+constexpr double kShareOwnOnly = 0.2;   // share of trials that do not change the shared parameters
+constexpr std::size_t kFirstTries = 5;  // own parameters tried for each member at the start
 
 std::size_t pick(Random& random, std::size_t count) {
   return std::min(static_cast<std::size_t>(random.uniform() * static_cast<double>(count)),
@@ -26,7 +26,7 @@ std::vector<double> anywhere(const std::vector<FitBound>& bounds, Random& random
   return point;
 }
 
-// How one trial is made: the same recipe for the shared and for all own parameters.
+// Rule for a trial, the same for the shared and for all own parameters.
 struct Recipe {
   enum class Kind { rand, current_to_best, best } kind;
   double weight;
@@ -63,7 +63,7 @@ std::vector<double> mutated(const std::vector<FitBound>& bounds, const Parents& 
         value = p.self[j] + recipe.weight * (p.best[j] - p.self[j]) + difference;
         break;
     }
-    // What leaves its bounds lands between the parent and the bound.
+    // A value outside its bounds is drawn between the parent and the bound.
     if (value < bounds[j].low) value = random.uniform(bounds[j].low, p.self[j]);
     if (value > bounds[j].high) value = random.uniform(p.self[j], bounds[j].high);
     trial[j] = value;
@@ -116,7 +116,7 @@ SharedFit trial_against(const SharedFitProblem& problem, const std::vector<Share
     trial.own.push_back(moved < kept ? std::move(other) : self.own[r]);
     trial.cost.push_back(std::min(kept, moved));
     trial.total += trial.cost.back();
-    if (trial.total > self.total) return self;  // lost already
+    if (trial.total > self.total) return self;  // already worse
   }
   return trial;
 }

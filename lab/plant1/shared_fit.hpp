@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joint fit of several records by one set of shared parameters and a set of own parameters for each.
+// Fits several records jointly with one set of shared parameters and one set of own parameters per
+// record.
 //
 //   least  sum over records r of  cost(r, shared, own[r])
 //
-// Differential evolution (Storn and Price, J. Global Optimization 11, 1997), a member that wins
-// taking its parent's place at once, on islands that know nothing of each other; the best of all
-// islands is the result. Since the sum separates once the shared parameters are given, a trial is
-// offered two sets of own parameters for each record, the parent's and a mutated one, and keeps the
-// better. An island is one thread's work from a stream of random numbers of its own: the result
-// depends on the seed and not on the number of threads.
+// Method: differential evolution (Storn and Price, J. Global Optimization 11, 1997) on independent
+// islands. A better trial replaces its parent at once. The best member of all islands is the
+// result. With given shared parameters the sum separates. A trial therefore tests two sets of own
+// parameters for each record, the parent's and a mutated one, and keeps the better. Each island
+// runs on one thread with its own stream of random numbers. The result therefore depends on the
+// seed and not on the number of threads.
 #pragma once
 
 #include <cstddef>
@@ -43,16 +44,17 @@ struct SharedFit {
 };
 
 struct SharedFitWork {
-  std::size_t population = 60;  // of an island, at least 4
+  std::size_t population = 60;  // per island, at least 4
   std::size_t generations = 200;
   std::size_t islands = 1;  // at least 1
   std::uint64_t seed = 1;
   unsigned threads = 1;
-  // Told how many generations are done on all islands; by one thread at a time; may be empty.
+  // Receives the number of generations finished on all islands, from one thread at a time; may be
+  // empty.
   std::function<void(std::size_t generations)> progress{};
 };
 
-// `start`, where given, joins the first population of every island.
+// `start`, if given, is added to the first population of each island.
 SharedFit fit_shared(const SharedFitProblem& problem, const SharedFitWork& work,
                      const SharedFit* start = nullptr);
 

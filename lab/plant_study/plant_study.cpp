@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study plant: exports of a simulated plant for the survey, and how well it ranks them.
+// loopwarden-study plant: exports a simulated plant for the survey, and scores the survey's
+// ranking.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -75,15 +76,14 @@ int write_plant(const PlantOptions& options) {
       [&](std::size_t done) { progress.update(done); });
   std::string all = "tag,truth,size\n";
   for (const std::string& lines : truth) all += lines;
-  // Not among the exports: it is none.
+  // Written outside the folder of exports, because it is no export.
   workbench::write_output(options.out + ".truth.csv", all);
-  fmt::print("{} loops, {} days, {} files in {}; what is wrong with them: {}.truth.csv\n",
-             options.plant.loops, options.plant.days, units * options.plant.days, options.out,
-             options.out);
+  fmt::print("{} loops, {} days, {} files in {}; true faults: {}.truth.csv\n", options.plant.loops,
+             options.plant.days, units * options.plant.days, options.out, options.out);
   return kExitOk;
 }
 
-// Rows: what is wrong; columns: what the survey said.
+// Prints a table with the true faults as rows and the survey's verdicts as columns.
 int score(const PlantOptions& options) {
   std::ifstream truth_file(options.out + ".truth.csv");
   std::ifstream survey_file(fs::path(options.score) / "survey.json");
@@ -129,8 +129,8 @@ int score(const PlantOptions& options) {
 
 void add_plant(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<PlantOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "plant", "exports of a simulated plant for the survey, and how well it ranks them");
+  CLI::App* sub =
+      app.add_subcommand("plant", "Export a simulated plant for the survey, and score its ranking");
   sub->add_option("--out", options->out, "folder of the exports")->required();
   sub->add_option("--loops", options->plant.loops, "how many")
       ->check(CLI::Range(1, 100000))
@@ -146,7 +146,7 @@ void add_plant(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   sub->add_option("--score", options->score,
-                  "folder of a survey of --out: print what it said beside what is wrong");
+                  "folder of a survey of --out: compare its verdicts with the truth");
   sub->footer("Example: loopwarden-study plant --loops 200 --out plant");
   sub->callback([options, &exit_code] {
     exit_code = options->score.empty() ? write_plant(*options) : score(*options);

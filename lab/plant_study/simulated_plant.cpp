@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kDay_s = 86400.0;
 
-// Of the swings of a series about its mean; 0: there are too few.
+// Returns the period of the oscillation about the mean; 0: too few swings.
 double swing_period_s(const std::vector<double>& x, double period_s) {
   const double mean = numeric::mean(x);
   double sum = 0.0;
@@ -50,7 +50,7 @@ std::vector<SimulatedTag> simulate_unit(const PlantSettings& settings, std::size
   std::vector<SimulatedTag> tags;
   double swing_s = 0.0;  // of the unit's last sticky loop
   for (std::size_t k = 0; k < count; ++k) {
-    // Apart, since each random effect of a loop takes the next one.
+    // Seeds are 100 apart, because each random effect of a loop uses the next seed.
     const std::uint64_t seed = settings.seed * 1000003 + 100 * (first + k);
     numeric::Random random(seed);
     const auto between = [&](double low, double high) {

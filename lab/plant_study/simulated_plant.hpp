@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops of a plant, each with what is wrong with it. The same seed gives the same plant.
+// Simulates the loops of a plant with their faults. The same seed gives the same plant.
 //
-// A sticky loop's followers swing with its period, measured on its PV: a sine is added to their load. What it can't do:
-// loops that disturb each other both ways, plants that start up and shut down.
+// Loops that follow a sticky loop oscillate with its period, measured on its PV: a sine is added to
+// their load.
+// Limits: no loops that disturb each other both ways, no plants that start up and shut down.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +17,7 @@ struct SimulatedTag {
   std::string tag;
   std::string truth;           // healthy, stiction, backlash, tuning, follower
   double size = 0.0;           // CO units: s or deadband
-  std::vector<double> pv, co;  // a sample each period
+  std::vector<double> pv, co;  // one sample per period
   std::vector<double> sp;
 };
 
@@ -28,7 +29,7 @@ struct PlantSettings {
   std::uint64_t seed = 1;
 };
 
-// Unit `unit` from 0: its loops over all days.
+// Returns unit `unit`, from 0: its loops over all days.
 std::vector<SimulatedTag> simulate_unit(const PlantSettings& settings, std::size_t unit);
 
 }  // namespace loopwarden::studies

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// labels.csv of a folder of records: what is known of each.
+// Reads labels.csv of a folder of records, with the known facts about each record.
 #pragma once
 
 #include <filesystem>
@@ -11,14 +11,13 @@ namespace loopwarden::studies {
 struct Label {
   std::string file;
   std::string loop;
-  std::string
-      plant;         // without a column: the letters that the file's name begins with, or all of it
-  std::string kind;  // of loop, empty without a column
+  std::string plant;  // without the column: the leading letters of the file's name, or all of it
+  std::string kind;   // of loop, empty without the column
   bool sticky = false;
 };
 
-// The columns file, loop, sticky and, where they are there, plant and kind, in any order; others are ignored. Throws
-// record::RecordError.
+// Columns in any order: file, loop, sticky and optionally plant and kind; others are ignored.
+// Throws record::RecordError.
 std::vector<Label> read_labels(const std::filesystem::path& path);
 
 }  // namespace loopwarden::studies

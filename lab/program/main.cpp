@@ -15,8 +15,7 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version,-V", LOOPWARDEN_VERSION);
   app.footer(
       "Exit codes: 0 done, 64 usage, 65 bad data, 74 I/O, 78 bad configuration.\n"
-      "Each study has its own --help; lab/README.md says which document states what it "
-      "prints.");
+      "Each study has its own --help; lab/README.md lists the document with its results.");
   int exit_code = kExitOk;
   add_alarm(app, exit_code);
   add_compare(app, exit_code);

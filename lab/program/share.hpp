@@ -7,13 +7,13 @@
 
 namespace loopwarden::studies {
 
-// `hits` of `of`, with its 95 % interval, all in percent.
+// A share, `hits` of `of`, with its 95 % interval, in percent.
 struct Share {
   std::size_t hits = 0;
   std::size_t of = 0;
 
   void count(bool hit);
-  double percent() const;  // NaN of none
+  double percent() const;  // NaN if `of` is 0
   std::pair<double, double> interval() const;
   // "81.8 % (80.3 to 83.2) of 2785"
   std::string text() const;

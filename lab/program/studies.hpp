@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every study is a subcommand that registers itself with its options. The exit code of the one that ran ends up
-// in `exit_code`.
+// Each study is a subcommand that registers itself with its options. `exit_code` receives the exit
+// code of the study that ran.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -57,7 +57,7 @@ struct StudiedPlant {
   config::SpecialistFolder specialists;
 };
 
-// How often each verdict fell.
+// Number of windows by verdict.
 using Tally = std::array<std::size_t, specialist::kVerdicts>;
 double percent(std::size_t part, std::size_t of) {
   return of > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(of) : 0.0;
@@ -86,7 +86,7 @@ class Study {
         threads_(options.jobs > 0 ? options.jobs
                                   : std::max(1U, std::thread::hardware_concurrency())) {}
 
-  // False after an error that was printed.
+  // Returns false after printing an error.
   bool load() {
     for (const char* name : {"plant1", "plant2", "plant3"}) {
       const fs::path folder = fs::path(options_.data) / name;
@@ -123,11 +123,11 @@ class Study {
   std::uint64_t seed(std::uint64_t part, std::uint64_t k) const {
     return specialist::stream_seed(options_.seed + part, k);
   }
-  // `count` windows with this request, judged by the team.
+  // Evaluates `count` windows of this request with the team.
   Tally judge_windows(const specialist::Team& team, const plant::LoopModel& model,
                       const WindowRequest& request, std::size_t number, std::uint64_t part) const;
 
-  // Tables for people; --json has what is found in their place.
+  // Prints tables for people; with --json the results are printed as JSON instead.
   template <class... Values>
   void say(fmt::format_string<Values...> text, Values&&... values) const {
     if (!options_.json) fmt::print(text, std::forward<Values>(values)...);
@@ -180,7 +180,7 @@ Tally Study::judge_windows(const specialist::Team& team, const plant::LoopModel&
   return total;
 }
 
-// Tables 8.3 and 9.1 of the thesis.
+// Prints tables 8.3 and 9.1 of the thesis.
 void Study::table_of_signatures() {
   struct Row {
     std::size_t plant;
@@ -191,7 +191,7 @@ void Study::table_of_signatures() {
                              Row{0, Condition::hysteresis},     Row{1, Condition::hysteresis},
                              Row{1, Condition::low_air_supply}, Row{2, Condition::stiction},
                              Row{2, Condition::backlash}};
-  // Errors of several plants are compared as the thesis's 0-10 V converter saw them.
+  // Errors of different plants are compared in volts of the thesis's 0-10 V converter.
   const auto volts = [](double pv, const plant::TransmitterParameters& t) {
     return 10.0 * (pv - t.low) / (t.high - t.low);
   };
@@ -298,8 +298,8 @@ void Study::severity_sweep() {
   const std::size_t number = count(300, 4);
   const std::vector<double> sizes{1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0};
   const std::vector<double> noises{0.05, 0.1, 0.2, 0.4};
-  say("\nSeverity sweep of plant 1, windows with set-point steps that could tell, {} each: "
-      "named right / called a fault, in %\n",
+  say("\nSeverity sweep of plant 1, decided windows with set-point steps, {} each: named correctly "
+      "/ called a fault, in %\n",
       number);
   std::vector<std::pair<std::string, std::vector<double>>> curves;
   for (const Condition condition : kFaults) {
@@ -327,7 +327,7 @@ void Study::severity_sweep() {
                {"named_percent", named.back()},
                {"called_fault_percent", called.back()}});
       }
-      // Less air is the worse fault, so its smallest one is the fastest still found.
+      // Less air is the larger fault, so the smallest fault is the fastest rate still found.
       std::string smallest = "none";
       const bool low_air = condition == Condition::low_air_supply;
       for (std::size_t i = 0; i < sizes.size(); ++i) {
@@ -390,7 +390,7 @@ void Study::windows_anywhere() {
       right += of(tally, condition);
       for (std::size_t v = 0; v < tally.size(); ++v) all[v] += tally[v];
     }
-    say("right: {:.1f} % of those that could tell\n", percent(right, sum(all) - undecided(all)));
+    say("right: {:.1f} % of the decided ones\n", percent(right, sum(all) - undecided(all)));
   }
 }
 
@@ -414,7 +414,7 @@ void Study::loop_year() {
   const std::size_t days = count(365, 1);
   const auto samples =
       static_cast<std::size_t>((options_.quick ? 7200.0 : 86400.0) / p.model.sample_time_s);
-  std::vector<std::size_t> alarms(days);  // of a valve fault
+  std::vector<std::size_t> alarms(days);  // alarms of valve faults
   std::vector<std::size_t> unknowns(days);
   std::vector<Tally> tallies(days);
   base::parallel_for(days, threads_, [&](std::size_t day) {
@@ -461,8 +461,7 @@ void Study::loop_year() {
 void Study::transfer() {
   const std::size_t number = count(200, 4);
   say("\nTrained on one plant, used on another, {} windows of each condition, severity from "
-      "{:g} % of span; named right of\nthose that could tell / faults called by another name / "
-      "healthy "
+      "{:g} % of span; named correctly of\nthe decided ones / faults with another name / healthy "
       "called faulty, in %\n{:<10}",
       number, kDetectionLimit, "");
   for (int b = 1; b <= 3; ++b) say(" {:>24}", fmt::format("used on plant {}", b));
@@ -510,7 +509,8 @@ void Study::transfer() {
   line("signature form, on the signatures it is made for; PV in % of the transmitter's range",
        [&](std::size_t a, std::size_t b, Condition c) {
          Tally t{};
-         // To the trained plant's units, so that not the unit alone decides.
+         // Converts to the trained plant's units, so that the result does not depend on the unit
+         // only.
          const auto& from = plants_[b].model.transmitter;
          const auto& to = plants_[a].model.transmitter;
          specialist::SignatureEnsemble ensemble(plants_[a].specialists.signatures);
@@ -526,10 +526,10 @@ void Study::transfer() {
          }
          return t;
        });
-  line("explaining form as it is: the other plant's process is what it does not know",
+  line("explaining form unchanged: the other plant's process is unknown to it",
        [&](std::size_t a, std::size_t b, Condition c) {
          specialist::Team team = *plants_[a].specialists.team;
-         // The spans are on the instrument's plate.
+         // The spans are known from the instrument's plate.
          const specialist::LoopFacts& other = plants_[b].specialists.team->facts;
          specialist::LoopFacts& f = team.facts;
          f.gain *= (other.pv_high - other.pv_low) / (f.pv_high - f.pv_low) *
@@ -539,8 +539,8 @@ void Study::transfer() {
          return judge_windows(team, plants_[b].model, request(c), number, 8);
        });
   line(
-      "explaining form with the other plant's gain, time constant and dead time, networks as they "
-      "were",
+      "explaining form with the other plant's gain, time constant and dead time, networks "
+      "unchanged",
       [&](std::size_t a, std::size_t b, Condition c) {
         specialist::Team team = *plants_[a].specialists.team;
         team.facts = plants_[b].specialists.team->facts;
@@ -548,7 +548,8 @@ void Study::transfer() {
       });
 }
 
-// The five printed signatures. CO was not printed: it follows from PV by the PI law with the published settings.
+// Evaluates the five printed signatures. CO was not printed: it is computed from PV by the PI law
+// with the published settings.
 bool Study::real_signatures() {
   struct Real {
     const char* file;
@@ -633,18 +634,18 @@ int run_study(const StudyOptions& options) {
 
 void add_specialist(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<StudyOptions>();
-  CLI::App* sub =
-      app.add_subcommand("specialist", "print the figures that docs/specialists.md states");
-  sub->add_option("parts", o->parts, "which tables; all if none is named")
+  CLI::App* sub = app.add_subcommand("specialist", "Print the figures of docs/specialists.md");
+  sub->add_option("parts", o->parts, "tables to print; default: all")
       ->check(CLI::IsMember(
           {"table", "fresh", "sweep", "anywhere", "unknown", "year", "transfer", "real"}));
   sub->add_option("--data", o->data, "folder of plant1, plant2, plant3")->capture_default_str();
   sub->add_option("--records", o->records, "folder of the measured signatures")
       ->capture_default_str();
   sub->add_option("--out", o->out, "folder for the plot");
-  sub->add_option("--seed", o->seed, "of all chance; training has others")->capture_default_str();
-  sub->add_option("--jobs", o->jobs, "threads; 0: one a core")->capture_default_str();
-  sub->add_flag("--quick", o->quick, "few windows: to see that it runs");
+  sub->add_option("--seed", o->seed, "seed of all random numbers; training uses others")
+      ->capture_default_str();
+  sub->add_option("--jobs", o->jobs, "threads; 0: one per core")->capture_default_str();
+  sub->add_flag("--quick", o->quick, "use few windows, to check that it runs");
   workbench::add_json_flag(*sub, o->json);
   sub->footer("Example: loopwarden-study specialist unknown year");
   sub->callback([o, &exit_code] { exit_code = run_study(*o); });

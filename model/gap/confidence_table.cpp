@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Written by loopwarden-study gap --calibrate; what is changed here by hand is lost. Made by:
+// Written by loopwarden-study gap --calibrate; manual changes are lost. Command:
 //   loopwarden-study gap --generate 100 --seed 60000 --kinds single,none,pair,outside,controller,further --samples 2000 --names lab/gap_study/confidence/made_from.csv --calibrate model/gap/confidence_table.cpp
 //   2026-11-23, 100 cases, seeds 60000 to 60099
-// Of the right names nine in ten are given over a rest with noise ratio up to 1.05, kurtosis up to 3.3,
+// Nine in ten correct names have a remaining error with noise ratio up to 1.05, kurtosis up to 3.3,
 // answer to CO up to 1.89.
 // clang-format off
 #include <array>

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kMostMembers = 10'000;
 constexpr std::uint64_t kMostBytes = 4'000'000'000;
-constexpr std::uint64_t kMostTimes = 200;  // unpacked for packed bytes
+constexpr std::uint64_t kMostTimes = 200;  // unpacked bytes per packed byte
 
 class MemberBytes : public ByteSource {
  public:
@@ -40,9 +40,9 @@ class MemberBytes : public ByteSource {
     const zip_int64_t got = zip_fread(file_, to, most);
     if (got < 0) refuse(name_, fmt::format("can't be unpacked: {}", zip_file_strerror(file_)));
     read_ += static_cast<std::uint64_t>(got);
-    if (read_ > bytes_) refuse(name_, "is longer than the directory of its archive says");
+    if (read_ > bytes_) refuse(name_, "is longer than stated in the directory of its archive");
     if (got == 0 && read_ < bytes_)
-      refuse(name_, "is shorter than the directory of its archive says");
+      refuse(name_, "is shorter than stated in the directory of its archive");
     return static_cast<std::size_t>(got);
   }
   double share_read() const noexcept override {
@@ -96,7 +96,7 @@ Archive::Archive(const std::filesystem::path& path) {
     if ((about.valid & ZIP_STAT_SIZE) != 0) member.bytes = about.size;
     member.encrypted =
         (about.valid & ZIP_STAT_ENCRYPTION_METHOD) != 0 && about.encryption_method != ZIP_EM_NONE;
-    // Sizes are what the archive says; the sum of two may not fit into 64 bits.
+    // The archive states these sizes; a sum of two may overflow 64 bits.
     all = member.bytes > kMostBytes ? kMostBytes + 1 : all + member.bytes;
     if (all > kMostBytes)
       refuse(name, fmt::format("has more than {} GB when unpacked", kMostBytes / 1'000'000'000));

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The members of a .zip archive, read one after the other by libzip and never written to a disk.
+// Reads the members of a .zip archive one after the other with libzip, without writing them to a
+// disk.
 //
-// Refused by name: an archive of more than 10 000 members, of more than 4 GB when unpacked, or of more than 200 times its
-// size on the disk; a member that is encrypted, packed by a method that libzip does not know, or longer than the
-// archive's directory says.
+// Refused, with the name in the message:
+// - an archive of more than 10 000 members, of more than 4 GB when unpacked, or of more than 200
+//   times its size on the disk
+// - a member that is encrypted, packed by a method unknown to libzip, or longer than stated in the
+//   archive's directory
 #pragma once
 
 #include <cstdint>
@@ -31,9 +34,10 @@ class Archive {
   explicit Archive(const std::filesystem::path& path);
 
   const std::vector<ArchiveMember>& members() const noexcept { return members_; }
-  // The first of this name, upper and lower case alike where `any_case`; members().size() if there is none.
+  // Returns the first member of this name; members().size() if there is none. `any_case`: ignore
+  // case.
   std::size_t find(std::string_view name, bool any_case = false) const;
-  // Lives on when the archive is gone. `name` is for messages. Throws RecordError.
+  // Returns a source that outlives the archive. `name` is for messages. Throws RecordError.
   std::unique_ptr<ByteSource> open(std::size_t member, std::string name) const;
 
  private:

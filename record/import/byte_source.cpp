@@ -30,7 +30,7 @@ class GzipFile : public ByteSource {
       if (S_ISREG(about.st_mode)) file_bytes_ = static_cast<std::uint64_t>(about.st_size);
     }
     if (file_bytes_ > 20) {
-      // RFC 1952: a gzip file ends with the size of what it holds, modulo 4 GiB.
+      // RFC 1952: a gzip file ends with its unpacked size, modulo 4 GiB.
       std::array<unsigned char, 4> tail{};
       std::array<unsigned char, 2> head{};
       unpacked_bytes_ = file_bytes_;
@@ -62,7 +62,7 @@ class GzipFile : public ByteSource {
       refuse(name_, fmt::format("is a damaged gzip file ({})", what));
     }
     if (got > 0) return static_cast<std::size_t>(got);
-    // zlib says only here that the last block was cut.
+    // zlib reports only here that the last block was cut.
     gzerror(file_, &code);
     if (code == Z_BUF_ERROR) refuse(name_, "is a gzip file that ends too early");
     return 0;

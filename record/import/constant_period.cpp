@@ -28,7 +28,7 @@ constexpr double kAlike = 2.5;             // times the median, below which near
 constexpr double kAnyDistance = 1e300;     // samples
 constexpr std::size_t kLookedAt = 200000;  // samples or steps, for recognition
 constexpr double kSparse = 0.2;            // of the samples missing
-constexpr double kMostRowsAValue = 50.0;   // of a record, unless its period is told
+constexpr double kMostRowsAValue = 50.0;   // of a record, unless the period is given
 constexpr double kSameSample = 0.1;        // of a scan: stamps that are closer are of one sample
 constexpr double kStampJitter = 0.19;      // of a scan: two stamps of 0.095 each
 
@@ -43,13 +43,13 @@ std::vector<double> steps_of(const std::vector<double>& time_s) {
   return steps;
 }
 
-// What scans and loggers are set to, in s.
+// Usual periods of scans and loggers, s.
 constexpr std::array kScans{3600.0, 1800.0, 900.0, 600.0, 300.0, 240.0, 180.0, 120.0, 60.0,
                             30.0,   20.0,   15.0,  12.0,  10.0,  8.0,   6.0,   5.0,   4.0,
                             3.0,    2.0,    1.0,   0.5,   0.4,   0.3,   0.25,  0.2,   0.1,
                             0.05,   0.04,   0.02,  0.01,  0.005, 0.002, 0.001};
 
-// As loggers are set where that moves no sample of `count` by half a period.
+// Returns the usual period if it moves no sample of `count` by half a period.
 double as_set(double period_s, double count) {
   for (const double scan : kScans) {
     if (std::abs(period_s / scan - 1.0) * count < 0.5) return scan;
@@ -72,7 +72,7 @@ double scan_below(double s) {
   return std::pow(10.0, std::floor(std::log10(s)));
 }
 
-// Times of the values that are there.
+// Returns the times of all known values.
 std::vector<double> times_known(const Signal& signal) {
   std::vector<double> times;
   for (std::size_t k = 0; k < signal.value.size(); ++k) {
@@ -81,7 +81,7 @@ std::vector<double> times_known(const Signal& signal) {
   return times;
 }
 
-// The mean of the steps that are about `step_s`: stamps jitter, and are rounded.
+// Returns the mean of the steps near `step_s`: stamps jitter and are rounded.
 double mean_about(const std::vector<double>& steps, double step_s) {
   double sum = 0.0;
   std::size_t ones = 0;
@@ -96,7 +96,8 @@ double mean_about(const std::vector<double>& steps, double step_s) {
   return round > 0.0 && std::abs(round - mean) < 0.01 * mean ? round : mean;
 }
 
-// Nearly all of `steps` are multiples of `scan_s`, but for what stamps jitter by. Two stamps of one scan don't count.
+// Returns whether nearly all of `steps` are multiples of `scan_s`, apart from jitter of the stamps.
+// Steps between two stamps of one scan don't count.
 bool are_multiples(const std::vector<double>& steps, double scan_s) {
   const auto all = static_cast<double>(steps.size());
   double misfits = 0.0;
@@ -112,7 +113,8 @@ bool are_multiples(const std::vector<double>& steps, double scan_s) {
   return misfits <= (1.0 - kMultiples) * (all - close);
 }
 
-// What the stamps are rounded to: the largest of these that all steps are multiples of; 0: none.
+// Returns the resolution of the stamps: the largest of these values that all steps are multiples
+// of; 0: none of them.
 double resolution_of(const std::vector<double>& steps) {
   for (const double resolution : {60.0, 1.0, 0.1, 0.01, 0.001}) {
     const bool all = std::all_of(steps.begin(), steps.end(), [&](double step) {
@@ -126,10 +128,10 @@ double resolution_of(const std::vector<double>& steps) {
 
 struct Scan {
   double s = 0.0;
-  bool found = false;  // else no step is common to the times, and it comes from how dense they are
+  bool found = false;  // false: the times have no common step; derived from their density
 };
 
-// `scan_s` as loggers are set where it is one of those, else as the steps have it in the mean.
+// Returns the usual period near `scan_s`; otherwise the mean of the steps.
 double settled(const std::vector<double>& steps, double scan_s) {
   for (const double usual : kScans) {
     if (std::abs(scan_s / usual - 1.0) < 0.02 && are_multiples(steps, usual)) return usual;
@@ -145,13 +147,14 @@ double settled(const std::vector<double>& steps, double scan_s) {
   return scans > 0.0 ? sum / scans : scan_s;
 }
 
-// The scan behind times that an archive stored: the longest step that nearly all distances are multiples of, of those
-// that loggers are set to and those that many distances have themselves. The shortest distance alone is none: it may be
-// jitter. A step of not much more than the stamps' own resolution fits whatever the times are; it counts where it makes
-// no more rows than `most_rows`.
+// Returns the scan period of times stored by an archive. It is the longest step that nearly all
+// distances are multiples of. Candidates are the usual periods of loggers and the distances that
+// are frequent. The shortest distance is no candidate by itself, because it may be jitter. A step
+// near the resolution of the stamps fits all times. It is accepted only if it makes no more rows
+// than `most_rows`.
 Scan scan_of(std::vector<double> steps, double whole_s, double values, double most_rows) {
   constexpr double kTelling = 5.0;      // times the resolution
-  constexpr double kRowsAValue = 16.0;  // where no scan shows; rounding makes it 40 at most
+  constexpr double kRowsAValue = 16.0;  // if no scan is found; rounding makes it 40 at most
   const double resolution = resolution_of(steps);
   const double median = numeric::quantile(steps, 0.5);
   std::vector<double> candidates(kScans.begin(), kScans.end());
@@ -160,9 +163,9 @@ Scan scan_of(std::vector<double> steps, double whole_s, double values, double mo
   std::sort(candidates.begin(), candidates.end(), std::greater<>());
   for (const double candidate : candidates) {
     if (!are_multiples(steps, candidate)) continue;
-    // Shorter ones make more rows.
+    // Shorter candidates make more rows.
     if (candidate < kTelling * resolution && whole_s > most_rows * candidate) break;
-    // 1.7 s is none of these; 0.1 s is.
+    // For example, 0.1 s is a usual period and 1.7 s is not.
     const double scan = settled(steps, candidate);
     for (double times = std::min(100.0, std::floor(median / scan)); times > 1.0; times -= 1.0) {
       if (are_multiples(steps, times * scan)) return {settled(steps, times * scan), true};
@@ -174,7 +177,8 @@ Scan scan_of(std::vector<double> steps, double whole_s, double values, double mo
   return {scan_below(dense), false};
 }
 
-// Polled, but at no constant period: an archive that thins makes steps of very different lengths.
+// Returns whether the values were polled at an irregular period. An archive that thins values makes
+// steps of very different lengths.
 bool are_alike(std::vector<double> steps) {
   constexpr double kNearlyAll = 0.99;
   const double median = numeric::quantile(steps, 0.5);
@@ -189,7 +193,7 @@ struct Grid {
   double time_s(std::size_t k) const { return from_s + static_cast<double>(k) * period_s; }
 };
 
-// The last value at or before each time of the grid.
+// Returns the last value at or before each time of the grid.
 std::vector<double> held(const Signal& signal, const Grid& grid) {
   std::vector<double> out(grid.count, kEmpty);
   const std::vector<double>& time_s = *signal.time_s;
@@ -205,7 +209,8 @@ std::vector<double> held(const Signal& signal, const Grid& grid) {
   return out;
 }
 
-// The straight line between neighbours no more than `reach_s` apart; bad ones cut it.
+// Returns values on straight lines between neighbours at most `reach_s` apart. Bad values interrupt
+// a line.
 std::vector<double> linear(const Signal& signal, const Grid& grid, double reach_s) {
   std::vector<double> out(grid.count, kEmpty);
   const std::vector<double>& time_s = *signal.time_s;
@@ -233,7 +238,7 @@ std::vector<double> linear(const Signal& signal, const Grid& grid, double reach_
   return out;
 }
 
-// The value nearest to each time of the grid, no more than half a period away.
+// Returns the value nearest to each time of the grid, at most half a period away.
 std::vector<double> nearest(const Signal& signal, const Grid& grid) {
   std::vector<double> out(grid.count, kEmpty);
   for (std::size_t k = 0; k < signal.value.size(); ++k) {
@@ -287,14 +292,14 @@ ArchivedSignal recognise(const Signal& signal, double tick_s) {
   return analysis::recognise_stored(times, values, tick_s);
 }
 
-// A controller holds its output between two of its samples.
+// CO is held, because a controller holds its output between two samples.
 Filling filling_for(Role role, ArchiveKind kind, const ImportOptions& options) {
   if (options.filling != Filling::automatic) return options.filling;
   if (role == Role::co) return kind == ArchiveKind::swinging_door ? Filling::linear : Filling::held;
   return kind == ArchiveKind::exception ? Filling::held : Filling::linear;
 }
 
-// Whether what is drawn between two stored values is no more than a guess.
+// Returns whether the interpolation between two stored values is only an assumption.
 bool is_guess(ArchiveKind kind, const ImportOptions& options) {
   return options.filling == Filling::automatic &&
          (kind == ArchiveKind::none || kind == ArchiveKind::unknown);
@@ -348,8 +353,8 @@ void mark_columns(Record& r, const Signals& signals) {
   r.has_mode = !signals[index_of(Role::mode)].empty();
 }
 
-// Cells without a value in a regular file: those of an archive, or samples that are missing.
-// `proved`: false if repeats may have another reason, so that no value is replaced.
+// Fills cells without a value in a regular file, which an archive left out or which are missing.
+// `proved`: false if repeated values may have another reason; then no value is replaced.
 ArchivedSignal fill_sparse(Role role, std::vector<double>& column, const ImportOptions& options,
                            bool proved, std::string& how) {
   const double share = static_cast<double>(missing_in(column)) /
@@ -379,7 +384,7 @@ ArchivedSignal fill_sparse(Role role, std::vector<double>& column, const ImportO
   return found;
 }
 
-// Samples at which the value changes.
+// Returns the samples at which the value changes.
 std::vector<std::size_t> steps_in(const std::vector<double>& column) {
   std::vector<std::size_t> steps;
   for (std::size_t k = 1; k < column.size(); ++k) {
@@ -388,7 +393,8 @@ std::vector<std::size_t> steps_in(const std::vector<double>& column) {
   return steps;
 }
 
-// The straight lines of PV bend where CO steps, some samples later: an integrator answers so.
+// Returns whether the straight lines of PV bend some samples after the steps of CO. An integrating
+// process responds in this way.
 bool bends_at_steps(const std::vector<double>& pv, const std::vector<double>& co) {
   constexpr std::size_t kLongestLag = 30;  // samples
   constexpr std::size_t kNear = 5;         // samples
@@ -420,23 +426,25 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
   if (how.empty() && record.has_co && notes.pv.kind == ArchiveKind::swinging_door &&
       bends_at_steps(record.pv, record.co))
     notes.pv = {};
-  // Steps of CO of any size may be made by hand; an archive holds PV as well.
+  // An operator may make steps of CO of any size; an archive holds PV as well.
   const bool archived = notes.pv.kind != ArchiveKind::none;
   if (record.has_co) notes.co = fill_sparse(Role::co, record.co, options, archived, how);
-  // What one signal alone looks like may be the loop's own doing: behind a valve that sticks CO is a straight line where
-  // there is no noise, and so is the PV of a tank. An archive keeps both; one that stands still shows nothing.
+  // The loop itself can cause such a pattern in a single signal. With a sticking valve and without
+  // noise, CO is a straight line, and so is the PV of a tank. An archive holds both signals. A
+  // constant signal is no evidence.
   if (how.empty() && record.has_co) {
     const auto samples = static_cast<double>(record.size());
     const bool still = static_cast<double>(steps_in(record.co).size()) < 0.5 * samples;
-    // A few steps of one size may be made by hand.
-    constexpr double kLeastAlone = 100.0;  // stored values of CO beside a PV that has all its own
+    // An operator may make a few steps of one size.
+    constexpr double kLeastAlone = 100.0;  // stored values of CO if PV is stored completely
     if (notes.pv.kind == ArchiveKind::none &&
         (notes.co.kind != ArchiveKind::exception || notes.co.stored_share * samples < kLeastAlone))
       notes.co = {};
     if (notes.co.kind == ArchiveKind::none && !still && notes.pv.kind != ArchiveKind::exception)
       notes.pv = {};
   }
-  // A CO of a few straight lines beside a PV that was thinned was thinned as well, nobody knows to what.
+  // If PV was thinned, a CO of few straight lines was thinned as well. The original values can't be
+  // recovered.
   constexpr double kFew = 0.05;
   if (notes.pv.kind != ArchiveKind::none && notes.co.kind == ArchiveKind::none && record.has_co &&
       notes.co.stored_share < kFew) {
@@ -449,7 +457,7 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
       if (std::isnan(v)) v = last;
     }
   };
-  // Set points and modes are written when they change.
+  // Set points and modes are stored only when they change.
   if (record.has_sp && 2 * missing_in(record.sp) > record.size()) hold(record.sp);
   if (record.has_mode && 2 * missing_in(record.automatic) > record.size()) hold(record.automatic);
   if (!how.empty()) notes.resampled = "empty cells filled: " + how;
@@ -459,7 +467,7 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
 
 namespace {
 
-// The signals of a loop on their way to a record, and what is known of their times.
+// Resamples the signals of a loop to a record, using the known properties of their times.
 class Resampler {
  public:
   Resampler(Signals signals, const ImportOptions& options, ImportNotes notes, std::string place)
@@ -494,10 +502,10 @@ class Resampler {
 
   std::vector<double>& column(Role role) { return *column_of(out_.record, role); }
 
-  // One column of times, regular.
+  // All signals share one regular column of times.
   void take_as_it_is() {
     Record& r = out_.record;
-    // Other loops of the file may have the same times.
+    // Other loops of the file may share the times.
     const auto sharing = std::count_if(signals_.begin(), signals_.end(),
                                        [&](const Signal& s) { return s.time_s == pv_.time_s; });
     if (pv_.time_s.use_count() == sharing) {
@@ -539,8 +547,9 @@ class Resampler {
     if (options_.period_s) grid_.period_s = *options_.period_s;
   }
 
-  // Nine values in ten may be kept by an archive as well: its times are multiples of something shorter. Stamps of PV and
-  // CO a few milliseconds apart are of one scan: the distances within each signal tell.
+  // An archive may keep nine values in ten: its times are then multiples of a shorter period.
+  // Stamps of PV and CO a few milliseconds apart belong to one scan, so only the distances within
+  // each signal count.
   void find_stored_grid(double median) {
     const std::vector<double> co_times = co_.empty() ? std::vector<double>() : times_known(co_);
     if (!co_times.empty()) {
@@ -587,7 +596,7 @@ class Resampler {
                       gap ? fmt::format("for {:.3g} h there are no values. Export the times before "
                                         "and after as two files",
                                         longest_s / 3600.0)
-                          : std::string("--period takes a longer one")));
+                          : std::string("set a longer one with --period")));
     }
     grid_.count = static_cast<std::size_t>(count);
     if (grid_.count < 2) fail(fmt::format("less than two samples of {:g} s", grid_.period_s));
@@ -595,22 +604,22 @@ class Resampler {
       refuse_sparse(count);
   }
 
-  // Most of such a record would be made up.
+  // Refuses a record of mostly interpolated values.
   [[noreturn]] void refuse_sparse(double count) const {
     const std::string what =
-        fmt::format("{} values would make {:.0f} samples of {:g} s, more than {:g} a value",
+        fmt::format("{} values would make {:.0f} samples of {:g} s, more than {:g} per value",
                     values_, count, grid_.period_s, kMostRowsAValue);
     const double longer_s =
         (to_s_ - grid_.from_s) / (0.5 * kMostRowsAValue * static_cast<double>(values_));
-    const std::string help = fmt::format("--period {:g} takes fewer", scan_above(longer_s));
+    const std::string help = fmt::format("--period {:g} makes fewer", scan_above(longer_s));
     if (polled_) {
       const double longest_s = *std::max_element(pv_steps_.begin(), pv_steps_.end());
       fail(
-          fmt::format("{}, since for up to {:.3g} h there are none: export the times before and "
-                      "after as two files; {}",
+          fmt::format("{}, because there are no values for up to {:.3g} h. Export the times before "
+                      "and after as two files; {}",
                       what, longest_s / 3600.0, help));
     }
-    fail(fmt::format("{}: most is not stored; give an export of raw values; {}", what, help));
+    fail(fmt::format("{}: most samples are not stored. Export raw values; {}", what, help));
   }
 
   void fill() {
@@ -626,7 +635,7 @@ class Resampler {
       recognise_archive(out_, options_);
     } else {
       fill_stored();
-      // Shorter steps than the archive's own were never looked at.
+      // Steps shorter than those of the archive were not examined.
       finish(r);
       count_missing(r, notes_);
     }
@@ -652,8 +661,7 @@ class Resampler {
       if (role == Role::pv) notes_.moved_pv = rms_between(column(role), nearest(s, grid_));
     }
     if (steady) {
-      if (grid_.count > pv_times_.size())
-        notes_.resampled = "rows that are missing stand as missing samples";
+      if (grid_.count > pv_times_.size()) notes_.resampled = "missing rows are missing samples";
       return;
     }
     notes_.resampled = fmt::format(
@@ -665,7 +673,7 @@ class Resampler {
         notes_.moved_pv);
   }
 
-  // Returns the rule by which the values between those that are stored were found.
+  // Returns the rule used to fill in values between the stored ones.
   const char* fill_by_rule(Role role, ArchivedSignal& found) {
     const Signal& s = signals_[index_of(role)];
     found = recognise(s, grid_.period_s);
@@ -701,8 +709,8 @@ class Resampler {
   double to_s_ = 0.0;
   bool polled_ = false;
   bool has_scan_ = true;
-  std::size_t values_ = 0;  // of PV or of CO, of which there are more
-  bool loosely_ = false;    // polled, at no constant period
+  std::size_t values_ = 0;  // number of values of PV or of CO, the larger one
+  bool loosely_ = false;    // polled, but at an irregular period
 };
 
 }  // namespace

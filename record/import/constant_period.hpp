@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// From signals with times of their own to a record on a constant period, and what that took.
+// Converts signals with individual times to a record with a constant period, and reports the
+// method.
 //
-//   regular      steps within 1 % of their median: the samples as they are
-//   polled       most steps within a third of their median: rows that are missing become missing samples; where times
-//                jitter, values are read off the straight line between neighbours, and what that moves PV by is stated
-//   stored       anything else: values as an archive keeps them, on the scan that their times are multiples of, or on
-//                a period that their density gives; filled by the rule of the archive (model/analysis/archive.hpp):
-//                the last value, or straight lines. Where no rule shows, CO holds its last value, as controllers do,
-//                and PV is drawn in straight lines, which `pv_drawn` tells from values
+//   regular  steps within 1 % of their median: the samples are used as they are
+//   polled   most steps within a third of their median: missing rows become missing samples. If
+//            times jitter, values are interpolated linearly, and the change of PV is reported
+//   stored   all others: values as an archive keeps them, on the scan period of their times or on a
+//            period derived from their density. They are filled by the rule of the archive
+//            (model/analysis/archive.hpp): the last value, or straight lines. If no rule is found,
+//            CO holds its last value, as controllers do. PV is interpolated linearly; `pv_drawn`
+//            marks these samples
 //
-// A value that the export calls bad is missing, and missing until the next good one. The set point and the mode always
-// hold their last value.
+// A value that the export marks as bad is missing, and so are the samples up to the next good one.
+// The set point and the mode always hold their last value.
 #pragma once
 
 #include <array>
@@ -29,7 +31,7 @@
 
 namespace loopwarden::record {
 
-// An empty cell tells nothing; a bad one that there was no value.
+// Values of a cell: kEmpty has no information, kBad marks a missing value.
 inline constexpr double kEmpty = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kBad = std::numeric_limits<double>::infinity();
 
@@ -38,15 +40,15 @@ struct Signal {
   std::vector<double> value;
   std::size_t bad = 0;
   std::size_t questionable = 0;
-  std::string unit;  // in the cells, behind the numbers
+  std::string unit;  // after the numbers in the cells
   std::map<std::string, std::size_t>
-      words;  // that nobody knows, taken as bad values: cells of each
+      words;  // unknown words, treated as bad values, with their numbers of cells
 
   bool empty() const noexcept { return value.empty(); }
 };
 using Signals = std::array<Signal, kRoles>;
 
-// A word that nobody knows and that was taken as a bad value.
+// An unknown word that was treated as a bad value.
 struct BadWord {
   std::string file;
   std::string signal;  // column or tag
@@ -55,20 +57,20 @@ struct BadWord {
 };
 
 struct ImportNotes {
-  std::string tag;    // of the loop; empty where the export has none
-  std::string files;  // where it was read
+  std::string tag;    // of the loop; empty if the export has none
+  std::string files;  // source of the values
   std::array<std::string, kRoles> names, units;
   std::array<std::optional<SignalRange>, kRoles> ranges;  // by the site's rules
   std::string kind;                                       // of the loop, by the site's rules
-  std::string layout;                                     // in words; empty for the fixed format
-  std::optional<TimePoint> start;  // of the first sample, where the export tells
+  std::string layout;                                     // description; empty for the fixed format
+  std::optional<TimePoint> start;  // of the first sample, if the export states it
   double period_s = 0.0;
   std::size_t missing = 0;  // samples without PV or CO
-  std::size_t bad = 0;      // of the cells, by name or by quality
+  std::size_t bad = 0;      // number of cells marked bad by a word or a quality
   std::size_t questionable = 0;
-  std::size_t same_time = 0;  // values that a later one with the same time replaced
-  std::string resampled;      // how, in words; empty: not at all
-  double moved_pv = 0.0;      // PV units, rms: what resampling jittered times moved PV by
+  std::size_t same_time = 0;  // values replaced by a later one with the same time
+  std::string resampled;      // description of the method; empty: not resampled
+  double moved_pv = 0.0;      // PV units, rms: change of PV by resampling of jittered times
   analysis::ArchivedSignal pv, co;
   std::vector<std::string> remarks;
   std::vector<BadWord> words;
@@ -81,20 +83,23 @@ struct ImportNotes {
 struct Imported {
   Record record;
   ImportNotes notes;
-  // Samples of PV between stored values that no rule of an archive fills; empty: there are none.
+  // Samples of PV between stored values that were not filled by a rule of an archive; empty: no
+  // such sample.
   std::vector<bool> pv_drawn{};
 };
 
-// A line a word and file, whatever signals it stands in: "e.csv: 'Wartung' in 12 cells of 3 signals: taken as ...".
+// Returns one line per word and file, for all its signals: "e.csv: 'Wartung' in 12 cells of 3
+// signals: taken as ...".
 std::string bad_words_text(const std::vector<BadWord>& words);
 
-// Takes the signals' memory. `notes` has what reading found. Throws RecordError where there is no PV, no period, or one
-// that makes more than 50 samples a value unless it is told.
+// Moves the signals' memory into the result. `notes` contains the results of reading. Throws
+// RecordError if there is no PV or no period. It also throws if a period that the user did not set
+// makes more than 50 samples per value.
 Imported on_constant_period(Signals signals, const ImportOptions& options, ImportNotes notes,
                             const std::string& place);
 
-// What the samples themselves tell of an archive, for a record that is regular already. Fills columns in which most
-// cells are empty.
+// Detects the effects of an archive from the samples of a regular record. Fills columns in which
+// most cells are empty.
 void recognise_archive(Imported& imported, const ImportOptions& options);
 
 }  // namespace loopwarden::record

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kContentTypes = "[Content_Types].xml";  // every workbook has it
+constexpr const char* kContentTypes = "[Content_Types].xml";  // present in all workbooks
 
 }  // namespace
 
@@ -75,7 +75,7 @@ const Containers::Opened& Containers::opened(const fs::path& container) {
 std::vector<ContainerMember> Containers::members(const fs::path& container) {
   const Opened& from = opened(container);
   std::vector<ContainerMember> members;
-  // Not by fs::path's own '/', for which a name that begins with one stands for itself.
+  // operator/ of fs::path would treat a name that begins with '/' as absolute.
   const auto path_of = [&](const std::string& name) {
     return fs::path(container.string() + "/" + name);
   };
@@ -120,7 +120,7 @@ std::unique_ptr<TextSource> Containers::open(const fs::path& path, Encoding enco
   const auto sheet = std::find_if(sheets.begin(), sheets.end(),
                                   [&](const Workbook::Sheet& one) { return one.name == inside; });
   if (sheet == sheets.end()) refuse(name, "the workbook has no such sheet", RecordError::Kind::io);
-  // `from` stays: a sheet reads from the archive that it holds.
+  // `from` may close: a sheet keeps its archive open.
   return std::make_unique<TextSource>(
       last_->book->open(static_cast<std::size_t>(sheet - sheets.begin()), name), name,
       Encoding::utf8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Archives and workbooks as folders: ARCHIVE/MEMBER and BOOK.xlsx/SHEET are paths of files.
+// Opens archives and workbooks like folders: ARCHIVE/MEMBER and BOOK.xlsx/SHEET are paths of files.
 #pragma once
 
 #include <filesystem>
@@ -12,14 +12,15 @@
 
 namespace loopwarden::record {
 
-// By its first bytes: a .zip archive or an .xlsx workbook.
+// Returns whether the first bytes are those of a .zip archive or an .xlsx workbook.
 bool is_container(const std::filesystem::path& path);
-// The archive or workbook that a path goes through; nullopt where it is that of a file or of nothing.
+// Returns the archive or workbook that is part of a path. Returns nullopt for the path of a normal
+// file or of no file.
 std::optional<std::filesystem::path> container_of(const std::filesystem::path& path);
 
 struct ContainerMember {
   std::filesystem::path path;
-  std::string tag;  // to call a loop by that has no name of its own
+  std::string tag;  // name for a loop that has no name
   bool is_sheet = false;
 };
 
@@ -28,9 +29,10 @@ class Containers {
   Containers();
   ~Containers();
 
-  // Sheets, or files in it and below, in the order in which it has them. Throws RecordError where it can't be used.
+  // Returns the sheets, or the files in the archive and its folders, in their order. Throws
+  // RecordError if it can't be used.
   std::vector<ContainerMember> members(const std::filesystem::path& container);
-  // A file, a member or a sheet. Throws RecordError.
+  // Opens a file, a member or a sheet. Throws RecordError.
   std::unique_ptr<TextSource> open(const std::filesystem::path& path, Encoding encoding);
 
  private:
@@ -38,7 +40,7 @@ class Containers {
 
   const Opened& opened(const std::filesystem::path& container);
 
-  std::unique_ptr<Opened> last_;  // each has many members, which are read one after the other
+  std::unique_ptr<Opened> last_;  // kept open: the members of a container are read in sequence
 };
 
 }  // namespace loopwarden::record

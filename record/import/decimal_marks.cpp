@@ -20,7 +20,7 @@ double change(double a, double b) {
   return larger > 0.0 ? std::abs(a - b) / larger : 0.0;
 }
 
-// The digits of a number with one mark, as a whole number.
+// Returns the digits of a number with one mark as a whole number.
 double without_mark(std::string_view cell) {
   std::string digits;
   for (const char c : cell) {

@@ -28,7 +28,7 @@ class FileReader {
   const std::set<std::string>& remarks() const { return remarks_; }
   std::size_t shifted_hours() const { return shifted_hours_; }
 
-  // Wide: column -> target.
+  // Reads a wide table. `columns`: column -> target.
   void read_wide(const std::vector<std::pair<std::size_t, SignalTarget>>& columns,
                  const ImportProgress& progress) {
     times_ = std::make_shared<std::vector<double>>();
@@ -48,7 +48,7 @@ class FileReader {
       if (cells_.cells.size() > layout_.names.size() && !trimmed_to_columns()) {
         fail_too_wide();
       }
-      // A file that was copied while it was written.
+      // The file was copied while it was being written.
       if (cells_.cells.size() < layout_.names.size() && at_last_line()) break;
       times_->push_back(time_s);
       note_qualities();
@@ -59,7 +59,8 @@ class FileReader {
     mind_jumps(columns);
   }
 
-  // Pairs: column -> target, its times in the column before it. They are of different lengths.
+  // Reads pairs. `columns`: column -> target, with its times in the column before it. Their lengths
+  // differ.
   void read_pairs(const std::vector<std::pair<std::size_t, SignalTarget>>& columns,
                   const ImportProgress& progress) {
     for (const auto& [column, target] : columns)
@@ -74,7 +75,7 @@ class FileReader {
       for (std::size_t k = 0; k < columns.size(); ++k) {
         const auto& [column, target] = columns[k];
         const std::string_view time = cell(column - 1);
-        // "No events found" stands where a tag has no more values.
+        // "No events found" follows the last value of a tag.
         if (time.empty() || (cut && column + 1 >= cells_.cells.size())) continue;
         double time_s = 0.0;
         if (!read_time(time, clocks[k], time_s)) {
@@ -90,7 +91,7 @@ class FileReader {
     for (const auto& [column, target] : columns) put_in_order(target);
   }
 
-  // Long: tag -> target.
+  // Reads a long table. `tags`: tag -> target.
   void read_long(const std::unordered_map<std::string, SignalTarget>& tags,
                  const ImportProgress& progress) {
     for (const auto& [tag, target] : tags)
@@ -117,8 +118,8 @@ class FileReader {
       const std::size_t needed = std::max({layout_.time, layout_.tag, layout_.value});
       if (cells_.cells.size() <= needed) {
         if (footer() || at_last_line()) continue;
-        fail_at(line_.substr(line_.size()), fmt::format("{} cells where a row has {}",
-                                                        cells_.cells.size(), layout_.names.size()));
+        fail_at(line_.substr(line_.size()),
+                fmt::format("{} cells instead of {}", cells_.cells.size(), layout_.names.size()));
       }
       if (cells_.cells.size() > layout_.names.size() && !trimmed_to_columns()) fail_too_wide();
       const std::string_view name = tag_of(layout_, cells_, buffer);
@@ -140,7 +141,8 @@ class FileReader {
   }
 
  private:
-  // Where they stand among numbers they are bad values; where not, the signal may be anything.
+  // Unknown words of a signal. Among numbers they are bad values; without any number, the signal
+  // may have another meaning.
   struct Words {
     std::map<std::string, std::size_t> cells;
     std::size_t all = 0;
@@ -148,7 +150,7 @@ class FileReader {
     SignalTarget target;
   };
 
-  // Of the row; empty where it has no such column.
+  // Returns a cell of the row; empty if the row is shorter.
   std::string_view cell(std::size_t column) const {
     return column < cells_.cells.size() ? cells_.cells[column] : std::string_view();
   }
@@ -207,24 +209,26 @@ class FileReader {
 
   bool at_last_line() const { return source_.at_end(); }
 
-  // Cells behind the last column are empty: a delimiter at the end of the line.
+  // Accepts empty cells after the last column, which result from a delimiter at the end of the
+  // line.
   bool trimmed_to_columns() {
     while (cells_.cells.size() > layout_.names.size() && cells_.cells.back().empty())
       cells_.cells.pop_back();
     return cells_.cells.size() <= layout_.names.size();
   }
 
-  // "(3600 rows affected)", "End of report": at most two words, no time.
+  // Returns whether the row is a footer such as "(3600 rows affected)" or "End of report": at most
+  // two words, no time.
   bool footer() const {
     const auto filled = std::count_if(cells_.cells.begin(), cells_.cells.end(),
                                       [](std::string_view c) { return !c.empty(); });
     return filled <= 2 && !(filled == 2 && layout_.names.size() == 2);
   }
 
-  // What is known of a column of local times.
+  // State of a column of local times.
   struct Clock {
     std::optional<double> last_s;
-    double step_s = 0.0;  // the last one forward
+    double step_s = 0.0;  // newest forward step
     bool rising = true;
     std::size_t shifted_hours = 0;
   };
@@ -250,7 +254,7 @@ class FileReader {
                               to_text(layout_.form), help));
   }
 
-  // False where it is none.
+  // Returns false if the text is no time.
   bool read_time(std::string_view text, Clock& local, double& time_s) {
     if (layout_.form == TimeForm::seconds) {
       const std::optional<double> number = parse_number(text, layout_.decimal);
@@ -276,10 +280,12 @@ class FileReader {
     }
     if (!origin_) origin_ = point;
     time_s = point->since(*origin_);
-    // Local times fall back by an hour once a year; without a zone nothing else tells.
+    // Local times fall back by an hour once a year. Without a zone, this can only be detected from
+    // the times.
     if (is_date(layout_.form) && !point->zone_known && !layout_.is_long) {
       const double shifted = time_s + 3600.0 * static_cast<double>(local.shifted_hours);
-      // By an hour less a step, and no other time: a clock that was set back is no summer time.
+      // Only a step back by an hour less one period is the end of summer time. Other steps back are
+      // a changed clock.
       const double off = local.last_s ? *local.last_s + local.step_s - shifted - 3600.0 : 3600.0;
       if (local.rising && std::abs(off) <= 60.0 + 2.0 * local.step_s && local.step_s < 1800.0) {
         ++local.shifted_hours;
@@ -299,7 +305,7 @@ class FileReader {
     std::vector<std::size_t> qualities;                 // columns
     std::vector<std::vector<QualityCells::Id>> states;  // by column of qualities, then by value
     MarkEvidence marks;                                 // unless the decimal mark is known
-    std::optional<RecordError> open_mark;               // at the first cell with two readings
+    std::optional<RecordError> open_mark;               // set at the first cell with two readings
     bool has_plain = false;                             // a number without a unit, not zero
   };
 
@@ -316,7 +322,7 @@ class FileReader {
   QualityKind quality_kind_of(std::size_t column) const {
     const QualityKind kind = quality_kind(layout_.names[column]);
     if (kind != QualityKind::none) return kind;
-    // "FIC101.PV Validity": the last word that is a kind.
+    // The last word that is a kind of quality, as in "FIC101.PV Validity".
     const std::string_view name = layout_.names[column];
     for (std::size_t at = 0; at < name.size(); ++at) {
       if (std::string_view(" ._-/\\:|([").find(name[at]) == name.npos) continue;
@@ -327,7 +333,8 @@ class FileReader {
     return QualityKind::state;
   }
 
-  // Of the row; each column of qualities counts once, whatever signals it is of.
+  // Records the qualities of the row. Each column of qualities counts once, however many signals it
+  // belongs to.
   void note_qualities() {
     for (auto& [column, cells] : quality_cells_) row_quality_[column] = cells.add(cell(column));
   }
@@ -338,7 +345,7 @@ class FileReader {
       watched.states[k].push_back(row_quality_[watched.qualities[k]]);
   }
 
-  // In a table with a row per value, a row without a value marks a missing one.
+  // Marks a missing value: in a table with one row per value, a row without a value.
   static void say_there_was_none(const SignalTarget& target) {
     double& value = target.signal->value.back();
     if (std::isnan(value) && target.role != Role::mode) value = kBad;
@@ -380,12 +387,12 @@ class FileReader {
                     base::in_quotes(quality_cells_.at(watched.qualities.front()).most_frequent())));
   }
 
-  // Checks the decimal mark against all cells that were read, and asks the user if they allow both.
+  // Checks the decimal mark against all cells, and asks the user if the cells allow both marks.
   void settle_decimals() {
     if (layout_.decimal_known || options_.decimal) return;
     std::set<char> by_jumps;
     if (layout_.decimal_by_jumps) by_jumps.insert(layout_.decimal);
-    std::string output;  // whose cells all have three digits after the mark
+    std::string output;  // signal whose cells all have three digits after the mark
     for (const auto& [signal, watched] : watched_) {
       if (watched.marks.decides()) return;
       if (const char mark = watched.marks.by_jumps(); mark != '\0') by_jumps.insert(mark);
@@ -398,7 +405,7 @@ class FileReader {
         return one.second.marks.example().find(mark) != std::string::npos;
       });
     };
-    // Commas between the cells: the writer has a decimal point.
+    // A comma as delimiter shows that the writer uses a decimal point.
     if (by_jumps.empty() && layout_.delimiter == ',' && layout_.decimal == '.' && !open_in(','))
       return;
     const bool settled = by_jumps.empty() && !output.empty();
@@ -448,7 +455,8 @@ class FileReader {
     throw not_a_number(text);
   }
 
-  // One unit in all cells of a signal: "950 mbar" beside "1.2 bar" is another number.
+  // Requires one unit in all cells of a signal: "950 mbar" and "1.2 bar" can't be compared as
+  // numbers.
   void mind_unit(std::string_view text, const CellValue& cell, Watched& watched) const {
     std::string& unit = watched.target.signal->unit;
     if (cell.unit.empty()) {
@@ -495,14 +503,13 @@ class FileReader {
     if (end > 0 && end < text.size() &&
         parse_number(base::trimmed(text.substr(0, end)), layout_.decimal))
       return error_at(text, fmt::format("{} is not a number: text follows it. Export numbers "
-                                        "only; if it stands for a bad value: --bad-value {}",
+                                        "only; if it marks a bad value: --bad-value {}",
                                         base::in_quotes(text), base::in_quotes(text)));
-    return error_at(
-        text, fmt::format("{} is not a number; where it stands for a bad value: --bad-value {}",
-                          base::in_quotes(text), base::in_quotes(text)));
+    return error_at(text, fmt::format("{} is not a number; if it marks a bad value: --bad-value {}",
+                                      base::in_quotes(text), base::in_quotes(text)));
   }
 
-  // False where it is no word, or one of too many.
+  // Returns false if the text is no word, or if there are too many different words.
   bool count_word(std::string_view text, const SignalTarget& target) {
     constexpr std::size_t kMostWords = 20;
     constexpr std::string_view kOfNumbers = "0123456789+-.,";
@@ -539,7 +546,7 @@ class FileReader {
     }
   }
 
-  // Newest first, as some write.
+  // Reverses tables whose newest row is first.
   void turn_if_backwards(const std::vector<std::pair<std::size_t, SignalTarget>>& columns) {
     std::vector<double>& t = *times_;
     std::size_t down = 0;
@@ -566,7 +573,7 @@ class FileReader {
     return context;
   }
 
-  // Wide: all signals have the times of their rows.
+  // Checks times of a wide table, whose signals share the times of the rows.
   void mind_jumps(const std::vector<std::pair<std::size_t, SignalTarget>>& columns) {
     const TimeFinding found = find_time_jumps(*times_, time_context());
     if (!found.problem.empty()) {
@@ -589,7 +596,8 @@ class FileReader {
     values.resize(to);
   }
 
-  // A signal with times of its own: rows may come in any order, but never from two stretches.
+  // Orders a signal with separate times. Its rows may be in any order, but two overlapping
+  // stretches are refused.
   void put_in_order(const SignalTarget& target) {
     Signal& signal = *target.signal;
     std::vector<double>& t = *signal.time_s;
@@ -640,7 +648,7 @@ class FileReader {
   }
 
   TextSource& source_;
-  Layout layout_;  // of the table that is read
+  Layout layout_;  // of the present table
   const ImportOptions& options_;
   std::string_view line_;
   LineCells cells_;

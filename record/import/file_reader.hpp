@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of one file: values of the loops that it has, with their times.
+// Reads the rows of one file: values and times of its loops.
 #pragma once
 
 #include <cstddef>
@@ -16,22 +16,23 @@
 
 namespace loopwarden::record {
 
-// Called now and then with the share of the work that is done, 0 to 1.
+// Called from time to time with the finished share of the work, 0 to 1.
 using ImportProgress = std::function<void(double)>;
 inline constexpr std::size_t kProgressRows = 1U << 16U;
-inline constexpr std::size_t kHeadLines = 400;  // that the layout is found from
+inline constexpr std::size_t kHeadLines = 400;  // number of lines used to find the layout
 
-// What one file holds of one loop.
+// The data of one loop in one file.
 struct ImportPart {
   Signals signals;
-  std::optional<TimePoint> origin;   // of time 0, where times are absolute
-  std::size_t shifted_hours = 0;     // the end of summer time in local times
-  std::vector<std::string> remarks;  // what people should know of how it was read
-  std::optional<RecordError> error;  // what kept it from being read
+  std::optional<TimePoint> origin;   // time at 0, if times are absolute
+  std::size_t shifted_hours = 0;     // shift at the end of summer time in local times
+  std::vector<std::string> remarks;  // remarks about the reading, for people
+  std::optional<RecordError> error;  // the reason if it could not be read
   std::size_t file = 0;              // for Importer::file()
 };
 
-// What a column or a tag feeds. A cell that can't be read costs its loop, not the file's other ones.
+// The target of a column or a tag. A cell that can't be read is an error of its loop only, not of
+// other loops in the file.
 struct SignalTarget {
   Signal* signal = nullptr;
   Role role = Role::pv;
@@ -40,12 +41,12 @@ struct SignalTarget {
   std::string name{};  // column or tag, for messages
 };
 
-// What of one file goes where.
+// The targets of all columns and tags of one file.
 struct Feed {
   std::vector<std::pair<std::size_t, SignalTarget>> columns;  // wide, pairs
   std::unordered_map<std::string, SignalTarget> tags;         // long
   std::vector<ImportPart*> parts;
-  // One tag may serve several loops; the second one reads a copy.
+  // If a tag is used by several loops, all except the first get a copy.
   std::vector<std::pair<SignalTarget, std::string>> copies;
 
   void add(ImportPart& part, const LoopSignals& signals, const Layout& layout);
@@ -53,7 +54,8 @@ struct Feed {
   void forget_empty();
 };
 
-// Throws RecordError where nothing of the file can be used; what keeps one loop from being read goes to its part.
+// Reads the file. Throws RecordError if no part of the file can be used. Errors of one loop are
+// stored in its part.
 void read_into(Feed& feed, TextSource& text, const Layout& layout, const ImportOptions& options,
                const ImportProgress& progress);
 

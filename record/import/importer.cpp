@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr const char* kStandardInput = "standard input";
 constexpr std::uintmax_t kLargestFixedBytes = 64UL * 1024UL * 1024UL;
 
-// The rest of `source` in a file without a name, to be read again.
+// Copies the rest of `source` to a temporary file without a name, so that it can be read again.
 std::shared_ptr<std::FILE> spooled(TextSource& source) {
   std::shared_ptr<std::FILE> file(std::tmpfile(), [](std::FILE* f) {
     if (f != nullptr) std::fclose(f);
@@ -42,8 +42,8 @@ std::shared_ptr<std::FILE> spooled(TextSource& source) {
   }
   if (!good || std::fflush(file.get()) != 0) {
     throw RecordError(RecordError::Kind::io, 0, 0,
-                      fmt::format("{}: a row a value is read twice, and its copy in the folder for "
-                                  "temporary files can't be written: {}",
+                      fmt::format("{}: a table with one row per value is read twice, but its "
+                                  "temporary copy can't be written: {}",
                                   source.name(), base::error_text(errno)));
   }
   return file;
@@ -73,7 +73,7 @@ bool holds_files(const fs::path& path) {
   return is_one_of(ending_of(path), {".zip", ".xlsx", ".xlsm"});
 }
 
-// Why a file that is no export by its name is passed over.
+// Returns why a file was skipped that is no export by its name.
 std::string why_passed_over(const fs::path& path) {
   const std::string ending = ending_of(path);
   if (ending == ".json") return "JSON is not read: export the values as CSV";
@@ -88,7 +88,8 @@ std::string why_passed_over(const fs::path& path) {
     return "an archive of another kind: unpack it, or make a .zip";
   if (is_one_of(ending, {".mat", ".h5", ".hdf5", ".parquet", ".db", ".sqlite", ".mdf", ".tdms"}))
     return "values in a form that is not read: export them as CSV";
-  return "by its name no export (.csv .txt .tsv .dat .zip .xlsx); given by itself it is read";
+  return "unknown file type (not .csv .txt .tsv .dat .zip .xlsx). Name the file on the command "
+         "line to read it anyway";
 }
 
 std::string list_of(const std::vector<FoundLoop>& loops) {
@@ -99,7 +100,7 @@ std::string list_of(const std::vector<FoundLoop>& loops) {
   return loops.size() > kMost ? text + ", ..." : text;
 }
 
-// Puts the signals of several files one behind the other, those that begin first first.
+// Concatenates the signals of several files in the order of their start times.
 Signals joined(std::vector<ImportPart>& parts) {
   if (parts.size() == 1) return std::move(parts.front().signals);
   std::sort(parts.begin(), parts.end(), [](const ImportPart& a, const ImportPart& b) {
@@ -116,7 +117,7 @@ Signals joined(std::vector<ImportPart>& parts) {
       const double offset = part.origin->since(first);
       for (std::size_t k = 0; k < from.value.size(); ++k) {
         const double at = (*from.time_s)[k] + offset;
-        // What two files both have counts once.
+        // Values that two files share count once.
         if (!to.time_s->empty() && at <= to.time_s->back()) continue;
         to.time_s->push_back(at);
         to.value.push_back(from.value[k]);
@@ -128,9 +129,9 @@ Signals joined(std::vector<ImportPart>& parts) {
   return all;
 }
 
-// Empty: none is near.
+// Returns an empty text if no name is similar.
 std::string nearest(const std::vector<std::string>& names, const std::string& wanted) {
-  constexpr std::size_t kMost = 60;  // characters that are compared
+  constexpr std::size_t kMost = 60;  // number of characters compared
   std::string near;
   std::size_t best = wanted.size() / 2 + 1;
   for (const std::string& name : names) {
@@ -144,7 +145,8 @@ std::string nearest(const std::vector<std::string>& names, const std::string& wa
   return near;
 }
 
-// The column or tag that `wanted` means: by its name, its name without the unit, or its number. Throws RecordError.
+// Returns the column or tag that `wanted` refers to: by its name, its name without the unit, or its
+// number. Throws RecordError.
 std::string name_meant(const std::vector<std::string>& names, const std::string& wanted,
                        const std::string& file) {
   for (const std::string& name : names) {
@@ -166,7 +168,8 @@ std::string name_meant(const std::vector<std::string>& names, const std::string&
                                 near.empty() ? near : "; is it " + base::in_quotes(near) + "?"));
 }
 
-// Whether `name` is one or several whole parts of a tag: FIC-40B of Area1/FIC-40B/PID1.
+// Returns whether `name` consists of one or more whole parts of a tag: FIC-40B of
+// Area1/FIC-40B/PID1.
 bool has_part(const std::string& tag, const std::string& name) {
   constexpr std::string_view kBetween = "/.\\:";
   const auto apart = [&](std::size_t at) {
@@ -191,8 +194,8 @@ bool is_mode_alone(const LoopSignals& loop) {
 struct Importer::ToLookAt {
   fs::path path, on_disk;
   std::string tag;
-  bool named = false;     // what is wrong with it is thrown
-  bool is_sheet = false;  // an empty one is passed over
+  bool named = false;     // its errors are thrown
+  bool is_sheet = false;  // skipped if empty
 };
 
 Importer::Importer(const std::vector<fs::path>& paths, ImportOptions options, bool lenient,
@@ -272,7 +275,7 @@ void Importer::find_in_folder(const fs::path& folder, std::vector<ToLookAt>& fil
 
 void Importer::find_in_container(const fs::path& path, std::vector<ToLookAt>& files) {
   if (!is_container(path)) {
-    containers_.open(path, Encoding::automatic);  // says what else it is
+    containers_.open(path, Encoding::automatic);  // throws an error that names the actual format
     refuse(path.string(), "is no archive and no workbook");
   }
   std::set<fs::path> known;
@@ -300,10 +303,10 @@ void Importer::find_in_container(const fs::path& path, std::vector<ToLookAt>& fi
       passed_over_.push_back({member.path.string(), why_passed_over(name)});
     }
   }
-  if (taken == 0) refuse(path.string(), "has nothing in it that is an export");
+  if (taken == 0) refuse(path.string(), "contains no export");
 }
 
-// A sheet and a table of line protocol are text that was made here.
+// The text of a sheet or of line protocol was made by this program, so its format is known.
 ImportOptions Importer::options_for(const TextSource& text) const {
   ImportOptions options = options_;
   if (text.packing() == kLineProtocol) {
@@ -414,7 +417,7 @@ std::vector<LoopSignals> Importer::asked_for(std::size_t file,
       }
       found.push_back(std::move(loop));
     } catch (const RecordError&) {
-      // Of several loops each may have its own file.
+      // With several loops, each may be in a different file.
       if (options_.loops.size() == 1) throw;
     }
   }
@@ -433,7 +436,7 @@ void Importer::take_units(std::size_t file, LoopSignals& signals) const {
   }
 }
 
-// A loop whose times are absolute goes on in the next file.
+// Adds a loop of a file. A loop with absolute times may continue in the next file.
 void Importer::add_loop(std::size_t file, LoopSignals signals) {
   const std::string tag = signals.tag.empty() ? sources_[file].tag : signals.tag;
   const auto [at, is_new] = by_tag_.try_emplace(tag, loops_.size());
@@ -445,7 +448,7 @@ void Importer::add_loop(std::size_t file, LoopSignals signals) {
     FoundLoop loop{.signals = std::move(signals), .tag = tag, .files = {file}};
     if (same != nullptr) {
       loop.tag += " in " + sources_[file].tag;
-      // Files of one name lie in several folders.
+      // Files of the same name may be in several folders.
       for (int k = 2; !by_tag_.try_emplace(loop.tag, loops_.size()).second; ++k)
         loop.tag = fmt::format("{} in {} ({})", tag, sources_[file].tag, k);
     }
@@ -481,7 +484,7 @@ void Importer::add_loops(std::size_t file, const std::vector<std::string>& names
   std::vector<LoopSignals> found = options_.loops.empty()
                                        ? find_loops(names, options_.rules, rule_use_, clash)
                                        : asked_for(file, names);
-  // The daemon's records have "requested_mode" beside "pv": that is of no loop of its own.
+  // The daemon's records contain "requested_mode" in addition to "pv". It is not a separate loop.
   if (std::any_of(found.begin(), found.end(), is_without_tag)) std::erase_if(found, is_mode_alone);
   for (LoopSignals& signals : found) {
     used.insert(signals.names.begin(), signals.names.end());
@@ -523,7 +526,7 @@ std::string Importer::passed_over_text() const {
   }
   std::string text;
   for (const auto& [why, files] : by_reason) {
-    text += fmt::format("{}passed over: {}{}: {}", text.empty() ? "" : "\n", files.names,
+    text += fmt::format("{}skipped: {}{}: {}", text.empty() ? "" : "\n", files.names,
                         files.count > kMost ? fmt::format(" and {} more", files.count - kMost) : "",
                         why);
   }
@@ -537,14 +540,14 @@ std::string Importer::no_pv() const {
     names += (k > 0 ? ", " : " among ") + base::in_quotes(other_names_[k]);
   const std::string hint = pairs_hint();
   return "no column or tag that is a PV by its name" + names + "; " +
-         (hint.empty()
-              ? "--map pv=NAME,co=NAME,sp=NAME tells, for a whole folder --rules RULES.yaml"
-              : hint);
+         (hint.empty() ? "name them with --map pv=NAME,co=NAME,sp=NAME, for a whole folder with "
+                         "--rules RULES.yaml"
+                       : hint);
 }
 
-// ISA-5.1: the same letter for what is measured and the same number.
+// Finds pairs by ISA-5.1: the same letter of the measured variable and the same number.
 std::string Importer::pairs_hint() const {
-  std::map<std::string, std::string> transmitters;  // by what both names have in common
+  std::map<std::string, std::string> transmitters;  // by the common parts of both names
   std::vector<std::pair<std::string, std::string>> pairs;
   const auto common = [](const InstrumentName& name) {
     return fmt::format("{}{}{}", name.before, name.measured, name.number);
@@ -567,8 +570,8 @@ std::string Importer::pairs_hint() const {
       fmt::format("{} and {} look like PV and CO of a loop: --map pv={},co={}", pv, co, pv, co);
   if (pairs.size() > 1) {
     text += fmt::format(
-        "; so do {} more pairs: --rules with a pattern, or --format with a list of loops, tells "
-        "all of them",
+        "; so do {} more pairs: name all of them with --rules and a pattern, or with --format and "
+        "a list of loops",
         pairs.size() - 1);
   }
   return text;
@@ -614,7 +617,7 @@ Imported Importer::finished(std::size_t loop, std::vector<ImportPart>& pieces) c
   pieces.clear();
   pieces.shrink_to_fit();
   Imported imported = on_constant_period(std::move(signals), options_, std::move(notes), place);
-  // Time 0 is the first sample where the wall clock tells the rest.
+  // Time 0 is the first sample, if the absolute start time is known.
   const double begin_s = imported.record.time_s.front();
   if (imported.notes.start && begin_s != 0.0) {
     const double whole = std::floor(imported.notes.start->rest_s + begin_s);
@@ -680,8 +683,8 @@ Imported Importer::read_one(std::size_t loop, const ImportProgress& progress) {
 
 namespace {
 
-// Whether a file in the fixed format needs no closer look: no column of qualities, no thousands
-// marks, and times that are seconds.
+// Returns whether a file in the fixed format can be read directly: no column of qualities, no
+// thousands marks, times in seconds.
 bool is_plain(const fs::path& path, const Record& record) {
   TextSource text(open_file(path, path.string()), path.string());
   std::string_view header;
@@ -701,7 +704,8 @@ bool is_plain(const fs::path& path, const Record& record) {
 
 Imported import_record(const fs::path& path, const std::string& loop, const ImportOptions& options,
                        const ImportProgress& progress) {
-  // In the fixed format with times from anywhere: as it always was, errors included.
+  // The fixed format with relative times is read without the importer, and its errors are reported
+  // as they are.
   std::optional<RecordError> fixed_error;
   std::error_code problem;
   const std::uintmax_t size = fs::file_size(path, problem);
@@ -746,7 +750,7 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
       for (const std::size_t k : usable) {
         if (base::lower_case(importer.loops()[k].tag) == base::lower_case(loop)) return read(k);
       }
-      // FIC-40B for FIC-40B/PID1, if no other loop is below that name.
+      // Accepts FIC-40B for FIC-40B/PID1, if no other loop is below that name.
       std::vector<std::size_t> below;
       for (const std::size_t k : usable) {
         if (has_part(importer.loops()[k].tag, loop)) below.push_back(k);
@@ -758,21 +762,22 @@ Imported import_record(const fs::path& path, const std::string& loop, const Impo
       const FileProblem& first = importer.problems().front();
       throw RecordError(first.kind, 0, 0, first.why);
     }
-    if (importer.files() == 0) fail("nothing in it can be read\n" + importer.passed_over_text());
+    if (importer.files() == 0) fail("no file in it can be read\n" + importer.passed_over_text());
     if (usable.empty()) fail(importer.no_pv());
-    // Of several the one that can be judged, where it is one.
+    // If only one of several loops has a CO, it is the one that can be diagnosed.
     std::vector<std::size_t> complete;
     for (const std::size_t k : usable) {
       if (importer.loops()[k].signals.has(Role::co)) complete.push_back(k);
     }
     if (complete.size() == 1) return read(complete.front());
     if (usable.size() > 1) {
-      fail(fmt::format("{} loops ({}); --loop TAG takes one, 'loopwarden survey' all of them",
-                       usable.size(), list_of(importer.loops())));
+      fail(fmt::format(
+          "{} loops ({}). Select one with --loop TAG, or read all with 'loopwarden survey'",
+          usable.size(), list_of(importer.loops())));
     }
     return read(usable.front());
   } catch (const RecordError& e) {
-    // Both have read it; the one that came further knows more.
+    // Both readers failed: the error of the one that read further is more specific.
     if (fixed_error && e.line() == 0 && fixed_error->line() > 1) throw *fixed_error;
     throw;
   }

@@ -70,7 +70,7 @@ class Finder {
     throw RecordError(RecordError::Kind::data, line, column, place + ": " + what);
   }
 
-  // Rows of data are the bulk: the second half of what is there.
+  // Returns the start of the second half of the lines, which are mostly rows of data.
   std::size_t bulk() const { return lines_.size() / 2; }
 
   std::set<std::size_t> with_words_of_quality() const {
@@ -107,7 +107,7 @@ class Finder {
       if (most == counts.end() || most->first < 2) continue;
       const double agree =
           static_cast<double>(most->second) / static_cast<double>(lines_.size() - bulk());
-      // In this order: a comma stands in numbers as well.
+      // Candidates are ordered, because numbers may contain commas as well.
       if (agree > best + 0.05) {
         best = agree;
         layout_.delimiter = candidate;
@@ -115,7 +115,7 @@ class Finder {
     }
     if (best == 0.0) {
       fail(1, 1,
-           "one column; a record has times and values, set apart by a comma, semicolon, tab or bar "
+           "one column; a record has times and values, separated by a comma, semicolon, tab or bar "
            "(--delimiter for another one)");
     }
   }
@@ -134,7 +134,7 @@ class Finder {
     columns_ = most_frequent(counts)->first;
     if (columns_ < 2) {
       fail(1, 1,
-           fmt::format("one column: nothing is set apart by {} (--delimiter)",
+           fmt::format("one column: no cells are separated by {} (--delimiter)",
                        base::in_quotes(std::string(1, layout_.delimiter))));
     }
   }
@@ -173,12 +173,12 @@ class Finder {
       commas = open_commas;
       points = open_points;
     }
-    // Beside commas as delimiters one stands in quotes only: "1,5".
+    // With commas as delimiters, a decimal comma appears in quotes only: "1,5".
     const bool comma = layout_.delimiter == ',' ? commas > 0 && points == 0 : commas > points;
     if (comma) layout_.decimal = ',';
   }
 
-  // If no cell allows one reading only: by what the signals show, each by itself.
+  // Decides the decimal mark by the changes of each signal, if no cell allows one reading only.
   void settle_decimal() {
     if (layout_.decimal_known) return;
     std::map<std::string, MarkEvidence> signals;
@@ -209,7 +209,8 @@ class Finder {
     });
   }
 
-  // Of the rows in the bulk, how many cells of the column are such times. Of pairs: of all that are filled.
+  // Returns the share of cells of the column that are times of this form, among the rows of the
+  // second half. For pairs: among all filled cells.
   double share_of_times(std::size_t column, TimeForm form) const {
     std::size_t good = 0;
     std::size_t all = 0;
@@ -221,7 +222,7 @@ class Finder {
     return all == 0 ? 0.0 : static_cast<double>(good) / static_cast<double>(all);
   }
 
-  // The row in which the column is named as times are.
+  // Returns the row in which the column has a name for times.
   std::optional<std::size_t> row_naming_time(std::size_t column) const {
     for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
       if (parse_number(cell(k, column), layout_.decimal)) return std::nullopt;
@@ -231,7 +232,7 @@ class Finder {
   }
   bool named_like_time(std::size_t column) const { return row_naming_time(column).has_value(); }
 
-  // InfluxDB: _start and _stop are times as well, and _measurement is no PV.
+  // Finds annotated CSV of InfluxDB: _start and _stop are times as well, and _measurement is no PV.
   void find_annotated() {
     for (std::size_t k = 0; k < std::min(rows_.size(), kMostHeaderRows); ++k) {
       const std::optional<std::size_t> time = column_in(k, "_time");
@@ -249,8 +250,8 @@ class Finder {
     return static_cast<std::size_t>(at - rows_[row].begin());
   }
 
-  // "Time,FIC101.PV,Time,FIC101.OP": columns of times, each with its values in the next one. Not all of the times of a
-  // row a time are the same, so that the first column of them tells nothing of the others.
+  // Finds "Time,FIC101.PV,Time,FIC101.OP": columns of times, each followed by its values. If all
+  // columns of times in a row are equal, this is a wide table instead.
   void find_pairs() {
     if (layout_.annotated || !options_.time_column.empty()) return;
     std::size_t width = 0;
@@ -310,7 +311,8 @@ class Finder {
     return true;
   }
 
-  // The row from which on a column has times, and nothing else but empty cells; kNoColumn: it is none of times.
+  // Returns the row from which on a column has only times or empty cells; kNoColumn if it is no
+  // column of times.
   std::size_t first_of_times(std::size_t column) const {
     const bool named = named_like_time(column);
     std::size_t first = kNoColumn;
@@ -319,7 +321,7 @@ class Finder {
     double last = 0.0;
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const std::string_view text = cell(k, column);
-      // "No events found" may stand below.
+      // "No events found" may follow the values.
       if (text.find_first_of("0123456789") == std::string_view::npos) continue;
       const auto number = parse_number(text, layout_.decimal);
       const bool time = number ? named && (times == 0 || *number >= last) : is_any_time(text);
@@ -330,7 +332,8 @@ class Finder {
     return times >= 2 && times >= 9 * others ? first : kNoColumn;
   }
 
-  // In a header's row above a pair: above its values, else above its times. Empty where neither is a name.
+  // Returns the name of a pair in a header's row: above its values, otherwise above its times.
+  // Empty if neither cell is a name.
   std::string pair_name(std::size_t row, std::size_t value) const {
     for (const std::size_t c : {value, value - 1}) {
       std::string_view text = cell(row, c);
@@ -374,13 +377,13 @@ class Finder {
         const bool date = share_of_times(c, TimeForm::ymd) >= kMost ||
                           share_of_times(c, TimeForm::dmy) >= kMost ||
                           share_of_times(c, TimeForm::mdy) >= kMost;
-        // Eight digits are a date to the eye of a machine and may be a count.
+        // Eight digits can be parsed as a date but may be a count.
         const bool number = share_of_times(c, TimeForm::seconds) >= kMost;
         if (date && !dates && (!number || named_like_time(c))) dates = c;
         if (number && named_like_time(c) && !named) named = c;
         if (number && !rising && c == 0 && rises(c)) rising = c;
       }
-      // Numbers since 1970 leave no choice of day and month.
+      // Numbers counted since 1970 have no order of day and month.
       if (dates && named && options_.time == TimeForm::automatic && has_two_orders(*dates) &&
           counts_since_1970(*named)) {
         dates = named;
@@ -405,7 +408,7 @@ class Finder {
     take_form(layout_.time);
   }
 
-  // Day and month may be the other way round in all cells.
+  // Returns whether all cells allow both orders of day and month.
   bool has_two_orders(std::size_t column) const {
     return share_of_times(column, TimeForm::ymd) < 0.9 &&
            share_of_times(column, TimeForm::dmy) >= 0.9 &&
@@ -425,7 +428,7 @@ class Finder {
     return numbers;
   }
 
-  // With its unit.
+  // Returns the name with its unit.
   std::string time_name(std::size_t column) const {
     std::string name;
     if (column < layout_.names.size()) {
@@ -437,7 +440,7 @@ class Finder {
     return name;
   }
 
-  // Of the column's times, where none was told.
+  // Determines the form of the column's times, if the user did not set it.
   void take_form(std::size_t c) {
     constexpr double kMost = 0.9;
     if (options_.time != TimeForm::automatic) {
@@ -456,7 +459,7 @@ class Finder {
     }
   }
 
-  // 20260301 or 20260301T100000: a number as well.
+  // Returns whether times have the form 20260301 or 20260301T100000, which may also be numbers.
   bool compact_date(std::size_t column) const {
     const std::string_view text = cell(rows_.size() - 1, column);
     return text.size() >= 8 && share_of_times(column, TimeForm::ymd) >= 0.9 &&
@@ -465,14 +468,15 @@ class Finder {
   }
 
   [[noreturn]] void fail_no_time() {
-    // A column by that name whose cells can't be read says more than none.
+    // The error for a column named like times with unreadable cells is more specific than the
+    // general one.
     for (std::size_t c = 0; c < columns_; ++c) {
       if (named_like_time(c)) fail_time(c, kUnknownTime);
     }
-    fail(1, 1, "no column of times was found; --time-column NAME says which it is");
+    fail(1, 1, "no column of times was found. Name it with --time-column NAME");
   }
 
-  static constexpr const char* kUnknownTime = "that is known; --time tells its form";
+  static constexpr const char* kUnknownTime = "that is known. Set its form with --time";
 
   bool is_any_time(std::string_view text) const {
     if (options_.time != TimeForm::automatic)
@@ -482,12 +486,12 @@ class Finder {
            parse_number(text, layout_.decimal);
   }
 
-  // At the first row below the column's name that is no time.
+  // Reports the first row below the column's name that is no time.
   [[noreturn]] void fail_time(std::size_t column, const std::string& of_what) {
     std::size_t row = kNoColumn;
     const std::size_t named = row_naming_time(column).value_or(0);
     for (std::size_t k = named; k < rows_.size(); ++k) {
-      // In the wrong column since the row is too wide.
+      // The cell is in the wrong column because the row is too wide.
       if (rows_[k].size() > rows_[named].size() && rows_[named].size() > 1) {
         layout_.names.resize(rows_[named].size());
         fail(k + 1, 0, too_wide_text(rows_[k].size(), layout_));
@@ -497,7 +501,7 @@ class Finder {
       row = k;
       if (!is_any_time(text)) break;
     }
-    if (row == kNoColumn) fail(rows_.size(), 0, "a header, and no row of data below it");
+    if (row == kNoColumn) fail(rows_.size(), 0, "a header without a row of data below it");
     const std::string_view text = cell(row, column);
     fail(row + 1, place_in_line(lines_[row], lines_[row].find(text), options_),
          fmt::format("{} is no time {}", base::in_quotes(text), of_what));
@@ -523,8 +527,8 @@ class Finder {
     fail(1, 0, fmt::format("no column {}; the first line has {}", base::in_quotes(wanted), names));
   }
 
-  // Day or month first. A date with dots has the day first everywhere; else numbers above 12 tell, or the change of
-  // the date: time goes on by little.
+  // Decides whether day or month is first. In a date with dots the day is always first. Otherwise a
+  // number above 12 decides, or the changes of the date: the correct order makes small steps.
   void settle_order(std::size_t column) {
     bool dmy = true;
     bool mdy = true;
@@ -564,7 +568,7 @@ class Finder {
       std::size_t row = 0;
       while (row + 1 < rows_.size() && !possible_orders(cell(row, column)).dmy) ++row;
       const std::string_view shown = cell(row, column);
-      // The name of a month leaves no choice.
+      // A month written as a name is unambiguous.
       if (shown.find_first_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") < 6) {
         mdy = false;
       } else {
@@ -596,7 +600,8 @@ class Finder {
       layout_.header_rows = first;
     }
     const std::size_t header = std::min(layout_.header_rows, rows_.size());
-    // The row with the most names of signals; of several the first. Rows of descriptions and units have fewer.
+    // Finds the row with the most names of signals, the first one of several. Rows of descriptions
+    // and units have fewer.
     std::size_t best_row = kNoColumn;
     double best = -1.0;
     for (std::size_t k = header > kMostHeaderRows ? header - kMostHeaderRows : 0; k < header; ++k) {
@@ -632,7 +637,7 @@ class Finder {
     take_units(header);
   }
 
-  // A row of them among the first lines.
+  // Takes a row of units among the first lines.
   void take_units(std::size_t header) {
     for (std::size_t k = 0; k < header; ++k) {
       if (k == name_row_) continue;
@@ -651,8 +656,9 @@ class Finder {
     }
   }
 
-  // Most rows have more cells than the header: which belongs to which column nobody can tell. A single one is told when
-  // it is read. Empty ones come of a delimiter at the end of the line.
+  // Refuses tables in which most rows have more cells than the header, because the cells can't be
+  // assigned to columns. A single such row is reported when it is read. Additional empty cells
+  // result from a delimiter at the end of the line.
   void refuse_wide_rows(std::size_t header) {
     const std::size_t named = rows_[header].size();
     std::size_t wide = 0;
@@ -713,12 +719,13 @@ class Finder {
     header.cells.assign(rows_[annotated_row_].begin(), rows_[annotated_row_].end());
     layout_.is_long = take_annotation(layout_, header);
     if (layout_.is_long) return;
-    for (std::size_t c = 0; c < columns_; ++c) {  // a column a field
+    for (std::size_t c = 0; c < columns_; ++c) {  // each column is a field
       if (c != layout_.time && layout_.names[c].starts_with("_")) layout_.names[c].clear();
     }
   }
 
-  // Without the names: three or four columns, of which one has words that come again and again, and one numbers.
+  // Recognises a long table without its names: three or four columns. One has words that repeat,
+  // and one has numbers.
   void guess_long() {
     if (columns_ < 3 || columns_ > 5) return;
     std::size_t words = kNoColumn;
@@ -747,7 +754,7 @@ class Finder {
     layout_.value = numbers;
   }
 
-  // "Date;Time;PV;...": the times of day stand beside the dates.
+  // Finds the column of times of day, if dates are in a separate column: "Date;Time;PV;...".
   void find_clock() {
     if (!is_date(layout_.form)) return;
     bool only_dates = true;
@@ -764,7 +771,7 @@ class Finder {
     }
   }
 
-  // Numbers: how large they are and how far apart tells what they count, unless the name does.
+  // Decides the unit of numeric times by the name, otherwise by their size and their steps.
   void settle_form() {
     if (options_.time != TimeForm::automatic || layout_.form != TimeForm::seconds) return;
     const CountedTime counted =
@@ -796,7 +803,8 @@ bool is_annotation(const Layout& layout, const LineCells& row) {
           std::find(row.cells.begin(), row.cells.end(), "_time") != row.cells.end());
 }
 
-// The tag is what tells the series apart: measurement, tag columns, and the field unless that is "value".
+// Reads an annotation. The tag consists of the parts that distinguish the series: measurement, tag
+// columns, and the field unless it is "value".
 bool take_annotation(Layout& layout, const LineCells& row) {
   if (row.cells.front() == "#default") layout.defaults.assign(row.cells.begin(), row.cells.end());
   if (row.cells.front().starts_with("#")) return true;
@@ -858,9 +866,8 @@ std::string delimiter_text(char c) {
 
 std::string too_wide_text(std::size_t cells, const Layout& layout) {
   return fmt::format(
-      "{} cells where the header has {}; a cell that holds the delimiter, a {}, must stand in "
-      "double "
-      "quotes",
+      "{} cells where the header has {}; a cell that contains the delimiter, a {}, must be in "
+      "double quotes",
       cells, layout.names.size(), delimiter_text(layout.delimiter));
 }
 
@@ -937,9 +944,9 @@ std::string describe(const Layout& layout, const TextSource& source) {
   if (layout.clock != kNoColumn)
     text += fmt::format(" and {}", base::in_quotes(layout.names[layout.clock]));
   if (layout.annotated) text += "; as InfluxDB writes it";
-  text += layout.is_long ? "; a row a value"
+  text += layout.is_long ? "; one row per value"
           : layout.pairs ? "; times and values in pairs of columns"
-                         : "; a column a signal";
+                         : "; one column per signal";
   const std::vector<std::size_t> qualities = quality_columns(layout);
   for (std::size_t k = 0; k < std::min(kMostQualitiesSaid, qualities.size()); ++k)
     text += (k > 0 ? ", " : "; qualities in ") + base::in_quotes(layout.names[qualities[k]]);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// How an export is laid out: found out from its first lines, or told by the user.
+// The layout of an export, found from its first lines or set by the user.
 //
-//   wide   a column a signal, a row a time:   Timestamp;FIC101.PV;FIC101.OP;...
-//   long   a row a value:                     Tag,Timestamp,Value,Quality
-//   pairs  two columns a signal:              Time,FIC101.PV,Time,FIC101.OP,...   each with times of its own
+//   wide   one column per signal, one row per time:  Timestamp;FIC101.PV;FIC101.OP;...
+//   long   one row per value:                        Tag,Timestamp,Value,Quality
+//   pairs  two columns per signal, with its times:   Time,FIC101.PV,Time,FIC101.OP,...
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ namespace loopwarden::record {
 enum class Filling : std::uint8_t { automatic, held, linear };
 const char* to_text(Filling filling) noexcept;
 
-// What the user says of an export; what is left out is found out.
+// The user's settings for an export. Settings that are not set are found automatically.
 struct ImportOptions {
   std::optional<char> delimiter;
   std::optional<char> decimal;  // '.' or ','
@@ -33,19 +33,19 @@ struct ImportOptions {
   TimeForm time = TimeForm::automatic;
   std::string time_column;         // name, or number from 1
   std::optional<int> zone_s;       // of local times, s east of UTC
-  std::vector<LoopSignals> loops;  // else by rules and the names' endings
+  std::vector<LoopSignals> loops;  // otherwise by rules and the names' endings
   std::vector<TagRule> rules;
   std::vector<std::string> bad_words;  // in lower case
   std::optional<double> period_s;
   Filling filling = Filling::automatic;
   double most_samples = 1e8;  // of a record
-  // Not told: the place in a line is said by its column, as a sheet has it, else by its byte.
+  // False: a place in a line is reported by its byte. True: by its column, as in a sheet.
   bool counts_columns = false;
 
   bool anything_said() const noexcept;
 };
 
-// All of it but the rules as text, to tell two of them apart.
+// Returns all settings except the rules as text, to compare two of them.
 std::string fingerprint(const ImportOptions& options);
 
 inline constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
@@ -55,47 +55,50 @@ struct Layout {
   char decimal = '.';
   std::size_t header_rows = 1;  // lines before the first row of data
   bool is_long = false;
-  bool pairs = false;  // each column with a name has its times in the one before it
+  bool pairs = false;  // each named column has its times in the previous column
   // False: no cell of the first lines allows one reading of the decimal mark only.
   bool decimal_known = true;
-  bool decimal_by_jumps = false;  // not known, but jumps between cells decide (decimal_marks.hpp)
+  bool decimal_by_jumps = false;  // unknown, but jumps between cells decide (decimal_marks.hpp)
   TimeForm form = TimeForm::seconds;
   std::size_t time = 0;                  // column
   std::size_t clock = kNoColumn;         // of times of day, where `time` has the dates
   std::size_t tag = kNoColumn;           // long
-  std::vector<std::size_t> more_of_tag;  // columns that stand before it in the tag's name
-  bool annotated = false;  // as InfluxDB writes it: lines with #, a header before each table
-  std::vector<std::string> defaults;  // annotated: of cells that are empty, by column
+  std::vector<std::size_t> more_of_tag;  // columns that precede it in the tag's name
+  bool annotated = false;  // format of InfluxDB: lines with #, a header before each table
+  std::vector<std::string> defaults;  // annotated: values of empty cells, by column
   std::size_t value = kNoColumn;
   std::vector<std::string> names;  // of the columns
-  std::vector<std::string> units;  // of a row of them, or empty
-  // Columns of qualities by the column that they are of; long: by the column of values.
+  std::vector<std::string> units;  // from a row of units, or empty
+  // Columns of qualities by the column that they refer to; long: by the column of values.
   std::vector<std::vector<std::size_t>> qualities_of;
-  std::string hint;  // what else the times may be, in words
+  std::string hint;  // other possible meaning of the times, for people
 };
 
-// From the first lines (`head`) of the file `name`. Throws RecordError with the option that would help.
+// Returns the layout found from the first lines (`head`) of the file `name`. Throws RecordError
+// with the option that helps.
 Layout find_layout(std::string_view head, const std::string& name, const ImportOptions& options);
 
-// A line with #, or the header of a table, between the rows of an annotated file.
+// Returns whether a row of an annotated file is a line with # or the header of a table.
 bool is_annotation(const Layout& layout, const LineCells& row);
-// Of a row a value: the columns of the table that begins with this one. False where it lacks one that is needed.
+// Long: sets the columns for the table that begins with this header. Returns false if a required
+// column is missing.
 bool take_annotation(Layout& layout, const LineCells& row);
 
-// Long: the tag of a row, in `buffer` where it is put together; empty where the row has none.
+// Long: returns the tag of a row; empty if it has none. Tags of several parts are composed in
+// `buffer`.
 std::string_view tag_of(const Layout& layout, const LineCells& row, std::string& buffer);
 
-// Of a row with more cells than the header.
+// Returns the message for a row with more cells than the header.
 std::string too_wide_text(std::size_t cells, const Layout& layout);
 
-// For messages: where in a line `byte` stands, from 1.
+// Returns the place of `byte` in a line for messages, from 1.
 std::size_t place_in_line(std::string_view line, std::size_t byte, const ImportOptions& options);
 
-// The names of columns that are neither times nor tags, values or qualities, in a table with a row
-// per value.
+// Returns the names of the columns that are not used in a table with one row per value.
 std::vector<std::string> unused_columns(const Layout& layout);
 
-// One line: "comma, decimal point, UTF-8; times ISO 8601 in column 'Timestamp'; a column a signal"
+// Returns one line: "comma, decimal point, UTF-8; times ISO 8601 in column 'Timestamp'; a column a
+// signal"
 std::string describe(const Layout& layout, const TextSource& source);
 
 }  // namespace loopwarden::record

@@ -32,7 +32,7 @@ class ProtocolScanner {
     while (take(' ')) {
     }
   }
-  // Up to one of `ends` that has no backslash before it.
+  // Reads up to one of `ends` without a backslash before it.
   std::string word(std::string_view ends) {
     std::string out;
     while (!rest_.empty() && ends.find(rest_.front()) == ends.npos) {
@@ -44,7 +44,7 @@ class ProtocolScanner {
     }
     return out;
   }
-  // A string in quotes, without them. False if it does not end.
+  // Reads a quoted string, without the quotes. Returns false if it does not end.
   bool quoted(std::string& out) {
     out.clear();
     if (!take('"')) return false;
@@ -63,7 +63,7 @@ class ProtocolScanner {
   std::string_view rest_;
 };
 
-// As a cell: a number, 1 or 0; false if it is no value of a field.
+// Converts a field's value to a cell: a number, 1 or 0. Returns false if it is no valid value.
 bool as_cell(std::string& value) {
   if (value.empty()) return false;
   const std::string word = base::lower_case(value);
@@ -78,7 +78,7 @@ bool as_cell(std::string& value) {
   return problem == std::errc{} && end == value.data() + value.size();
 }
 
-// No tab, quote or line end, which the table has for itself.
+// Replaces tabs, quotes and line ends, which are syntax of the table.
 void add_plain(std::string& to, std::string_view text) {
   for (const char c : text) to += c == '\t' || c == '"' || c == '\r' || c == '\n' ? ' ' : c;
 }
@@ -112,7 +112,7 @@ class ProtocolBytes : public ByteSource {
   const char* packing() const noexcept override { return kLineProtocol; }
 
  private:
-  // Constant tags, and the name of qualities.
+  // Finds constant tags, and the name of qualities.
   void look_ahead() {
     std::map<std::string, std::set<std::string>> values;
     std::string_view head = text_->peek(kLookedAtLines);
@@ -135,14 +135,15 @@ class ProtocolBytes : public ByteSource {
     }
   }
 
-  // What of the field's name `key` is the name of a quality of the field `of`; empty: nothing.
+  // Returns the part of the field's name `key` that names a quality of the field `of`; empty if
+  // there is none.
   static std::string_view quality_part(std::string_view key, std::string_view of) {
     if (!key.starts_with(of) || key == of) return {};
     key.remove_prefix(of.size());
     while (!key.empty() && std::string_view("._- ").find(key.front()) != key.npos)
       key.remove_prefix(1);
     const QualityKind kind = quality_kind(key);
-    // Alone, "status" may be anything.
+    // As a whole name, "status" may have any meaning.
     const bool vague = kind == QualityKind::status || kind == QualityKind::flags;
     return kind == QualityKind::none || (vague && of.empty()) ? std::string_view() : key;
   }
@@ -159,7 +160,7 @@ class ProtocolBytes : public ByteSource {
            });
   }
 
-  // Of the field `of`: its own quality, otherwise the line's.
+  // Returns the quality of the field `of`: its own, otherwise the line's.
   std::string_view quality_of(const std::string& of) const {
     for (const auto& [key, value] : line_.fields) {
       if (quality_part(key, of) == quality_) return value;
@@ -179,7 +180,7 @@ class ProtocolBytes : public ByteSource {
 
   void add(std::string_view text) {
     if (!parse_protocol_line(text, line_)) {
-      if (text_->at_end()) return;  // a file that was copied while it was written
+      if (text_->at_end()) return;  // the file was copied while it was being written
       fail("is no line of InfluxDB line protocol");
     }
     if (line_.time.empty()) fail("a line without a time, which can't be placed in a record");
@@ -208,7 +209,7 @@ class ProtocolBytes : public ByteSource {
 
   std::unique_ptr<TextSource> text_;
   std::set<std::string> constant_;
-  std::string quality_;  // the name of qualities of fields; empty: there are none
+  std::string quality_;  // name of the fields' qualities; empty: no qualities
   ProtocolLine line_;
   std::string out_;
 };

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// InfluxDB line protocol as a table: a row per field, with the columns time, series and value.
+// Converts InfluxDB line protocol to a table: one row per field, with the columns time, series and
+// value.
 //
 //   plant,unit=1 FIC101.PV=36.8,FIC101.OP=35i 1793599200000000000
 //
-// A series is called MEASUREMENT.TAGS.FIELD, without a field `value`, as in annotated CSV.
-// Tags that have the same value in all of the first lines are left out of the name.
-// Numbers may end in i or u, true and false become 1 and 0, strings stay as they are.
+// A series is called MEASUREMENT.TAGS.FIELD. A field `value` is left out, as in annotated CSV. Tags
+// with the same value in all of the first lines are left out of the name. Numbers may end in i or
+// u, true and false become 1 and 0, and strings are kept.
 #pragma once
 
 #include <memory>
@@ -23,17 +24,17 @@ inline constexpr const char* kLineProtocol = "InfluxDB line protocol";
 struct ProtocolLine {
   std::string measurement;
   std::vector<std::pair<std::string, std::string>> tags;
-  std::vector<std::pair<std::string, std::string>> fields;  // values as a table has them
-  std::string time;                                         // empty: none
+  std::vector<std::pair<std::string, std::string>> fields;  // values in the form of table cells
+  std::string time;                                         // empty: no time
 };
 // Returns false if `text` is no line of the protocol. Clears `line` first.
 bool parse_protocol_line(std::string_view text, ProtocolLine& line);
 
-// Whether the first lines are of the protocol; comments and empty lines do not count.
+// Returns whether the first lines are line protocol; comments and empty lines do not count.
 bool is_line_protocol(std::string_view head);
 
-// The table as text, tabs between cells. Throws RecordError for a line of another
-// format, and for one without a time.
+// Returns the table as text with tabs between cells. Throws RecordError for a line of another
+// format or without a time.
 std::unique_ptr<TextSource> protocol_table(std::unique_ptr<TextSource> text);
 
 }  // namespace loopwarden::record

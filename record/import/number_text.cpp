@@ -15,7 +15,8 @@
 namespace loopwarden::record {
 namespace {
 
-// In lower case; what a cell begins with. They stand for PI, PHD, Aspen, OPC clients and spreadsheets.
+// Beginnings of cells for bad values, in lower case, as PI, PHD, Aspen, OPC clients and
+// spreadsheets write them.
 constexpr std::array<std::string_view, 46> kBadWords{
     "bad",        "no data",     "nodata",      "i/o timeout", "io timeout",    "timeout",
     "nan",        "null",        "n/a",         "none",        "pt created",    "point creat",
@@ -29,7 +30,7 @@ constexpr std::array<std::string_view, 46> kBadWords{
 constexpr std::array<std::string_view, 4> kDoubtWords{"questionable", "uncertain", "doubtful",
                                                       "substituted"};
 
-// Blanks, apostrophes and a minus sign that are more than one byte in UTF-8.
+// Blanks, apostrophes and a minus sign that have more than one byte in UTF-8.
 constexpr std::array<std::pair<std::string_view, char>, 9> kLongMarks{{{"\u00a0", ' '},
                                                                        {"\u202f", ' '},
                                                                        {"\u2009", ' '},
@@ -40,13 +41,13 @@ constexpr std::array<std::pair<std::string_view, char>, 9> kLongMarks{{{"\u00a0"
                                                                        {"\u00b4", '\''},
                                                                        {"\u2212", '-'}}};
 
-// The long mark at the beginning of `text`; kLongMarks.end(): none.
+// Returns the long mark at the beginning of `text`; kLongMarks.end() if there is none.
 auto long_mark(std::string_view text) noexcept {
   return std::find_if(kLongMarks.begin(), kLongMarks.end(),
                       [text](const auto& mark) { return text.starts_with(mark.first); });
 }
 
-// `text` with one byte for each mark.
+// Returns `text` with one byte for each mark.
 std::string with_short_marks(std::string_view text) {
   std::string out;
   while (!text.empty()) {
@@ -64,8 +65,8 @@ bool is_thousands_mark(char c, char decimal) noexcept {
   return c != decimal && (c == ',' || c == '.' || c == '\'' || c == ' ');
 }
 
-// Digits in groups: the last one of three; those between first and last all of three, or all of two
-// as in India (12,34,567).
+// Returns whether the digit groups are thousands: the last one has three digits; those between
+// first and last all have three, or all two as in India (12,34,567).
 bool are_groups(const std::vector<std::size_t>& sizes) {
   if (sizes.size() < 2 || sizes.back() != 3 || sizes.front() < 1) return false;
   const auto inner = [&](std::size_t size) {
@@ -75,7 +76,8 @@ bool are_groups(const std::vector<std::size_t>& sizes) {
   return (inner(3) && sizes.front() <= 3) || (sizes.size() > 2 && inner(2) && sizes.front() <= 2);
 }
 
-// "1,234,567.8" without its marks and with a point; empty if they are no marks of thousands.
+// Returns "1,234,567.8" without its marks and with a point; empty if they are no marks of
+// thousands.
 std::string without_thousands(std::string_view text, char decimal) {
   std::string plain;
   const std::size_t point = std::min(text.find(decimal), text.size());
@@ -106,8 +108,9 @@ std::optional<double> plain_number(std::string_view text) noexcept {
   return value;
 }
 
-// Digits with at most one point and no exponent, as nearly all cells are: both whole numbers are exact doubles, so that
-// their quotient is the double nearest to the text, as from_chars finds it (W. D. Clinger, PLDI 1990).
+// Reads numbers with at most one point and no exponent, as in nearly all cells. Numerator and
+// denominator are exact doubles, so their quotient is the double nearest to the text, as from_chars
+// finds it (W. D. Clinger, PLDI 1990).
 bool short_decimal(std::string_view text, char decimal, double& value) noexcept {
   constexpr std::size_t kExactDigits = 15;
   constexpr std::array kPowers{1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
@@ -116,7 +119,7 @@ bool short_decimal(std::string_view text, char decimal, double& value) noexcept 
   const std::size_t first = negative || text.front() == '+' ? 1 : 0;
   std::uint64_t whole = 0;
   std::size_t digits = 0;
-  std::size_t behind = text.size();  // of the point
+  std::size_t behind = text.size();  // after the point
   for (std::size_t k = first; k < text.size(); ++k) {
     const auto digit = static_cast<unsigned char>(text[k] - '0');
     if (digit <= 9) {
@@ -198,7 +201,7 @@ Marks marks_of(std::string_view text) {
   if (points + commas == 0) return parse_number(text, '.') ? Marks::whole : Marks::none;
   const bool last_is_comma = number.find_last_of(".,") == number.find_last_of(',');
   char decimal = last_is_comma ? ',' : '.';
-  // The same mark twice stands for thousands.
+  // A mark that appears twice is a thousands mark.
   if ((points == 0 && commas > 1) || (commas == 0 && points > 1))
     decimal = last_is_comma ? '.' : ',';
   if (!parse_number(text, decimal)) return Marks::none;
@@ -218,7 +221,8 @@ CellValue parse_value(std::string_view text, char decimal,
     if (const auto value = parse_number(split.text, decimal))
       return {Cell::number, *value, split.unit};
   }
-  // A spreadsheet's errors in any language: #VALUE!, #WERT!, #NV, #N/A; and ##### where its column was too narrow.
+  // Errors of spreadsheets in all languages: #VALUE!, #WERT!, #NV, #N/A. A column that was too
+  // narrow has #####.
   if (text.front() == '#' && text.find('.') == std::string_view::npos) return {Cell::bad, 0.0, {}};
   if (text == "-" || text == "--" || text == "?" || text == "*") return {Cell::bad, 0.0, {}};
   const auto begins = [&](std::string_view word) { return begins_with(text, word); };
@@ -226,7 +230,7 @@ CellValue parse_value(std::string_view text, char decimal,
   if (begins_with(text, "inf") || begins_with(text, "-inf")) return {Cell::bad, 0.0, {}};
   if (std::any_of(kDoubtWords.begin(), kDoubtWords.end(), begins))
     return {Cell::questionable, 0.0, {}};
-  // As historians mark a number that they doubt: 12.3?
+  // Historians mark a doubtful number in this way: 12.3?
   if (text.back() == '?' && parse_number(base::trimmed(text.substr(0, text.size() - 1)), decimal)) {
     return {Cell::questionable, 0.0, {}};
   }
@@ -265,7 +269,7 @@ bool LineCells::split(std::string_view line, char delimiter, std::size_t* open) 
     }
     const std::string_view inside = line.substr(start + 1, close - start - 1);
     if (doubled) {
-      // Views into a growing vector would dangle: the place is found again below.
+      // Views into a growing vector would dangle, so the positions are found again below.
       std::string text;
       for (std::size_t k = 0; k < inside.size(); ++k) {
         text += inside[k];

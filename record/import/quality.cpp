@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMostStates = 60000;
 
-// Letters with accents, as their plain ones: both cases of Latin-1, and some of Latin Extended-A.
+// Letters with accents and their plain forms: both cases of Latin-1, and some of Latin Extended-A.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 53> kPlainLetters{
     {{"\u00e4", "a"}, {"\u00c4", "a"},  {"\u00f6", "o"}, {"\u00d6", "o"}, {"\u00fc", "u"},
      {"\u00dc", "u"}, {"\u00df", "ss"}, {"\u00e9", "e"}, {"\u00c9", "e"}, {"\u00e8", "e"},
@@ -32,7 +32,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 53> kPlainLe
      {"\u00fd", "y"}, {"\u016f", "u"},  {"\u0151", "o"}, {"\u011f", "g"}, {"\u015f", "s"},
      {"\u0131", "i"}, {"\u0130", "i"},  {"\u0103", "a"}}};
 
-// Lower case without accents; Cyrillic letters become small ones.
+// Returns the text in lower case without accents, also for Cyrillic letters.
 std::string folded(std::string_view text) {
   std::string word = base::lower_case(text);
   for (std::size_t k = 0; k + 1 < word.size(); ++k) {
@@ -68,7 +68,8 @@ bool has_word(std::string_view list, const std::string& word) {
   return !word.empty() && word.find(' ') == word.npos && list.find(' ' + word + ' ') != list.npos;
 }
 
-// Whether a word of the list is `text` or its beginning; of up to three letters: all of it.
+// Returns whether a word of the list is `text` or its beginning. Words of up to three letters must
+// match completely.
 bool begins_with_one_of(std::string_view list, std::string_view text) {
   while (!list.empty()) {
     const std::size_t end = std::min(list.find('|'), list.size());
@@ -107,7 +108,7 @@ constexpr std::string_view kBadStates =
     "\u6545\u969c|\u9519\u8bef|\u5931\u8d25|\u574f\u503c|\ubd88\ub7c9|\uc624\ub958|\uc774\uc0c1|"
     "\u043f\u043b\u043e\u0445|\u043d\u0435\u0434\u043e\u0441\u0442|\u043e\u0448\u0438\u0431|"
     "\u043d\u0435\u0438\u0441\u043f\u0440|\u043e\u0442\u043a\u0430\u0437|\u0430\u0432\u0430\u0440";
-// Bad or doubtful, and nothing but a value is called so.
+// Words for bad or doubtful values that have no other use.
 constexpr std::string_view kOnlyOfValues =
     "bad|invalid|no data|uncertain|questionable|schlecht|ungultig|ungueltig|mauvais|invalide";
 constexpr std::string_view kGoodStates =
@@ -154,7 +155,7 @@ constexpr std::string_view kPercents =
 }  // namespace
 
 QualityKind quality_kind(std::string_view column_name) {
-  // The types of IEC 61131 as letters: bValid, xGood, wStatus.
+  // Removes type letters of IEC 61131: bValid, xGood, wStatus.
   if (column_name.size() > 2 &&
       std::string_view("bxwsin").find(column_name[0]) != std::string_view::npos &&
       column_name[1] >= 'A' && column_name[1] <= 'Z')
@@ -182,7 +183,7 @@ std::optional<SampleQuality> quality_of_word(std::string_view text) {
   if (begins_with_one_of(kDoubtStates, word)) return SampleQuality::questionable;
   if (begins_with_one_of(kBadStates, word)) return SampleQuality::bad;
   if (!begins_with_one_of(kGoodStates, word)) return std::nullopt;
-  // "validation failed", "good (substituted)": a worse word behind decides.
+  // In "validation failed" or "good (substituted)" the worse of the later words decides.
   for (std::size_t at = word.find_first_of(" _,("); at != word.npos;
        at = word.find_first_of(" _,(", at + 1)) {
     const std::string_view rest = std::string_view(word).substr(at + 1);
@@ -208,7 +209,7 @@ QualityCells::Id QualityCells::add(std::string_view cell) {
     return last_;
   }
   const auto [at, is_new] = ids_.try_emplace(std::string(cell), static_cast<Id>(states_.size()));
-  if (is_new && states_.size() >= kMostStates) {  // as good as the last of so many
+  if (is_new && states_.size() >= kMostStates) {  // treated as the last state if there are too many
     at->second = static_cast<Id>(states_.size() - 1);
   } else if (is_new) {
     State state;
@@ -233,7 +234,7 @@ QualityCells::Id QualityCells::add(std::string_view cell) {
   return last_;
 }
 
-// True and false, in words or as 1 and 0.
+// Returns the quality of true and false, written as words or as 1 and 0.
 SampleQuality QualityCells::by_name(bool flag) const {
   if (kind_ == QualityKind::bad_flag) return flag ? SampleQuality::bad : SampleQuality::good;
   if (kind_ == QualityKind::doubt_flag)
@@ -328,7 +329,7 @@ void QualityCells::settle_codes() {
     const auto code = static_cast<std::uint64_t>(*state.code) & 0xFFFFFFFFU;
     const auto low = code & 0xC0U;
     state.known = true;
-    if (kind_ == QualityKind::flags) continue;  // bits that nobody explains: not used
+    if (kind_ == QualityKind::flags) continue;  // bits without a known meaning: not used
     if (percent) {
       const bool whole = most > 1;
       state.quality = *state.code >= (whole ? 100 : 1) ? SampleQuality::good
@@ -336,7 +337,7 @@ void QualityCells::settle_codes() {
                                                        : SampleQuality::bad;
     } else if (ua) {
       const auto top = code >> 30U;
-      // A column of status codes may have the 192 of an older source as well.
+      // A column of status codes may also contain the 192 of an older source.
       state.quality = top == 0   ? SampleQuality::good
                       : top == 1 ? SampleQuality::questionable
                                  : SampleQuality::bad;
@@ -358,7 +359,8 @@ void QualityCells::settle_codes() {
   }
 }
 
-// A product's quality, the state of a pump, bits that nobody explains.
+// Returns whether the column has another meaning: a product's quality, the state of a pump, unknown
+// bits.
 bool QualityCells::has_other_meaning() const {
   constexpr double kNearlyAll = 0.9;  // of the cells: the usual state of a value is good
   const bool vague = kind_ == QualityKind::status || kind_ == QualityKind::flags;
@@ -409,7 +411,7 @@ std::vector<std::string> QualityCells::settle() {
                             state.cells, state.cells == 1 ? "cell" : "cells");
     }
     if (states_.size() > kMostListed) list += ", ...";
-    return {"not used, because none of its states is known as a good quality: " + list};
+    return {"not used, because it has no state that is known as a good quality: " + list};
   }
   settle_codes();
   std::vector<std::string> said;

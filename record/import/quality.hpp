@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Columns of qualities: their names, and what their words and codes mean. Vocabulary of OPC DA and
-// OPC UA, PI, AVEVA, Siemens, Honeywell PHD, Aspen IP.21, Ignition and eWON, in several languages.
+// Interprets columns of qualities by their names, words and codes. Vocabulary of OPC DA and OPC UA,
+// PI, AVEVA, Siemens, Honeywell PHD, Aspen IP.21, Ignition and eWON, in several languages.
 //
-// Codes are judged together, as a column has one scheme:
+// All codes of a column are interpreted together, because a column has one scheme:
 //
 //   0 and 1         by the column's name (Valid, Questionable); otherwise the more frequent is good
 //   percent         Confidence, or codes up to 100 with 100 among them: 100 good, 0 bad
@@ -11,13 +11,12 @@
 //   eWON            3 is good, if the column is IQuality or 3 is the most frequent code
 //   OPC DA, Siemens the two highest bits of the low byte: 0xC0, 0x80 good, 0x40 doubtful
 //
-// A word or code that is not known is bad and reported with its count. If no cell has a known good
-// state and one unknown state has more than half of the cells, this state is taken as good, and
-// reported.
+// An unknown word or code is bad and is reported with its count. If no cell has a known good state,
+// an unknown state with more than half of the cells is treated as good, and reported.
 //
-// A column is not used, and reported, if it has fractions. So is a Status, State or Flags with
-// unknown states, unless one of its states is known of values only (good, bad) or a Status or State
-// has nearly all cells in one state.
+// A column with fractions is not used, and this is reported. A Status, State or Flags with unknown
+// states is not used either, with two exceptions. It is used if one of its states applies to values
+// only (good, bad). A Status or State is also used if nearly all its cells have one state.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +34,7 @@ enum class SampleQuality : std::uint8_t { good, questionable, bad };
 enum class QualityKind : std::uint8_t {
   none,          // no column of qualities
   state,         // Quality, OPCQuality, StatusCode
-  status,        // Status, State: may be anything else
+  status,        // Status, State: may have another meaning
   flags,         // bits of a vendor
   good_flag,     // Validity, IsGood
   bad_flag,      // IsBad, Error
@@ -45,13 +44,13 @@ enum class QualityKind : std::uint8_t {
 };
 QualityKind quality_kind(std::string_view column_name);
 
-// Of a word alone; nullopt: not known.
+// Returns the quality of a single word; nullopt: unknown.
 std::optional<SampleQuality> quality_of_word(std::string_view word);
 
-// Whether the word says that a value is good, and is seldom used for anything else.
+// Returns whether the word means that a value is good and rarely has another meaning.
 bool says_good(std::string_view word);
 
-// The cells of one column: add all of them, then settle, then ask for each.
+// The cells of one column: add all of them, call settle(), then query each one.
 class QualityCells {
  public:
   explicit QualityCells(QualityKind kind) : kind_(kind) {}
@@ -61,7 +60,7 @@ class QualityCells {
   // Returns remarks for people: "'Gestört' in 12 cells: not known, taken as bad".
   std::vector<std::string> settle();
   SampleQuality quality(Id id) const { return states_[id].quality; }
-  // The most frequent state, for a message.
+  // Returns the most frequent state, for a message.
   std::string most_frequent() const;
 
  private:

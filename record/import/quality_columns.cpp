@@ -26,7 +26,7 @@ class QualityFinder {
 
   std::vector<std::vector<std::size_t>> find() {
     if (layout_.annotated && layout_.is_long) return std::move(found_);  // all columns are tags
-    std::vector<std::size_t> plain;  // named as qualities are, and nothing else
+    std::vector<std::size_t> plain;  // columns whose whole name is that of a quality
     for (std::size_t c = 0; c < found_.size(); ++c) {
       if (c == layout_.time || c == layout_.tag || c == layout_.value) continue;
       if (quality_kind(layout_.names[c]) != QualityKind::none ||
@@ -47,7 +47,7 @@ class QualityFinder {
   }
 
  private:
-  // Named by a role, or by the user.
+  // Returns whether a role or the user names the column.
   bool is_signal(std::size_t column) const {
     const std::string& name = layout_.names[column];
     return read_tag(name).role.has_value() ||

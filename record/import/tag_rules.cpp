@@ -21,7 +21,7 @@ TagPattern::TagPattern(std::string text) : text_(std::move(text)) {
   for (std::size_t at = 0; at < text_.size(); ++at) {
     const char c = text_[at];
     if (c == '*' || c == '?') {
-      // Two stars stand for what one does.
+      // Two stars are equivalent to one.
       if (c == '*' && !parts_.empty() && parts_.back().kind == Kind::any) continue;
       parts_.push_back({.kind = c == '*' ? Kind::any : Kind::one});
       continue;
@@ -72,8 +72,7 @@ std::optional<std::vector<std::string>> TagPattern::match(std::string_view name)
   std::vector<std::pair<std::size_t, std::size_t>> took(parts_.size());  // from, to
   std::size_t part = 0;
   std::size_t at = 0;
-  std::optional<std::size_t>
-      star;  // the last one: if what stands behind it fails, it takes one more
+  std::optional<std::size_t> star;  // the last star: if the rest does not match, it takes one more
   while (at < name.size() || part < parts_.size()) {
     if (part < parts_.size() && parts_[part].kind == Kind::any) {
       star = part;
@@ -82,7 +81,7 @@ std::optional<std::vector<std::string>> TagPattern::match(std::string_view name)
     }
     if (part < parts_.size() && at < name.size() && parts_[part].takes(name[at])) {
       const std::size_t from = at++;
-      // All bytes of a character.
+      // Takes all bytes of a character.
       while (parts_[part].kind != Kind::character && at < name.size() &&
              (static_cast<unsigned char>(name[at]) & 0xC0U) == 0x80U) {
         ++at;
@@ -124,7 +123,7 @@ std::optional<std::string> filled_in(std::string_view text, const std::vector<st
 
 namespace {
 
-// FT1 (m3/h), FT1 m3/h: FT1. The number of an array, FIC[3], is no unit.
+// Removes a unit: FT1 (m3/h) and FT1 m3/h become FT1. The index of an array, FIC[3], is no unit.
 std::string_view without_unit(std::string_view name) {
   const std::size_t open = name.find_last_of("([");
   if (open == std::string_view::npos || open == 0 || (name.back() != ')' && name.back() != ']'))
@@ -153,14 +152,14 @@ std::optional<RuledTag> rule_for(const std::vector<TagRule>& rules, std::string_
 
 namespace {
 
-// What a name is, by rule or by itself.
+// The meaning of a name, by a rule or by the name itself.
 struct NamedSignal {
   const std::string* name;
   std::string loop;
   Role role;
   std::string unit;
   const TagRule* rule = nullptr;
-  bool by_rule = false;  // role and loop, not only what else is known
+  bool by_rule = false;  // the rule sets role and loop, not only other properties
 };
 
 void note_use(const std::vector<TagRule>& rules, std::string_view name, std::size_t decided,
@@ -213,7 +212,7 @@ std::vector<std::string> idle_rules(const std::vector<TagRule>& rules,
     if (seen && use[k].decided) continue;
     const std::string why =
         seen && use[k].earlier
-            ? "decides nothing: what it matches is decided by " + rules[*use[k].earlier].place
+            ? "has no effect: its names are decided earlier by " + rules[*use[k].earlier].place
             : "matches no column or tag";
     idle.push_back(
         fmt::format("{}: {} {}", rules[k].place, base::in_quotes(rules[k].pattern.text()), why));

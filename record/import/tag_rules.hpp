@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The site's own rules for names: which column or tag is which signal of which loop, and what is known of it. The first
-// rule that matches a name decides.
+// The site's own rules for names: they assign a column or tag to a signal of a loop and set its
+// properties. The first rule that matches a name decides.
 //
-// Patterns are those of a shell and no regular expressions: engineers know them, and a match takes no longer than the
-// product of both lengths, whatever is written.
+// Patterns are shell patterns, not regular expressions: engineers know them, and the time of a
+// match is bounded by the product of both lengths.
 #pragma once
 
 #include <cstddef>
@@ -20,18 +20,18 @@
 
 namespace loopwarden::record {
 
-// `*` any characters or none, `?` one, `[A-C7]` one of these, `[!0-9]` one that is none of these; all else stands for
-// itself. Upper and lower case of ASCII are the same.
+// A shell pattern: `*` any characters or none, `?` one, `[A-C7]` one of these, `[!0-9]` one that is
+// not in the set. All other characters match themselves. ASCII case is ignored.
 class TagPattern {
  public:
   TagPattern() = default;
-  // Throws std::invalid_argument: a bracket that is not closed, an empty one.
+  // Throws std::invalid_argument for a bracket that is not closed or is empty.
   explicit TagPattern(std::string text);
 
   const std::string& text() const noexcept { return text_; }
   std::size_t wildcards() const noexcept;
-  // What stands at the wildcards, from the left; each * but the last takes as little as it can. Nothing where `name` is
-  // another one.
+  // Returns the texts that the wildcards match, from the left. Each * except the last matches as
+  // little as possible. Returns nullopt if `name` does not match.
   std::optional<std::vector<std::string>> match(std::string_view name) const;
 
  private:
@@ -39,7 +39,7 @@ class TagPattern {
   struct Part {
     Kind kind = Kind::character;
     char character = 0;
-    bool excluded = false;  // of a set: what is not in it
+    bool excluded = false;  // of a set: matches characters that are not in it
     std::vector<std::pair<char, char>> ranges{};
 
     bool takes(char c) const noexcept;
@@ -48,49 +48,52 @@ class TagPattern {
   std::vector<Part> parts_;
 };
 
-// `text` with $1 to $9 as what stands at the wildcards and $$ as a dollar sign. Nothing where it asks for more than there
-// are, or a $ has something else behind it.
+// Returns `text` in which $1 to $9 are replaced by the texts of the wildcards and $$ by a dollar
+// sign. Returns nullopt for a number above that of the wildcards, or another character after $.
 std::optional<std::string> filled_in(std::string_view text, const std::vector<std::string>& found);
 
 struct TagRule {
   TagPattern pattern;
   std::string place{};  // for messages: FILE:LINE
-  // Both, or what the name tells; `unused`: the name is no loop's.
+  // Role and loop; if one is not set, the name decides it. `unused`: the name belongs to no loop.
   std::optional<Role> role{};
-  std::string loop{};  // as filled_in takes it
+  std::string loop{};  // text for filled_in()
   bool unused = false;
   std::string unit{};
   std::optional<SignalRange> range{};
   std::string kind{};                             // of the loop
-  std::shared_ptr<const ModeWords> mode_words{};  // of role mode
+  std::shared_ptr<const ModeWords> mode_words{};  // for role mode
 };
 
 struct RuledTag {
-  std::size_t rule = 0;  // of the list
-  std::string loop{};    // empty where the rule has none
+  std::size_t rule = 0;  // index in the list
+  std::string loop{};    // empty if the rule has none
 };
 
-// The first that matches `name` without a unit in brackets at its end, or all of it.
+// Returns the first rule that matches `name`, with or without a unit in brackets at its end.
 std::optional<RuledTag> rule_for(const std::vector<TagRule>& rules, std::string_view name);
 
-// Whether rules were used while names came by.
+// Use of a rule for the names seen so far.
 struct RuleUse {
   bool decided = false;
-  std::optional<std::size_t> earlier{};  // that decided of a name that this one matches as well
+  std::optional<std::size_t> earlier{};  // earlier rule that decided a name that this rule matches
+                                         // as well
 };
 
-// Rules that decide of no name, each with the reason.
+// Returns the rules that decide no name, each with the reason.
 std::vector<std::string> idle_rules(const std::vector<TagRule>& rules,
                                     const std::vector<RuleUse>& use);
 
-// Loops in the order in which they first appear; of two names with one role in one loop the first. Those without a PV are
-// in the list too: the caller says what is missing. What a rule says of a name comes before what the name itself tells.
-// `use` gets one for each rule. `clash` is called with a sentence where two names are the same signal of one loop by rule.
+// Returns loops in the order in which they first appear. If two names have one role in one loop,
+// the first is used. Loops without a PV are included; the caller reports the missing signal. A rule
+// for a name has priority over the name itself. `use` gets one entry for each rule. `clash` is
+// called with a sentence if rules make two names the same signal of one loop.
 std::vector<LoopSignals> find_loops(const std::vector<std::string>& names,
                                     const std::vector<TagRule>& rules, std::vector<RuleUse>& use,
                                     const std::function<void(std::string)>& clash);
 
-// That two names are the same signal of one loop; `ruled_by` is empty of a name that tells it by itself.
+// Returns the message that two names are the same signal of one loop. `ruled_by` is empty if the
+// name itself decides.
 std::string clash_text(const std::string& tag, Role role, const std::string& name,
                        const std::string& ruled_by, const std::string& other,
                        const std::string& other_ruled_by);

@@ -16,7 +16,8 @@ struct RoleWords {
   Role role;
   std::string_view words;  // lower case, without '_' and '-', each between spaces
 };
-// What control systems call them: ISA, Honeywell (OP), Yokogawa (SV, MV), Emerson (OUT), Siemens (LMN), Rockwell (CV).
+// Names of the signals in control systems: ISA, Honeywell (OP), Yokogawa (SV, MV), Emerson (OUT),
+// Siemens (LMN), Rockwell (CV).
 constexpr std::array kRoleWords{
     RoleWords{Role::pv,
               " pv processvalue processvariable meas measurement measuredvalue"
@@ -28,7 +29,7 @@ constexpr std::array kRoleWords{
     RoleWords{Role::stem, " stem stemtravel travel position valveposition zt zi readback "},
     RoleWords{Role::mode, " mode modeactual actualmode modeact mode.actual auto automan a/m "},
 };
-// `list` has each word between two of `mark`.
+// Returns whether `list` contains the word between two of `mark`.
 bool holds(std::string_view list, char mark, const std::string& word) {
   return word.find(mark) == std::string::npos && list.find(mark + word + mark) != list.npos;
 }
@@ -51,7 +52,7 @@ std::optional<Role> role_of(std::string_view text) {
   return std::nullopt;
 }
 
-// What stands around the name on an OPC or a PI server.
+// Returns the name without the parts that an OPC or a PI server adds.
 std::string_view without_address(std::string_view name) {
   if (name.starts_with("ns=") || name.starts_with("nsu=")) {
     const std::size_t id = name.find(";s=");
@@ -67,7 +68,7 @@ std::string_view without_address(std::string_view name) {
 constexpr std::array<std::string_view, 6> kFields{".CV",    ".F_CV",  ".Value",
                                                   ".value", ".VALUE", ".Val"};
 
-// FIC101/PID1/PV.CV: what is read of a parameter, behind its name.
+// Returns the name without its field, which names an attribute of a parameter: FIC101/PID1/PV.CV.
 std::string_view without_field(std::string_view name) {
   for (const std::string_view field : kFields) {
     if (name.size() <= field.size() || !name.ends_with(field)) continue;
@@ -117,7 +118,7 @@ TagName read_tag(std::string_view name) {
       return without;
     }
   }
-  // The longest ending that is a role: "FIC101 Process Value" before "Value".
+  // Finds the longest ending that is a role: "FIC101 Process Value" before "Value".
   for (std::size_t cut = 1; cut + 1 < name.size(); ++cut) {
     if (kSeparators.find(name[cut]) == std::string_view::npos) continue;
     const std::optional<Role> role = role_of(name.substr(cut + 1));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which column or tag is which signal of which loop, from its name alone.
+// Assigns columns or tags to signals of loops, from their names only.
 //
-//   FIC101.PV  FIC101_OP  /Area1/FIC101/SP  ns=2;s=Area1.FIC101.MV  \\server\FIC101.OUT  FIC101/PID1/PV.CV
-//   FIC101 Process Value  pv  "Controller Output (%)"
+//   FIC101.PV  FIC101_OP  /Area1/FIC101/SP  ns=2;s=Area1.FIC101.MV  \\server\FIC101.OUT
+//   FIC101/PID1/PV.CV  FIC101 Process Value  pv  "Controller Output (%)"
 //
-// Tags of different names (FT101, FV101) are not paired here: that two of them are one loop is a guess, which the caller
-// offers.
+// Tags of different names (FT101, FV101) are not combined to a loop here, because this would be a
+// guess. The caller suggests it.
 #pragma once
 
 #include <array>
@@ -27,14 +27,14 @@ const char* to_text(Role role) noexcept;
 std::optional<Role> role_from_text(std::string_view text) noexcept;
 
 struct TagName {
-  std::string loop;  // empty where the name is a role and nothing else
+  std::string loop;  // empty if the name is only a role
   std::optional<Role> role;
   std::string unit;  // "FIC101.PV (m3/h)", "PV [%]", "FIC101/PID1/PV.CV GPM"
 };
 TagName read_tag(std::string_view name);
 
-// A name after ISA-5.1, whose first letter is what is measured: 12-FIT-129A is "12-", F, IT, "-129A". Nothing where the
-// last two capitals have no number behind them.
+// A name by ISA-5.1, whose first letter is the measured variable: 12-FIT-129A is "12-", F, IT,
+// "-129A". nullopt if no number follows the last two capitals.
 struct InstrumentName {
   std::string_view before;
   char measured = 0;
@@ -49,28 +49,28 @@ std::optional<InstrumentName> instrument_name(std::string_view name);
 
 using SignalRange = std::pair<double, double>;  // lower end, upper end
 
-// What a site's mode column says, in lower case. A loop in cascade is one that the system moves.
+// A site's words for modes, in lower case. A loop in cascade counts as controlled by the system.
 struct ModeWords {
   std::vector<std::string> automatic{}, manual{}, cascade{};
 
-  // As parse_mode, which reads what is none of these words.
+  // Returns the mode as parse_mode() does. parse_mode() also reads all other words.
   double read(std::string_view text) const;
 };
 
-// The signals of one loop by their columns or tags; empty where there is none.
+// The signals of one loop by their columns or tags; empty if missing.
 struct LoopSignals {
   std::string tag;
   std::array<std::string, kRoles> names;
   std::array<std::string, kRoles> units;
-  // By the site's rules (tag_rules.hpp).
-  std::array<std::string, kRoles> ruled_by{};  // FILE:LINE of the rule that says so
+  // Properties set by the site's rules (tag_rules.hpp).
+  std::array<std::string, kRoles> ruled_by{};  // FILE:LINE of the rule
   std::array<std::optional<SignalRange>, kRoles> ranges{};
-  std::string kind{};  // as diagnosis::loop_kind() takes it; empty: from the tag
+  std::string kind{};  // argument of diagnosis::loop_kind(); empty: from the tag
   std::shared_ptr<const ModeWords> mode_words{};
 
   bool has(Role role) const noexcept { return !names[index_of(role)].empty(); }
 };
-// All of it as text, to tell two of them apart.
+// Returns all members as text, to compare two of them.
 std::string fingerprint(const LoopSignals& signals);
 
 }  // namespace loopwarden::record

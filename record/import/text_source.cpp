@@ -18,13 +18,13 @@ namespace {
 constexpr std::size_t kBlock = 256UL * 1024UL;
 constexpr std::size_t kLongestLine = 64UL * 1024UL * 1024UL;
 
-// What people give instead of text, and what they can do; empty: nothing that is known.
+// Returns a message for known formats that are no text, with advice; empty: unknown.
 std::string other_format(std::string_view head) {
   const auto has = [head](std::string_view part) { return head.find(part) != head.npos; };
   if (head.starts_with("PK\x03\x04")) {
     if (has("application/vnd.oasis"))
       return "is a spreadsheet of OpenDocument, which is not read: save it as .xlsx or CSV";
-    return "is an archive or a workbook, which is read as a file of its own only, not from another "
+    return "is an archive or a workbook, which is read only as a separate file, not from another "
            "archive or standard input: unpack the outer one";
   }
   if (head.starts_with("\x1F\x8B")) return "is packed twice, which is not read: unpack it";
@@ -37,8 +37,8 @@ std::string other_format(std::string_view head) {
       first == head.npos ? head.npos : head.find_first_not_of(" \t\r\n", first + 1);
   if (second != head.npos && ((head[first] == '{' && head[second] == '"') ||
                               (head[first] == '[' && (head[second] == '{' || head[second] == '['))))
-    return "is JSON, which is not read: export the values as CSV, a column a signal or a row a "
-           "value";
+    return "is JSON, which is not read: export the values as CSV with one column per signal or one "
+           "row per value";
   return {};
 }
 
@@ -57,9 +57,9 @@ const char* to_text(Encoding encoding) noexcept {
 struct TextSource::State {
   std::string name;
   std::unique_ptr<ByteSource> bytes;
-  iconv_t converter = reinterpret_cast<iconv_t>(-1);  // NOLINT: as iconv_open says
+  iconv_t converter = reinterpret_cast<iconv_t>(-1);  // NOLINT: value of a failed iconv_open
   Encoding encoding = Encoding::automatic;
-  std::string raw;   // as in the file, not converted yet
+  std::string raw;   // as in the file, not yet converted
   std::string text;  // UTF-8
   std::size_t at = 0;
   std::size_t line = 0;
@@ -80,7 +80,7 @@ struct TextSource::State {
     refuse(name, what, kind);
   }
 
-  // Appends to `to`. False at the end.
+  // Appends a block to `to`. Returns false at the end.
   bool read_block(std::string& to) {
     const std::size_t before = to.size();
     to.resize(before + kBlock);
@@ -104,9 +104,11 @@ struct TextSource::State {
       const std::size_t done = iconv(converter, &in, &left, &to, &room);
       text.append(out.data(), out.size() - room);
       if (done != static_cast<std::size_t>(-1) || errno == E2BIG) continue;
-      if (errno == EINVAL && !last) break;  // the rest of a character comes with the next block
+      if (errno == EINVAL && !last)
+        break;  // the remaining bytes of a character are in the next
+                // block
       if (errno == EINVAL) left = 0;
-      if (errno == EILSEQ) {  // five bytes that Windows-1252 has no character for
+      if (errno == EILSEQ) {  // five bytes have no character in Windows-1252
         text += '?';
         const std::size_t skipped = encoding == Encoding::utf16 ? 2 : 1;
         in += std::min(skipped, left);
@@ -116,7 +118,7 @@ struct TextSource::State {
     raw.erase(0, raw.size() - left);
   }
 
-  // More text behind what is there. False at the end.
+  // Appends more text. Returns false at the end.
   bool fill() {
     if (ended) return false;
     if (at > 0) {
@@ -198,7 +200,7 @@ bool TextSource::next(std::string_view& line) {
     const std::string_view rest = std::string_view(s.text).substr(s.at);
     const std::size_t end = rest.find('\n', searched);
     if (end != std::string_view::npos) {
-      // Whether it is the last one is known while it lives.
+      // Reads ahead, so that at_end() is known while the line is valid.
       while (s.at + end + 1 == s.text.size() && s.fill()) {
       }
       line = std::string_view(s.text).substr(s.at, end);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of a text file as UTF-8, one after the other, whatever it was written as: gzip or plain, UTF-8, UTF-16 or
-// Windows-1252 (Latin-1 is a part of it), line ends of any system, from a file, a member of an archive, a sheet or standard
-// input.
+// Reads the lines of a text file as UTF-8, in sequence. The source may be gzip or plain, UTF-8,
+// UTF-16 or Windows-1252 (which includes Latin-1), with line ends of any system. It may be a file,
+// a member of an archive, a sheet or standard input.
 #pragma once
 
 #include <cstddef>
@@ -20,25 +20,26 @@ const char* to_text(Encoding encoding) noexcept;
 
 class TextSource {
  public:
-  // `name` is what messages call it. Throws RecordError, as all do.
+  // `name` is used in messages. This and all other functions throw RecordError.
   TextSource(std::unique_ptr<ByteSource> bytes, std::string name,
              Encoding encoding = Encoding::automatic);
   TextSource(TextSource&&) noexcept;
   TextSource& operator=(TextSource&&) noexcept;
   ~TextSource();
 
-  // False at the end. The line lives until the next call of this or of peek() and has no line end.
+  // Reads the next line; returns false at the end. The line has no line end. It is valid until the
+  // next call of this function or of peek().
   bool next(std::string_view& line);
-  bool at_end() const noexcept;  // after next(): that was the last one
-  // Up to `most_lines` lines from where reading stands; they will be read again.
+  bool at_end() const noexcept;  // after next(): it was the last line
+  // Returns up to `most_lines` lines from the present position, without consuming them.
   std::string_view peek(std::size_t most_lines);
 
-  std::size_t line_number() const noexcept;  // of the last line that next() gave, from 1
-  Encoding encoding() const noexcept;        // what it was found to be
+  std::size_t line_number() const noexcept;  // of the last line that next() returned, from 1
+  Encoding encoding() const noexcept;        // as detected
   std::string packing() const;               // "gzip", "zip", "xlsx"; "" for plain text
   const std::string& name() const noexcept;  // for messages
-  double share_read() const noexcept;        // of all bytes; 0 where their number is not known
-  // Of the text when decompressed, as far as it is known beforehand; 0: not known.
+  double share_read() const noexcept;        // of all bytes; 0 if their number is unknown
+  // Returns the size of the decompressed text, as far as it is known in advance; 0: unknown.
   std::uint64_t text_bytes() const noexcept;
 
  private:

@@ -20,7 +20,7 @@ constexpr double kHour = 3600.0;
 constexpr double kSummerTime = 120.0;  // s, about an hour
 constexpr std::size_t kFewRuns = 12;
 
-// Rows from `from` to before `to`, whose times rise.
+// Rows from `from` to before `to` with rising times.
 struct Run {
   std::size_t from = 0;
   std::size_t to = 0;
@@ -70,7 +70,7 @@ class JumpFinder {
     std::size_t rows = 0;
   };
 
-  // Stretches of time with less than a year between neighbours.
+  // Keeps stretches of time with less than a year between neighbours.
   void leave_out_far() {
     std::vector<double> sorted = t_;
     std::sort(sorted.begin(), sorted.end());
@@ -130,9 +130,9 @@ class JumpFinder {
     return runs;
   }
 
-  // Rows outside the longest sequence of rising times.
+  // Returns rows outside the longest sequence of rising times.
   std::vector<std::size_t> rows_off() const {
-    std::vector<std::size_t> tails;  // places in rows_: the last of a sequence of each length
+    std::vector<std::size_t> tails;  // indices in rows_: the last one of a sequence of each length
     std::vector<std::size_t> before(rows_.size(), rows_.size());
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const auto at = std::upper_bound(
@@ -179,7 +179,7 @@ class JumpFinder {
     forget_left_out();
   }
 
-  // Whether the times of `run` lie among those of an earlier run, with other values.
+  // Returns whether the times of `run` overlap those of an earlier run with other values.
   bool overlaps(const std::vector<Run>& all, std::size_t which) const {
     const Run& run = all[which];
     const double from = t_[rows_[run.from]];
@@ -200,7 +200,7 @@ class JumpFinder {
     return false;
   }
 
-  // One row has a wrong time, and its place among its neighbours is free.
+  // Returns whether one row has a wrong time and its place between its neighbours is free.
   bool is_one_row_off() const {
     const std::vector<std::size_t> off = rows_off();
     if (off.size() != 1 || off[0] < 2 || off[0] + 1 >= rows_.size()) return false;
@@ -240,7 +240,7 @@ class JumpFinder {
           context_.text(t_[rows_[at]]));
     } else if (mixed) {
       cause = fmt::format(
-          " and goes on from {}, so that two stretches have the same times: the clock was set "
+          " and continues from {}, so that two stretches have the same times: the clock was set "
           "back. Give the rows before and from here on as two files",
           context_.text(t_[rows_[at]]));
     } else {
@@ -250,12 +250,12 @@ class JumpFinder {
           "as two files",
           context_.text(t_[rows_[at]]));
     }
-    found_.problem = fmt::format("the time goes back by {:.6g} s{}", back, cause);
+    found_.problem = fmt::format("the time decreases by {:.6g} s{}", back, cause);
   }
 
   const std::vector<double>& t_;
   const TimeContext& context_;
-  std::vector<std::size_t> rows_;  // that are not left out
+  std::vector<std::size_t> rows_;  // rows that are kept
   TimeFinding found_;
 };
 

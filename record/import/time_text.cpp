@@ -50,7 +50,7 @@ class Scanner {
     while (n < rest_.size() && is_digit(rest_[n])) ++n;
     return n;
   }
-  // One of `characters`, or '\0'.
+  // Takes one of `characters`; '\0' if another one follows.
   char take(std::string_view characters) noexcept {
     if (rest_.empty() || characters.find(rest_.front()) == std::string_view::npos) return '\0';
     const char c = rest_.front();
@@ -60,7 +60,7 @@ class Scanner {
   void skip_spaces() noexcept {
     while (!rest_.empty() && rest_.front() == ' ') rest_.remove_prefix(1);
   }
-  // -1 where there is no number of that many digits at most.
+  // Returns -1 if there is no number of at most that many digits.
   int number(std::size_t most) noexcept {
     int value = 0;
     std::size_t n = 0;
@@ -81,7 +81,8 @@ class Scanner {
     }
     return value;
   }
-  // 1 to 12 of an English month's first three letters, which are taken with those behind them; 0: none.
+  // Returns 1 to 12 for the first three letters of an English month, and skips the letters after
+  // them; 0: no month.
   int month_name() noexcept {
     constexpr std::string_view kNames = "janfebmaraprmayjunjulaugsepoctnovdec";
     if (rest_.size() < 3) return 0;
@@ -102,7 +103,7 @@ class Scanner {
     return rest_.substr(0, n);
   }
   void skip(std::size_t characters) noexcept { rest_.remove_prefix(characters); }
-  // "Tue ", "Di, ": by its first two letters, English or German.
+  // Skips "Tue ", "Di, ": recognised by two letters, English or German.
   void skip_weekday() noexcept {
     constexpr std::string_view kDays = "mo tu we th fr sa su di mi do so ";
     const std::string_view name = letters();
@@ -131,7 +132,7 @@ class Scanner {
 };
 
 struct Date {
-  int first = 0;  // as written, for the order
+  int first = 0;  // as written, to find the order
   int second = 0;
   bool named = false;  // the month is a name
   bool year_first = false;
@@ -150,7 +151,7 @@ bool read_date(Scanner& in, Date& date) {
     date.year = in.number(4);
     date.month = in.number(2);
     date.day = in.number(2);
-    return date.year >= 1900 && date.year <= 2200;  // otherwise it may be a count
+    return date.year >= 1900 && date.year <= 2200;  // other years: it may be a count
   }
   if (digits == 4) {
     date.year_first = true;
@@ -175,7 +176,7 @@ bool read_date(Scanner& in, Date& date) {
   return date.second > 0;
 }
 
-// Seconds of the day; negative: none.
+// Returns the seconds of the day; negative if it is no time.
 double read_clock(Scanner& in, bool digits_only) {
   const int hour = in.number(2);
   double second = 0.0;
@@ -206,7 +207,7 @@ struct ZoneName {
   std::string_view name;  // lower case
   int minutes;            // east of UTC
 };
-// Those of North America as RFC 822 has them. A name that stands for several zones (IST) is none.
+// Zones of North America as in RFC 822. A name of several zones (IST) is not listed.
 constexpr std::array kZones{
     ZoneName{"z", 0},      ZoneName{"utc", 0},    ZoneName{"gmt", 0},    ZoneName{"wet", 0},
     ZoneName{"west", 60},  ZoneName{"bst", 60},   ZoneName{"cet", 60},   ZoneName{"met", 60},
@@ -243,8 +244,8 @@ bool read_zone(Scanner& in, int& offset_s) {
   return true;
 }
 
-// nullopt if there is no such day. Zeros of clocks (years 1, 1601, 1899) are days, for
-// time_jumps.hpp to leave out.
+// Returns nullopt if there is no such day. Zero times of clocks (years 1, 1601, 1899) are valid
+// days, which time_jumps.hpp leaves out.
 std::optional<TimePoint> point_at(const Date& written, double of_day_s) {
   const date::year_month_day day = date::year(written.year) / written.month / written.day;
   if (written.year < 1 || written.year > 9999 || !day.ok()) return std::nullopt;
@@ -256,7 +257,7 @@ std::optional<TimePoint> point_at(const Date& written, double of_day_s) {
   return point;
 }
 
-// What stands behind a date: nothing, or a time of day and perhaps its zone.
+// Reads the text after a date: empty, or a time of day with an optional zone.
 std::optional<TimePoint> with_clock(Scanner& in, const Date& written) {
   in.take(",");
   if (in.take("Tt") == '\0') in.skip_spaces();
@@ -275,7 +276,8 @@ std::optional<TimePoint> with_clock(Scanner& in, const Date& written) {
   return point;
 }
 
-// As Java, C and JavaScript print it: Nov 24 13:05:22 CET 2026, Nov 24 13:05:22 2026, Nov 24 2026 13:05:22 GMT+0100.
+// Reads times as Java, C and JavaScript print them: Nov 24 13:05:22 CET 2026, Nov 24 13:05:22 2026,
+// Nov 24 2026 13:05:22 GMT+0100.
 std::optional<TimePoint> month_first(Scanner& in) {
   Date written;
   written.month = in.month_name();
@@ -296,7 +298,7 @@ std::optional<TimePoint> month_first(Scanner& in) {
   int offset_s = 0;
   if (in.digits() == 0) {
     zone_known = read_zone(in, offset_s);
-    if (!zone_known) {  // a name that is not known leaves a local time
+    if (!zone_known) {  // with an unknown zone name it is a local time
       if (in.letters().empty()) return std::nullopt;
       in.skip(in.letters().size());
     }
@@ -331,9 +333,9 @@ std::optional<TimePoint> parse_date(std::string_view text, TimeForm form) {
   return with_clock(in, written);
 }
 
-// nullopt if no int64 holds it.
+// Returns nullopt if an int64 can't hold it.
 std::optional<TimePoint> from_seconds(double whole_units, double units_per_s, bool zone_known) {
-  constexpr double kFurthest_s = 4e18;  // the difference of two is an int64 too
+  constexpr double kFurthest_s = 4e18;  // the difference of two must fit an int64 as well
   TimePoint point;
   const double whole = std::floor(whole_units / units_per_s);
   if (!(std::abs(whole) <= kFurthest_s)) return std::nullopt;

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times as historians and spreadsheets write them.
+// Parses times as historians and spreadsheets write them.
 //
-//   seconds, minutes, hours          numbers, counted from anywhere; also milliseconds to nanoseconds
-//   epoch_s, _ms, _us, _ns           numbers since 1970-01-01 UTC
-//   excel                            days since 1899-12-30, with a fraction
-//   ymd                              2026-03-01T10:00:00.5+01:00 and what is like it (ISO 8601 and its relatives; also 20260301T100000Z)
-//   dmy, mdy                         01.03.2026 10:00, 3/1/26 10:00:00 AM, 01-Mar-2026 10:00 (where a month's name stands both are the same)
-//                                    Tue Nov 24 13:05:22 CET 2026, Nov 24, 2026 1:05:22 PM: any of these three
-//   clock                            10:00:00 alone: a column of times beside one of dates
+//   seconds, minutes, hours  numbers, counted from any start; also milliseconds to nanoseconds
+//   epoch_s, _ms, _us, _ns   numbers since 1970-01-01 UTC
+//   excel                    days since 1899-12-30, with a fraction
+//   ymd                      2026-03-01T10:00:00.5+01:00 and similar forms (ISO 8601 and its
+//                            relatives; also 20260301T100000Z)
+//   dmy, mdy                 01.03.2026 10:00, 3/1/26 10:00:00 AM, 01-Mar-2026 10:00 (the same for
+//                            both if the month is a name)
+//                            Tue Nov 24 13:05:22 CET 2026, Nov 24, 2026 1:05:22 PM: for all three
+//   clock                    10:00:00 without a date: a column of times next to one of dates
 //
-// What it can't do: names of time zones beyond the best known; week and ordinal dates; leap seconds (23:59:60 is
-// the second after 23:59:59).
+// Limits: it does not know rare names of time zones, week and ordinal dates, or leap seconds
+// (23:59:60 is the second after 23:59:59).
 #pragma once
 
 #include <cstdint>
@@ -40,11 +42,11 @@ enum class TimeForm : std::uint8_t {
 };
 const char* to_text(TimeForm form) noexcept;
 std::optional<TimeForm> time_form(std::string_view name) noexcept;
-// Whether a time is a date, not only a duration since some start.
+// Returns whether a time is a date, not only a duration since some start.
 bool is_absolute(TimeForm form) noexcept;
 bool is_date(TimeForm form) noexcept;  // ymd, dmy, mdy
 
-// Whole seconds and the rest apart, so that a difference of two keeps its nanoseconds.
+// Whole seconds and fraction are separate, so that a difference of two keeps its nanoseconds.
 struct TimePoint {
   std::int64_t whole_s = 0;
   double rest_s = 0.0;  // 0 to 1
@@ -55,19 +57,21 @@ struct TimePoint {
   }
 };
 
-// Nothing where `text` is no such time. `decimal` is that of numbers; a date's seconds take both.
+// Returns nullopt if `text` is no time of this form. `decimal` applies to numbers; the seconds of a
+// date accept both marks.
 std::optional<TimePoint> parse_time(std::string_view text, TimeForm form, char decimal = '.');
 
-// What a date with numbers for day and month can be: both, where neither is above 12.
+// Possible orders of a date with numbers for day and month: both, if neither is above 12.
 struct DateOrder {
   bool dmy = false;
   bool mdy = false;
 };
 DateOrder possible_orders(std::string_view text);
 
-// "2026-03-01T10:00:00Z", or without the Z where the zone is not known; milliseconds where there are some.
+// Returns "2026-03-01T10:00:00Z", without the Z if the zone is unknown, with milliseconds if they
+// are not 0.
 std::string iso_text(std::int64_t whole_s, double rest_s, bool utc);
-// Offset of a zone such as +01:00, Z or UTC in s.
+// Returns the offset of a zone such as +01:00, Z or UTC, s.
 std::optional<int> zone_offset_s(std::string_view text) noexcept;
 
 }  // namespace loopwarden::record

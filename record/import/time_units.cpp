@@ -33,7 +33,7 @@ bool is_usual(double step_s) {
   });
 }
 
-// "TimeMs", "t[ms]" and "time_ms" as words: "time", "ms".
+// Splits "TimeMs", "t[ms]" and "time_ms" into words: "time", "ms".
 std::vector<std::string> words_of(std::string_view name) {
   std::vector<std::string> words(1);
   bool lower = false;
@@ -87,7 +87,7 @@ double seconds_in(TimeForm form) {
   }
 }
 
-// Numbers of this size count from 1970.
+// Returns the unit if numbers of this size can be counted from 1970.
 TimeForm since_1970(double at) {
   if (at > 1e8 && at < 1e10) return TimeForm::epoch_s;
   if (at > 1e11 && at < 1e13) return TimeForm::epoch_ms;
@@ -104,7 +104,8 @@ TimeForm counted_from_start(TimeForm epoch) {
   }
 }
 
-// Whole numbers whose steps are no usual period in seconds, but one in a smaller unit.
+// Asks for the unit of whole numbers whose steps are no usual period in seconds, but one in a
+// smaller unit.
 std::string unit_question(const std::vector<double>& times, const std::vector<double>& steps,
                           double step) {
   const bool whole =
@@ -128,7 +129,7 @@ std::string unit_question(const std::vector<double>& times, const std::vector<do
 }  // namespace
 
 TimeForm time_unit_of(std::string_view name) {
-  // The last word that is a unit: "Time in ms", "seconds since start (ms)".
+  // The last word that is a unit decides: "Time in ms", "seconds since start (ms)".
   TimeForm found = TimeForm::automatic;
   for (const std::string& word : words_of(name)) {
     for (const UnitWords& unit : kUnitWords) {
@@ -145,7 +146,7 @@ bool is_time_name(std::string_view name) {
                            "\u65e5\u671f", "\u0432\u0440\u0435\u043c\u044f"}) {
     if (lower.find(part) != lower.npos) return true;
   }
-  // t or ts and units, or a small unit alone: min and std are often statistics.
+  // Accepts t or ts with units, or a single small unit; min and std are often statistics.
   const std::vector<std::string> words = words_of(name);
   const auto is_unit = [](const std::string& word) {
     return word == "in" || time_unit_of(word) != TimeForm::automatic;
@@ -166,7 +167,7 @@ CountedTime count_times(std::string_view name, const std::vector<double>& times)
   }
   if (steps.empty()) return found;
   const double step = numeric::median(steps);
-  // A clock that was set later has other numbers at first: the median is of the most.
+  // The median is used, because a clock that was set later has other numbers at first.
   const double at = numeric::median(times);
   const TimeForm named = time_unit_of(name);
   const TimeForm epoch = since_1970(at);
@@ -186,7 +187,7 @@ CountedTime count_times(std::string_view name, const std::vector<double>& times)
   return found;
 }
 
-// 1/60 of a minute: whole seconds, and no sample rate that anybody chooses.
+// Finds steps of 1/60 of a minute: whole seconds that are no usual sample rate.
 std::string other_time_units(double step_s) {
   if (step_s >= 0.5 || !whole_seconds(step_s * 60.0) || whole_seconds(step_s * 200.0)) return {};
   return fmt::format("a step of {:.6g} s looks like {:.4g} s in minutes: --time minutes if it is",

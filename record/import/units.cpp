@@ -11,7 +11,7 @@
 namespace loopwarden::record {
 namespace {
 
-// In lower case, each between two bars. An alternative writing is replaced first, see kWritings.
+// Units in lower case between bars. Alternative spellings are replaced first, see kWritings.
 constexpr std::string_view kUnits =
     "|%|%open|%rh|%o2|% open|% rh|pct|percent|prozent|v|mv|kv|ma|a|ua|ka|w|kw|mw|gw|hp|va|kva|mva|"
     "var|kvar|mvar|wh|kwh|mwh|j|kj|mj|gj|btu|mbtu|mmbtu|cal|kcal|hz|khz|mhz|ohm|kohm|s|sec|secs|ms|"
@@ -45,7 +45,7 @@ bool holds(std::string_view list, const std::string& word) {
   return word.find('|') == word.npos && list.find('|' + word + '|') != list.npos;
 }
 
-// In lower case, with one writing for each sign.
+// Returns the text in lower case, with one spelling for each sign.
 std::string plain(std::string_view text) {
   std::string word = base::lower_case(base::trimmed(text));
   for (const auto& [from, to] : kWritings) {
@@ -61,7 +61,7 @@ bool is_unit(std::string_view text) {
   if (text.empty() || text.size() > kLongest) return false;
   const std::string word = plain(text);
   if (word.empty() || holds(kUnits, word)) return !word.empty();
-  // A quotient of them: kg/s, Nm3/h, %/s, g/m3.
+  // Accepts a quotient of units: kg/s, Nm3/h, %/s, g/m3.
   const std::size_t slash = word.find('/');
   if (slash == word.npos || slash == 0 || word.size() > 14) return false;
   const bool starts_with_digit = word.front() >= '0' && word.front() <= '9';
@@ -83,7 +83,7 @@ WithUnit split_cell(std::string_view cell) {
 }
 
 WithUnit split_name(std::string_view name) {
-  // The longest text behind a blank that is a unit: "deg C" before "C".
+  // Finds the longest text after a blank that is a unit: "deg C" before "C".
   std::size_t blank = name.size();
   std::size_t at = name.npos;
   for (std::size_t k = 0; k < kMostBlanks && blank > 0; ++k) {

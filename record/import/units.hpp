@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units of measurement, in cells ("12.51 °C") and after names ("PV.CV GPM").
+// Finds units of measurement in cells ("12.51 °C") and after names ("PV.CV GPM").
 #pragma once
 
 #include <string_view>
@@ -11,11 +11,11 @@ bool is_unit(std::string_view text);
 
 struct WithUnit {
   std::string_view text;  // the number or the name
-  std::string_view unit;  // empty if there is none
+  std::string_view unit;  // empty: no unit
 };
 // Splits "12.51 °C" and "45%" into number and unit. Without a known unit, `text` is all.
 WithUnit split_cell(std::string_view cell);
-// Splits "PV.CV GPM" and "GAIN.CV No EngUnits" at the blank. Brackets are not looked at.
+// Splits "PV.CV GPM" and "GAIN.CV No EngUnits" at the blank. Brackets are ignored.
 WithUnit split_name(std::string_view name);
 
 }  // namespace loopwarden::record

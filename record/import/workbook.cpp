@@ -20,15 +20,16 @@
 namespace loopwarden::record {
 namespace {
 
-constexpr std::size_t kLargestPart = 64UL << 20U;        // of what is read as a whole
-constexpr std::size_t kLargestElement = 16UL << 20U;     // of what is not: a row, a text
+constexpr std::size_t kLargestPart = 64UL << 20U;        // of a part that is read as a whole
+constexpr std::size_t kLargestElement = 16UL << 20U;     // of an element of a streamed part: a row,
+                                                         // a text
 constexpr std::size_t kMostSharedBytes = 1UL << 30U;     // of the texts that cells share
 constexpr std::uint64_t kMostTextBytes = 4'000'000'000;  // of a sheet
-constexpr std::size_t kMostRows = 1'048'576;             // as spreadsheets have
+constexpr std::size_t kMostRows = 1'048'576;             // limit of spreadsheets
 constexpr std::size_t kMostColumns = 16'384;
 constexpr std::size_t kLongestCell = 32'767;
 
-// XML names without their prefix, which is up to the writer.
+// Returns XML names without their prefix, which the writer can choose.
 std::string_view local_name(const char* name) {
   const std::string_view whole(name);
   const std::size_t colon = whole.rfind(':');
@@ -59,7 +60,8 @@ std::optional<unsigned> whole_number(std::string_view text) {
 
 bool is_true(std::string_view text) { return text == "1" || text == "true"; }
 
-// <t> of a shared or an inline text, also in runs of a format each; phonetic ones are not of the text.
+// Returns the <t> of a shared or an inline text, also in several formatted runs, without phonetic
+// texts.
 std::string text_in(const pugi::xml_node& holder) {
   std::string text;
   for (const pugi::xml_node& node : holder.children()) {
@@ -69,13 +71,13 @@ std::string text_in(const pugi::xml_node& holder) {
   return std::string(base::cut(text, kLongestCell));
 }
 
-// The elements of one name that follow each other in a part, without the rest of it in memory.
+// Reads consecutive elements of one name from a part, without the whole part in memory.
 class Elements {
  public:
   Elements(std::unique_ptr<ByteSource> source, std::string element, std::string name)
       : source_(std::move(source)), element_(std::move(element)), name_(std::move(name)) {}
 
-  // False at the end. The node lives until the next call.
+  // Returns false at the end. The node is valid until the next call.
   bool next(pugi::xml_node& node) {
     while (true) {
       for (; at_; at_ = at_.next_sibling()) {
@@ -93,7 +95,7 @@ class Elements {
  private:
   static constexpr std::size_t kBlock = 256UL << 10U;
 
-  // Where the first one begins, with any prefix; npos.
+  // Returns where the first element begins, with any prefix; npos if there is none.
   std::size_t first_start() {
     for (std::size_t at = buffer_.find('<'); at != buffer_.npos; at = buffer_.find('<', at + 1)) {
       const std::size_t end = buffer_.find_first_of(" \t\r\n/>", at + 1);
@@ -106,7 +108,7 @@ class Elements {
     return buffer_.npos;
   }
 
-  // Behind the last end tag; 0: there is none.
+  // Returns the position after the last end tag; 0 if there is none.
   std::size_t end_of_last() const {
     for (std::size_t at = buffer_.rfind(end_tag_); at != buffer_.npos && at > 0;
          at = buffer_.rfind(end_tag_, at - 1)) {
@@ -131,7 +133,7 @@ class Elements {
       if (end_tag_.empty()) {
         const std::size_t start = first_start();
         if (start == buffer_.npos) {
-          // A tag may be cut.
+          // A tag may be cut at the end of the block.
           buffer_.erase(0, std::min(buffer_.rfind('<'), buffer_.size()));
           if (buffer_.size() > kLargestElement) refuse(name_, "is damaged XML");
           continue;
@@ -139,7 +141,7 @@ class Elements {
         buffer_.erase(0, start);
       }
       std::size_t end = end_of_last();
-      // The last ones may have no end tag of their own: <row r="9"/></sheetData>
+      // The last elements may have no end tag: <row r="9"/></sheetData>
       if (ended_) end = std::max(end, std::min(buffer_.find("</", end), buffer_.size()));
       if (end == 0) {
         if (buffer_.size() > kLargestElement) refuse(name_, "has an element of 16 MiB");
@@ -159,7 +161,7 @@ class Elements {
   std::string element_;
   std::string name_;
   std::string buffer_;
-  std::string end_tag_;  // without its bracket; empty: no start was found yet
+  std::string end_tag_;  // without its bracket; empty: no start found yet
   std::uint64_t bytes_ = 0;
   bool ended_ = false;
   pugi::xml_document document_;
@@ -222,9 +224,9 @@ std::string date_text(double days, NumberKind kind, bool from_1904) {
   constexpr double kEpoch = 25569.0;   // 1970-01-01
   constexpr double kLast = 2958466.0;  // 10000-01-01
   constexpr double kFrom1904 = 1462.0;
-  constexpr double kNoSuchDay = 60.0;  // 1900-02-29, which there was not
+  constexpr double kNoSuchDay = 60.0;  // 1900-02-29, which did not exist
   if (from_1904) days += kFrom1904;
-  // What a spreadsheet shows of a date that is none.
+  // Spreadsheets show this for an invalid date.
   if (!(days >= 0.0) || days >= kLast) return "########";
   const double whole_ms = std::nearbyint((days - kEpoch) * kDay_s * 1e3);
   const auto ms = static_cast<std::int64_t>(whole_ms);
@@ -276,7 +278,7 @@ class SheetText : public ByteSource {
     return taken;
   }
   double share_read() const noexcept override { return rows_.source().share_read(); }
-  // As much text as XML for the rest as for what was read.
+  // Assumes that the rest of the XML yields text in the same proportion as the part already read.
   std::uint64_t unpacked_bytes() const noexcept override {
     if (rows_.bytes_read() == 0) return 0;
     return static_cast<std::uint64_t>(static_cast<double>(rows_.source().unpacked_bytes()) *
@@ -297,7 +299,7 @@ class SheetText : public ByteSource {
       row_ = whole_number(number).value_or(0);
       if (row_ <= before || row_ > kMostRows) {
         row_ = before + 1;
-        fail(fmt::format("a row numbered {} behind row {}", base::in_quotes(number), before));
+        fail(fmt::format("a row numbered {} after row {}", base::in_quotes(number), before));
       }
     }
     text_.append(row_ - before - 1, '\n');
@@ -316,13 +318,13 @@ class SheetText : public ByteSource {
       tabs = column - 1;
       add_cell(value);
     }
-    // As wide as what stands above: an empty cell is one, too.
+    // Pads the row to the width of the rows above: an empty cell counts as well.
     widest_ = std::max(widest_, tabs);
     text_.append(widest_ - tabs, '\t');
     text_ += '\n';
   }
 
-  // "AB12": 28; 0: no such place.
+  // Returns the column of a cell's place, "AB12": 28; 0: no valid place.
   static std::size_t column_of(std::string_view place) {
     std::size_t column = 0;
     for (const char c : place) {
@@ -376,7 +378,7 @@ class SheetText : public ByteSource {
   std::string text_;
   std::size_t at_ = 0;  // in text_
   std::size_t row_ = 0;
-  std::size_t widest_ = 0;  // tabs
+  std::size_t widest_ = 0;  // number of tabs
   std::uint64_t written_ = 0;
 };
 
@@ -386,7 +388,7 @@ void parse(pugi::xml_document& document, const std::string& text, const std::str
   if (!result) refuse(name, fmt::format("is damaged XML: {}", result.description()));
 }
 
-// `target` as a part's name, seen from `folder`.
+// Returns `target`, relative to `folder`, as a part's name.
 std::string part_at(const std::string& folder, std::string_view target) {
   const std::string whole =
       target.starts_with('/') ? std::string(target.substr(1)) : folder + std::string(target);
@@ -444,7 +446,7 @@ void Workbook::read_sheets() {
   for (const pugi::xml_node& sheet : child(root, "sheets").children()) {
     if (!is(sheet, "sheet")) continue;
     const auto part = sheets.find(attribute(sheet, "id"));
-    if (part == sheets.end()) continue;  // of a chart
+    if (part == sheets.end()) continue;  // sheet of a chart
     const std::string other = fmt::format("sheet {}", sheets_.size() + 1);
     std::string name = plain_name(base::cut(attribute(sheet, "name"), 100), other);
     if (!names.insert(name).second) {

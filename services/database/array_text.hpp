@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A column of rows as the text of a PostgreSQL array, so that one statement takes many rows: unnest($1::integer[], ...).
+// Formats a column of rows as the text of a PostgreSQL array. One statement can then take many
+// rows: unnest($1::integer[], ...).
 #pragma once
 
 #include <fmt/format.h>
@@ -16,7 +17,8 @@ class ArrayText {
  public:
   void add(int number) { next("{}", number); }
   void add(std::int64_t number) { next("{}", number); }
-  void add(double number) { next("{}", number); }  // the shortest text that gives the same number
+  // the shortest text that parses to the same number
+  void add(double number) { next("{}", number); }
   void add(bool flag) { next("{}", flag ? "t" : "f"); }
   void add(std::string_view text) {
     separate();
@@ -36,7 +38,7 @@ class ArrayText {
       next("{}", "NULL");
     }
   }
-  // Milliseconds since 1970 as seconds, for to_timestamp().
+  // Adds milliseconds since 1970 as seconds, for to_timestamp().
   void add_time(std::int64_t ms) { add(static_cast<double>(ms) / 1e3); }
 
   std::string text() const { return text_ + '}'; }

@@ -26,7 +26,7 @@ void add(std::string& url, std::string_view key, std::string_view value) {
   url.append(key).append("=").append(value);
 }
 
-// What the URL says itself counts.
+// Adds parameters to the URL. Parameters in the URL itself take precedence.
 std::string with_parameters(std::string url, const char* program) {
   const auto add_missing = [&](const char* key, const char* value) {
     if (url.find(std::string(key) + '=') == std::string::npos) add(url, key, value);
@@ -36,7 +36,7 @@ std::string with_parameters(std::string url, const char* program) {
   return url;
 }
 
-// libpq repeats the URL in what it says of one that it can't read.
+// Removes the URL from an error text: libpq repeats a URL that it can't parse.
 std::string without(std::string text, const std::string& secret) {
   for (std::size_t at = 0; (at = text.find(secret, at)) != std::string::npos;) {
     text.replace(at, secret.size(), "***");
@@ -44,7 +44,8 @@ std::string without(std::string text, const std::string& secret) {
   return text;
 }
 
-// Not by the environment (PGPASSWORD): other threads may read that meanwhile.
+// Passes the password as a parameter. The environment (PGPASSWORD) is unsafe, because other threads
+// may read it meanwhile.
 std::unique_ptr<pqxx::connection> connected(std::string url, const base::Secret& password) {
   if (!password.given()) return std::make_unique<pqxx::connection>(url);
   const std::string encoded = base::percent_encoded(base::read_secret(password));
@@ -62,7 +63,7 @@ std::unique_ptr<pqxx::connection> open_database(const DatabaseSettings& settings
                                                 const Purpose& purpose) {
   std::unique_ptr<pqxx::connection> connection =
       connected(with_parameters(settings.url, purpose.program), settings.password);
-  // Kept by libpqxx, which sets them again where it opens a lost connection by itself.
+  // libpqxx stores these variables and sets them again when it reopens a lost connection.
   connection->set_variable("statement_timeout", fmt::format("'{}s'", purpose.statement_seconds));
   connection->set_variable("TimeZone", "'UTC'");
   connection->set_variable("client_min_messages", "warning");

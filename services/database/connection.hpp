@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connections to PostgreSQL that a dead network can't hold for long.
+// Opens connections to PostgreSQL that a dead network can't block for long.
 #pragma once
 
 #include <memory>
@@ -11,14 +11,16 @@
 namespace loopwarden::fleet {
 
 struct Purpose {
-  const char* program;  // as pg_stat_activity shows it
+  const char* program;  // name in pg_stat_activity
   int statement_seconds = 60;
-  bool read_only = false;  // and its queries are not worth compiling (jit)
+  // also disables the compilation of queries (jit), which does not pay off here
+  bool read_only = false;
 };
 inline constexpr Purpose kForHost{.program = "loopwarden-fleet"};
 
-// Throws std::exception: what it says is for the log, and holds no password. A connection attempt takes at most 5 s; a
-// peer that vanished is noticed within 15 s, a statement ends within `statement_seconds`. Any thread.
+// Opens a connection. A connection attempt takes at most 5 s. A vanished peer is detected within 15
+// s. A statement ends within `statement_seconds`. From any thread. Throws std::exception; its text
+// is for the log and contains no password.
 std::unique_ptr<pqxx::connection> open_database(const DatabaseSettings& settings,
                                                 const Purpose& purpose = kForHost);
 

@@ -10,7 +10,8 @@
 
 namespace loopwarden::fleet {
 
-// "postgresql://user:secret@host": whoever may read the file, or the list of processes, would have it.
+// Refuses a password in the URL ("postgresql://user:secret@host"). Users who can read the file or
+// the list of processes would see it.
 std::optional<std::string> database_url_error(const std::string& url, const char* password_key) {
   if (!url.starts_with("postgresql://") && !url.starts_with("postgres://")) {
     return fmt::format("must be postgresql://[USER@]HOST[:PORT]/NAME (got '{}')",
@@ -37,7 +38,7 @@ DatabaseSettings read_database_settings(config::MapReader& in, config::Presence 
       in.error("database", *error);
     }
   }
-  return {url, config::read_secret_at(in, password_key, "of the database's user", file)};
+  return {url, config::read_secret_at(in, password_key, "password of the database's user", file)};
 }
 
 }  // namespace loopwarden::fleet

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the fleet's PostgreSQL is. Its password never stands in the URL.
+// The address of the fleet's PostgreSQL. The URL never contains the password.
 #pragma once
 
 #include <optional>
@@ -15,10 +15,11 @@ struct DatabaseSettings {
   base::Secret password;
 };
 
-// Why `url` can't be one; nullopt if it can. `password_key` is the key that a password belongs to.
+// Returns the error of `url`, or nullopt if it is valid. `password_key` is the name of the key for
+// the password.
 std::optional<std::string> database_url_error(const std::string& url, const char* password_key);
 
-// The keys `database` and `password_key`. `file`: where relative paths start.
+// Reads the keys `database` and `password_key`. `file`: base of relative paths.
 DatabaseSettings read_database_settings(config::MapReader& in, config::Presence presence,
                                         const char* password_key, const std::string& file);
 

@@ -19,21 +19,21 @@ namespace {
 using sparkplug::DataType;
 using sparkplug::Value;
 
-// They change in every cycle or every second; what they say is in the time of each message too.
+// Metrics that change in every cycle or second. The time of each message has the same information.
 const std::set<std::string> kSlow{
     "heartbeat",     "uptime",      "utc_seconds",     "utc_milliseconds", "sequence_head",
     "sequence_tail", "pv_age",      "hours_automatic", "hours_manual",     "hours_at_limit",
     "wake_up_worst", "wake_up_p99", "windows_judged",  "window_number",    "explanation_age"};
 
-// Ranges of the loop's own, whatever the register could hold.
+// Metrics with the loop's own range, whatever the register can hold.
 const std::set<std::string> kOfPv{"pv", "sp"};
 const std::set<std::string> kOfCo{"co", "stem", "output"};
 
-// They say what the controller is told; mode and sp also what it does.
+// Commands to the controller. A watched loop keeps mode and sp, because they also show its state.
 const std::set<std::string> kOrdersToController{"output", "output_scaled", "veto_corrective_action",
                                                 "calm_stiction"};
 
-// Orders of a master to several alarms at once; a host names each alarm.
+// Commands of a Modbus master for several alarms at once. A host names each alarm.
 const std::set<std::string> kOfMasters{"acknowledge_process", "unshelve_process"};
 
 struct RegisterKind {
@@ -46,7 +46,7 @@ RegisterKind kind_of(const std::string& name) {
   if (name == "bool") return {DataType::boolean, 0.0, 1.0};
   if (name == "u16") return {DataType::uint16, 0.0, 65535.0};
   if (name == "i16") return {DataType::int16, -32768.0, 32767.0};
-  // Not UInt32: by the specification it is an int_value, and clients in use look for a long_value.
+  // Not UInt32: the specification makes that an int_value, and clients in use expect a long_value.
   if (name == "u32") return {DataType::uint64, 0.0, 4294967295.0};
   if (name == "i32") return {DataType::int32, -2147483648.0, 2147483647.0};
   return {DataType::float32, 0.0, 0.0};
@@ -57,7 +57,7 @@ double dead_band_of(const std::string& name, const DeadBands& bands) {
   return own == bands.by_metric.end() ? bands.percent : own->second;
 }
 
-// One field of the map. A register with a scale holds no integer any more.
+// Returns the spec of one field of the map. A register with a scale becomes a Float32 metric.
 MetricSpec spec_of(const protocol::Field& field, const DeadBands& bands) {
   MetricSpec spec;
   spec.name = field.name;
@@ -71,7 +71,7 @@ MetricSpec spec_of(const protocol::Field& field, const DeadBands& bands) {
   }
   if (field.high != kind.high) {
     spec.type = DataType::float32;
-    // Of what is in percent, 100 is the whole.
+    // A quantity in percent has the range 0 to 100.
     spec.low = 0.0;
     spec.high = spec.unit.starts_with('%') ? 100.0 : field.high;
     spec.dead_band_percent = dead_band_of(spec.name, bands);
@@ -87,7 +87,7 @@ Value value_of(double value, DataType type) {
   return static_cast<double>(static_cast<float>(value));
 }
 
-// "CO/(PV s)" with the loop's own units; what is a share of a span stays.
+// Returns a unit such as "CO/(PV s)" with the loop's own units. A share of a span keeps its unit.
 std::string unit_of_loop(const std::string& unit, const std::string& pv, const std::string& co) {
   if (unit.starts_with('%')) return unit;
   std::string text;
@@ -136,7 +136,7 @@ void add_incident(std::vector<MetricSpec>& specs) {
   specs.push_back(plain("incident/raised", DataType::date_time));
 }
 
-// What is not in the registers.
+// Adds the metrics of a loop that have no register.
 void add_extras(std::vector<MetricSpec>& specs) {
   for (const char* name : {"tag", "area", "description"}) {
     specs.push_back(plain(name, DataType::string));
@@ -145,7 +145,7 @@ void add_extras(std::vector<MetricSpec>& specs) {
     specs.push_back(plain("alarm/" + alarm + "/state", DataType::string));
     specs.push_back(plain("alarm/" + alarm + "/since", DataType::date_time));
   }
-  // A process alarm has no size.
+  // Process alarms have no size.
   for (const alarm::AlarmKind kind : alarm::kValveAlarms) {
     specs.push_back(
         plain(fmt::format("alarm/{}/severity", to_text(kind)), DataType::float64, kOfSpan));
@@ -159,7 +159,7 @@ void add_extras(std::vector<MetricSpec>& specs) {
   }
 }
 
-// What the edge node says of itself.
+// Returns the metrics of the edge node itself.
 std::vector<MetricSpec> own_specs() {
   MetricSpec rebirth = plain("Node Control/Rebirth", DataType::boolean);
   rebirth.aliased = false;
@@ -177,7 +177,7 @@ void put(const std::vector<MetricSpec>& specs, const Extras& extras, Reading& re
   }
 }
 
-// condition_valve once more as condition/valve.
+// Adds a second metric condition/valve for condition_valve, and likewise for the others.
 void add_conditions(std::vector<MetricSpec>& specs,
                     std::vector<std::pair<std::size_t, std::size_t>>& pairs) {
   constexpr std::string_view kPrefix = "condition_";
@@ -191,7 +191,7 @@ void add_conditions(std::vector<MetricSpec>& specs,
   }
 }
 
-// Names that differ only in what a topic can't hold get a number behind.
+// Returns the tag as a topic may hold it, with a number if another tag already has that name.
 std::string unique_device(const std::string& tag, std::set<std::string>& taken) {
   const std::string name = sparkplug::identifier_of(tag);
   std::string device = name;
@@ -215,7 +215,7 @@ void set_range(MetricSpec& spec, const protocol::Range& range) {
   spec.high = range[1];
 }
 
-// The specs that all loops have, with what is this loop's own.
+// Returns the specs of all loops with units and ranges of this loop.
 std::vector<MetricSpec> specs_of_loop(std::vector<MetricSpec> specs,
                                       const protocol::LoopDescription& loop) {
   for (MetricSpec& spec : specs) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the daemon's answers to metrics: the box's registers become those of the edge node, each loop a device. Pure.
+// Maps the daemon's answers to metrics: the box's registers become metrics of the edge node, and
+// each loop becomes a device. Pure.
 //
-// Metrics have the names of the register map; a field that stands in two tables, to be read and to be written, is one
-// metric. Beside them, for each loop: tag, area, description, alarm/NAME/state|severity|since, condition/NAME, explanation/*, incident/*,
-// detectable/NAME, order/result, request/evidence and file/NAME. A loop that another controller has lacks what is there
-// for orders to its controller alone.
+// Metrics have the names of the register map. A field that occurs in a table for reading and in one
+// for writing is one metric. Each loop also has the metrics tag, area, description,
+// alarm/NAME/state|severity|since, condition/NAME, explanation/*, incident/*, detectable/NAME,
+// order/result, request/evidence and file/NAME. A loop of another controller lacks the metrics that
+// only serve commands to its controller.
 #pragma once
 
 #include <cstddef>
@@ -20,56 +22,56 @@
 
 namespace loopwarden::edge {
 
-// What a loop's registers don't hold: values by the metric's name, null if not known.
+// Values of a loop that its registers don't hold, by the metric's name; null if not known.
 using Extras = std::map<std::string, sparkplug::Value>;
 
 struct LoopModel {
   std::string tag;
   std::string device;             // the tag as a topic may hold it, unique
-  std::vector<MetricSpec> specs;  // those that all such loops have, then detectable/NAME
+  std::vector<MetricSpec> specs;  // those of all such loops, then detectable/NAME
   Extras fixed;                   // tag, area, description, detectable/NAME
-  bool watched = false;           // another controller has it
+  bool watched = false;           // another controller runs it
   friend bool operator==(const LoopModel&, const LoopModel&) = default;
 };
 
 class BoxModel {
  public:
-  // Of a daemon that was never seen: the edge node's own metrics, no loop.
+  // The model of a daemon that was never reached: the edge node's own metrics, no loops.
   BoxModel();
-  // From `registers` with its names and from `describe`. `detectable`: of each tag, percent of the CO span by name.
-  // Throws std::out_of_range where an answer is too short.
+  // `registers`: with its names. `detectable`: for each tag, percent of the CO span by name. Throws
+  // std::out_of_range if an answer is too short.
   using Detectable = std::map<std::string, std::map<std::string, double>>;
   BoxModel(const protocol::Registers& registers, const protocol::Description& describe,
            const DeadBands& dead_bands, const Detectable& detectable);
 
   const std::vector<MetricSpec>& node_specs() const noexcept { return node_specs_; }
   const std::vector<LoopModel>& loops() const noexcept { return loops_; }
-  // The loop of a device; null: none.
+  // Returns the loop of a device; null if the device is unknown.
   const LoopModel* find(const std::string& device) const noexcept;
 
-  // `registers`: null where the daemon is not there.
+  // `registers`: null if the daemon does not answer.
   Reading node_reading(const protocol::Registers* registers, const Extras& extras) const;
   Reading loop_reading(std::size_t loop, const protocol::Registers& registers,
                        const Extras& extras) const;
-  // A field's place among the values of each loop; nullopt if the map has no such field.
+  // Returns the index of a field in the values of each loop; nullopt if the map lacks the field.
   std::optional<std::size_t> column(const std::string& field) const noexcept;
-  // CRC of the configuration in force, of the box's registers.
+  // Returns the CRC of the configuration in force, as in the box's registers.
   std::optional<double> config_hash(const protocol::Registers& registers) const;
 
-  // Whether births of the other would say something else.
+  // Returns whether both models lead to the same births.
   friend bool operator==(const BoxModel& a, const BoxModel& b) {
     return a.node_specs_ == b.node_specs_ && a.loops_ == b.loops_;
   }
 
  private:
-  // One column of the answer becomes metric `metric`, or is a second name for one and is left out.
+  // One column of the answer. It becomes metric `metric`, or is left out as its second name.
   struct Column {
     std::size_t column;
     std::size_t metric;
-    bool scaled;  // an i16 that has the lowest number where nothing is there
+    bool scaled;  // an i16 whose lowest number means "no value"
   };
   struct Area {
-    std::vector<MetricSpec> specs;  // units still PV and CO
+    std::vector<MetricSpec> specs;  // units are still PV and CO
     std::vector<Column> columns;
   };
   Area take_names(const std::vector<protocol::Field>& names, const char* area,
@@ -85,9 +87,9 @@ class BoxModel {
   std::vector<LoopModel> loops_;
 };
 
-// Names of the metrics that name an evidence folder's files, without file/.
+// Returns the names of the metrics for an evidence folder's files, without file/.
 const std::vector<std::string>& evidence_files();
-// The alarms by which the daemon's answers and the metrics are named.
+// Returns the names of alarms in the daemon's answers and in metrics.
 const std::vector<std::string>& alarm_names();
 
 }  // namespace loopwarden::edge

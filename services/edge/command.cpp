@@ -13,7 +13,7 @@ namespace {
 using sparkplug::Metric;
 using sparkplug::Value;
 
-// true and false are no number that an order could have.
+// Returns the number of a command. true and false are not numbers here.
 std::optional<double> ordered(const Value& value) {
   return std::holds_alternative<bool>(value) ? std::nullopt : sparkplug::number_of(value);
 }
@@ -23,13 +23,14 @@ bool is_true(const Value& value) {
   return flag != nullptr && *flag;
 }
 
-// Text behind `prefix`; nothing where the name has another.
+// Returns the text after `prefix`; nullopt if the name has another beginning.
 std::optional<std::string> behind(std::string_view prefix, const std::string& name) {
   if (!name.starts_with(prefix)) return std::nullopt;
   return name.substr(prefix.size());
 }
 
-// What may stand together in one `set`. False: the metric is none of them, or has no value for it.
+// Adds a metric that may share one `set` with others. Returns false if the metric is not one of
+// these, or its value doesn't fit.
 bool add_to_set(const Metric& metric, std::string& what, protocol::SetRequest& set) {
   const std::optional<double> value = ordered(metric.value);
   if (!value) return false;
@@ -64,7 +65,7 @@ std::optional<Order> shelve_order(const Metric& metric) {
 }
 
 std::optional<Order> alarm_order(const Metric& metric) {
-  // A register, not a coil: a number.
+  // This is a register, not a coil, so its value is a number.
   if (metric.name == "calm_stiction" && ordered(metric.value) == 1.0) {
     return Order{metric.name, on_alarm("stiction", "calm")};
   }

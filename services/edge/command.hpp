@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a host wants by NCMD or DCMD, in the daemon's words. Pure.
+// Translates an NCMD or DCMD of a host into requests for the daemon. Pure.
 //
 // | metric | value | order |
 // |---|---|---|
@@ -26,7 +26,7 @@ namespace loopwarden::edge {
 
 struct Order {
   std::string what;  // "sp 5, mode 1"
-  // For the daemon, without loop and user.
+  // The request for the daemon, without loop and user.
   std::variant<protocol::SetRequest, protocol::AlarmRequest, protocol::VetoRequest> request;
 };
 
@@ -34,11 +34,11 @@ struct Command {
   bool rebirth = false;
   bool acknowledge_all = false;
   std::vector<Order> orders;
-  std::vector<std::string> evidence;  // asked for
-  std::vector<std::string> refused;   // why, of metrics that are no orders
+  std::vector<std::string> evidence;  // requested names
+  std::vector<std::string> refused;   // reasons, one per metric that is not a command
 };
 
-// `metrics` have the names and types of the birth. `of_device`: a DCMD.
+// `metrics`: with the names and types of the birth. `of_device`: the message is a DCMD.
 Command read_command(const std::vector<sparkplug::Metric>& metrics, bool of_device);
 
 }  // namespace loopwarden::edge

@@ -24,7 +24,7 @@ constexpr std::chrono::milliseconds kPatience{3000};
 
 Value number_or_null(double value) { return std::isfinite(value) ? Value{value} : Value{}; }
 
-// Milliseconds since 1970; 0 is never.
+// `ms`: milliseconds since 1970; 0 means never.
 Value date_or_null(std::int64_t ms) {
   return ms > 0 ? Value{static_cast<std::uint64_t>(ms)} : Value{};
 }
@@ -62,7 +62,7 @@ void put_incident(const protocol::Incident& incident, Extras& extras) {
       date_or_null(static_cast<std::int64_t>(std::llround(1000.0 * incident.raised_s)));
 }
 
-// detectable of a commission.json: percent of the CO span by name.
+// Returns `detectable` of a commission.json: percent of the CO span by name.
 std::map<std::string, double> detectable_in(const std::filesystem::path& file) {
   std::map<std::string, double> seen;
   std::ifstream stream(file);
@@ -134,7 +134,7 @@ BoxModel::Detectable DaemonView::detectable(const protocol::Description& describ
   if (commissions_.empty()) return all;
   for (const auto& loop : describe.loops) {
     const std::string& tag = loop.tag;
-    // A tag with a slash would lead elsewhere.
+    // A tag with a slash would lead into another folder.
     if (std::filesystem::path(tag).filename() != tag) continue;
     all[tag] = detectable_in(commissions_ / tag / "commission.json");
   }
@@ -171,7 +171,8 @@ std::vector<double> DaemonView::values(std::size_t loop,
 }
 
 void DaemonView::look_at_alarms() {
-  // The registers have sizes, but no process alarms: of those it is only told that something has changed.
+  // The registers have the sizes of valve alarms. Process alarms have no registers: `alarm_changes`
+  // shows only that one of them has changed.
   std::vector<double> now{static_cast<double>(registers_.alarm_changes)};
   for (std::size_t i = 0; i < model_.loops().size(); ++i) {
     const std::vector<double> own = values(i, alarm_columns_);
@@ -232,11 +233,11 @@ std::optional<std::filesystem::path> DaemonView::evidence(std::size_t loop,
   const auto& alarms = alarm_names();
   if (std::find(alarms.begin(), alarms.end(), wanted) != alarms.end()) {
     const auto answer = ask(daemon_, protocol::ExplainRequest{tag, wanted});
-    // The host asks again where nobody knows.
+    // While the disk does not answer, the outcome is unknown: the host can ask again.
     if (!answer.disk_answers) throw std::runtime_error("the box's disk does not answer");
     return answer.evidence;
   }
-  // A name, and nothing that leads elsewhere; of this loop.
+  // Accepts only a plain folder name, of this loop.
   if (wanted.empty() || wanted.front() == '.' ||
       std::filesystem::path(wanted).filename() != wanted) {
     return std::nullopt;

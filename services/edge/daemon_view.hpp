@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon as seen through status.sock: its model, and the newest reading of everything.
+// The view of the daemon through status.sock: its model, and the newest values of all metrics.
 #pragma once
 
 #include <cstddef>
@@ -15,19 +15,20 @@ namespace loopwarden::edge {
 
 class DaemonView {
  public:
-  // `commissions`: holds TAG/commission.json; empty: none.
+  // `commissions`: folder with TAG/commission.json; empty if there is no such folder.
   DaemonView(const std::filesystem::path& runtime_directory, DeadBands dead_bands,
              std::filesystem::path commissions);
 
-  // Asks for everything anew; true if the model is another one than before. Throws protocol::DaemonError.
+  // Asks for all values again. Returns true if the model has changed. Throws protocol::DaemonError.
   bool look();
 
   const BoxModel& model() const noexcept { return model_; }
   Reading node_reading(const Extras& own) const;
   Reading loop_reading(std::size_t loop) const;
-  // Alarms of a loop that wait for the operator.
+  // Returns the unacknowledged alarms of a loop.
   std::vector<std::string> unacknowledged(std::size_t loop) const;
-  // The folder of an alarm's newest evidence, or the evidence folder of that name; nullopt if there is none. Throws as look().
+  // Returns the folder of an alarm's newest evidence, or the evidence folder of that name; nullopt
+  // if there is no such folder. Throws as look().
   std::optional<std::filesystem::path> evidence(std::size_t loop, const std::string& wanted);
 
  private:
@@ -50,7 +51,7 @@ class DaemonView {
   protocol::Registers registers_;
   std::vector<Extras> extras_;  // of each loop
 
-  // What changes when alarms or explanations do, by column, and how it was when they were asked for.
+  // Columns that change with alarms or explanations, and their values when these were last read.
   std::vector<std::size_t> alarm_columns_;
   std::vector<std::size_t> explanation_columns_;
   std::vector<double> alarms_seen_;

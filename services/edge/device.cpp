@@ -67,7 +67,7 @@ bool Device::differs(std::size_t index, const Reading::Item& item) const {
 std::vector<Metric> Device::changes(const Reading& now, std::uint64_t time_ms,
                                     std::chrono::milliseconds slow_interval) {
   const auto since_slow = static_cast<std::int64_t>(time_ms - slow_sent_ms_);
-  // Also where the clock was set back.
+  // Also true if the clock was set back.
   const bool slow_due = since_slow < 0 || since_slow >= slow_interval.count();
   std::vector<Metric> metrics;
   for (std::size_t i = 0; i < specs_.size(); ++i) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The metrics of a device, or of the edge node itself: what its birth says, and what is sent by exception. Pure.
+// The metrics of a device or of the edge node itself: the contents of its birth, and of its data,
+// which is sent by exception. Pure.
 #pragma once
 
 #include <chrono>
@@ -21,8 +22,8 @@ struct MetricSpec {
   std::optional<double> low;  // of its range, in that unit
   std::optional<double> high;
   double dead_band_percent = 0.0;  // of the range, or of the last value sent; 0: any change is sent
-  bool slow = false;               // changes all the time: sent once an interval
-  bool aliased = true;             // Node Control/Rebirth has none, by the specification
+  bool slow = false;               // changes all the time: sent once per interval
+  bool aliased = true;             // the specification gives Node Control/Rebirth no alias
   friend bool operator==(const MetricSpec&, const MetricSpec&) = default;
 };
 
@@ -38,25 +39,26 @@ struct Reading {
 
 class Device {
  public:
-  // Aliases run from `first_alias` on, one a metric.
+  // Aliases count from `first_alias`, one per metric.
   Device(std::string name, std::vector<MetricSpec> specs, std::uint64_t first_alias);
 
   const std::string& name() const noexcept { return name_; }
   const std::vector<MetricSpec>& specs() const noexcept { return specs_; }
   std::uint64_t next_alias() const noexcept { return first_alias_ + specs_.size(); }
 
-  // Every metric with name, alias, type, properties (engUnit, engLow, engHigh) and value, for a birth.
+  // Returns every metric with name, alias, type, properties (engUnit, engLow, engHigh) and value,
+  // for a birth.
   std::vector<sparkplug::Metric> birth(const Reading& now, std::uint64_t time_ms);
-  // Those that differ from what was sent last by their dead band, with name and type, for data. Slow ones go once
-  // `slow_interval`, of those that changed.
+  // Returns the metrics that differ from the last sent value by their dead band or more, with name
+  // and type, for data. Slow metrics that changed are returned once per `slow_interval`.
   std::vector<sparkplug::Metric> changes(const Reading& now, std::uint64_t time_ms,
                                          std::chrono::milliseconds slow_interval);
 
-  // Whether the metric is one of these, of the same type.
+  // Returns whether the device has this metric, with the same type.
   bool has(const sparkplug::Metric& metric) const;
-  // Of a metric's alias; nullopt if there is none.
+  // Returns the alias of a metric; nullopt if the metric has no alias.
   std::optional<std::uint64_t> alias_of(const std::string& metric) const;
-  // The metric that a command means, by name or alias; null: none of this device.
+  // Returns the metric of a command, by name or alias; null if the device has no such metric.
   const MetricSpec* meant_by(const sparkplug::Metric& command) const;
 
  private:

@@ -33,9 +33,8 @@ void read_names(MapReader in, EdgeConfig& config) {
       in.need_text("edge",
                    "name of this box, unique in the group: two boxes "
                    "of one name throw each other off the broker");
-  const config::Value<std::string> host =
-      in.text("primary_host",
-              "host application without which data is stored instead of sent; empty: none", "");
+  const config::Value<std::string> host = in.text(
+      "primary_host", "host application; data is stored while it is offline; empty: not used", "");
   check_identifier(in, "group", group);
   check_identifier(in, "edge", edge);
   check_identifier(in, "primary_host", host);
@@ -49,42 +48,43 @@ void read_data(MapReader in, EdgeConfig& config) {
   config.interval = milliseconds(
       in.number("interval",
                 {"s", between(0.2, 60.0),
-                 "between two looks at the daemon: a loop sends at most one message in it"},
+                 "between two readings of the daemon: a loop sends at most one message in it"},
                 1.0));
   config.slow_interval = milliseconds(in.number(
       "slow_interval",
       {"s", between(1.0, 86'400.0), "of counters and clocks, which change all the time"}, 60.0));
-  config.dead_bands.percent = in.number(
-      "dead_band",
-      {"%", between(0.0, 50.0),
-       "of a metric's range, or of its last value where it has none; smaller changes are not sent"},
-      config.dead_bands.percent);
+  config.dead_bands.percent = in.number("dead_band",
+                                        {"%", between(0.0, 50.0),
+                                         "of a metric's range, or of its last value if it has no "
+                                         "range; smaller changes are not sent"},
+                                        config.dead_bands.percent);
   for (MapReader& one : in.maybe_list("dead_bands", "of single metrics")) {
     const config::Value<std::string> metric = one.need_text("metric", "its name, such as pv");
     const config::Value<double> percent =
         one.need_number("percent", {"%", between(0.0, 50.0), "as dead_band"});
     if (!metric.valid || !percent.valid || one.describing()) continue;
     if (!config.dead_bands.by_metric.emplace(metric.value, percent.value).second) {
-      one.error("metric", fmt::format("'{}' stands here twice", config::quotable(metric.value)));
+      one.error("metric", fmt::format("'{}' occurs twice", config::quotable(metric.value)));
     }
   }
 }
 
 void read_store(MapReader in, const std::string& file, EdgeConfig& config) {
-  config.state_directory =
-      config::read_path(in, "directory", "of store.sqlite: what waits for broker or host", file,
-                        config.state_directory.string());
+  config.state_directory = config::read_path(
+      in, "directory", "of store.sqlite with the reports that wait for broker or host", file,
+      config.state_directory.string());
   config.most_stored_bytes =
       1024UL * 1024UL *
       static_cast<std::uint64_t>(in.integer(
           "most_megabytes",
-          {1, 1'000'000, "MiB", "kept; beyond that the oldest goes, counted in store/dropped"},
+          {1, 1'000'000, "MiB",
+           "limit of the store; then the oldest is dropped and counted in store/dropped"},
           256));
   const config::Value<double> window =
       in.number("resend_window",
                 {"s", between(5.0, 3600.0),
-                 "what was sent this short before broker or host were "
-                 "lost is sent again, since it may not have arrived; at "
+                 "reports sent within this time before broker or host were "
+                 "lost are sent again, since they may not have arrived; at "
                  "least twice keep_alive"},
                 60.0);
   config.resend_window = milliseconds(window);
@@ -125,7 +125,8 @@ EdgeConfig read_edge(MapReader& in, const std::string& file) {
       "orders", "hosts may give orders, as far as loopwardend.yaml allows in its section edge",
       config.orders);
   config.commissions = config::read_path(
-      in, "commissions", "folder with TAG/commission.json, for detectable/NAME; empty: none", file);
+      in, "commissions", "folder with TAG/commission.json, for detectable/NAME; empty: not used",
+      file);
   config.log_level = config::read_log_level(in);
   if (config.mqtt.client_id.empty()) {
     config.mqtt.client_id = fmt::format("loopwarden-{}-{}", config.group, config.edge);

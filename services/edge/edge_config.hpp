@@ -28,12 +28,12 @@ struct EdgeConfig {
   std::string primary_host;  // empty: births follow the connection
   std::filesystem::path runtime_directory = "/run/loopwardend";  // of the daemon: its sockets
   std::chrono::milliseconds interval{
-      1000};  // between two looks at the daemon, so between two DDATA of a loop
+      1000};  // between two readings of the daemon, so between two DDATA of a loop
   std::chrono::milliseconds slow_interval{
       60'000};  // of counters and clocks, which change all the time
   DeadBands dead_bands;
   bool orders = false;
-  std::filesystem::path commissions;  // holds TAG/commission.json; empty: none
+  std::filesystem::path commissions;  // folder with TAG/commission.json; empty: not used
   std::filesystem::path state_directory = "/var/lib/loopwarden-edge";
   std::uint64_t most_stored_bytes = 256UL * 1024UL * 1024UL;
   std::chrono::milliseconds resend_window{60'000};
@@ -44,7 +44,7 @@ struct EdgeConfig {
 };
 
 config::Loaded<EdgeConfig> read_edge_file(const std::filesystem::path& path);
-// `file` is the name that diagnostics carry, and where relative paths start.
+// `file`: name in diagnostics, and start of relative paths.
 config::Loaded<EdgeConfig> read_edge_text(const std::string& file, std::string_view text);
 
 config::KeyReference describe_edge();

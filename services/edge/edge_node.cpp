@@ -21,12 +21,12 @@ using sparkplug::Topic;
 using sparkplug::Types;
 using Next = EdgeSession::Next;
 
-// More than that not yet on the network: it does not take data at the moment.
+// With more messages than this not yet on the network, the network counts as stalled.
 constexpr std::size_t kStalled = 500;
 // Births of a thousand loops go out at once.
 constexpr std::size_t kMostWaiting = 20'000;
 constexpr std::size_t kPartsALook = 8;
-constexpr std::chrono::seconds kGoodbye{3};  // the client's, and some
+constexpr std::chrono::seconds kGoodbye{3};  // that of the client, plus a reserve
 constexpr std::chrono::seconds kFirstConnection{2};
 
 mqtt::ClientSettings settings_of(const EdgeConfig& config) {
@@ -48,7 +48,7 @@ std::int64_t ms_of(std::chrono::steady_clock::time_point moment) {
 
 std::uint64_t system_ms() { return static_cast<std::uint64_t>(base::utc_ms()); }
 
-// bdSeq from the store; a store that can't say begins anew.
+// Returns bdSeq from the store. If the store can't be read, bdSeq starts again.
 std::optional<std::uint8_t> last_bd_seq(Store& store) {
   try {
     return store.bd_seq();
@@ -73,7 +73,7 @@ EdgeNode::EdgeNode(EdgeConfig config)
 
 void EdgeNode::start() {
   connect();
-  // Whether the broker is there decides if the first reading is told or kept.
+  // The first reading is sent or stored, depending on whether the broker is there.
   const std::vector<mqtt::Event> events = client_.events(kFirstConnection);
   next_look_ = Clock::now();
   starting_ = true;
@@ -91,7 +91,7 @@ void EdgeNode::round() {
   answer_rebirth();
   log_.look();
   if (Clock::now() < next_look_) return;
-  // Late looks are not made up for.
+  // Missed readings are not made up for.
   next_look_ = std::max(next_look_ + config_.interval, Clock::now());
   look();
   tell_outcomes();
@@ -157,7 +157,7 @@ void EdgeNode::daemon_came(bool changed) {
   }
 }
 
-// Where nobody hears a birth, what it would say is kept.
+// Stores the values of a birth while no host receives births.
 void EdgeNode::keep_births() {
   for (std::size_t i = 0; i < devices_.size(); ++i) {
     Report report{devices_[i].name(), devices_[i].birth(view_.loop_reading(i), now_ms())};
@@ -170,7 +170,7 @@ void EdgeNode::keep_births() {
 
 void EdgeNode::make_devices() {
   node_ = Device("", view_.model().node_specs(), 1);
-  // What it differs from, until a birth.
+  // Until a birth, changes are relative to this reading.
   node_.birth(node_reading(), now_ms());
   devices_.clear();
   by_name_.clear();
@@ -236,7 +236,7 @@ void EdgeNode::take_message(const mqtt::Message& message) {
     return;
   }
   const std::optional<Topic> topic = sparkplug::parse_topic(message.topic);
-  // A command that is retained is an old one.
+  // A retained command is an old one.
   if (!topic || message.retain || topic->group != config_.group || topic->edge != config_.edge)
     return;
   try {
@@ -253,11 +253,11 @@ void EdgeNode::follow(Next next) {
   if (next == Next::leave) leave();
 }
 
-// Hosts may ask in a storm: each answer is all births, so the requests in between share the next
-// one.
+// Hosts may send many requests at once. Each answer consists of all births, so the requests in
+// between share the next answer.
 void EdgeNode::answer_rebirth() {
   if (!rebirth_waits_) return;
-  // A connection that becomes live begins with births.
+  // A connection that becomes live starts with births.
   if (session_.live() && !rebirths_.take(ms_of(Clock::now()))) return;
   rebirth_waits_ = false;
   follow(session_.rebirth_asked());
@@ -281,7 +281,8 @@ void EdgeNode::device_deaths() {
   for (const Device& device : devices_) publish(MessageType::ddeath, device.name(), {});
 }
 
-// The primary host is gone: its own death, and a new connection that waits for it.
+// Leaves the broker when the primary host is gone: sends the node's death, then a new connection
+// waits for the host.
 void EdgeNode::leave() {
   log_.warn("host", "offline", fmt::format("primary host {} is not online", config_.primary_host));
   client_.publish(death());
@@ -379,13 +380,14 @@ bool EdgeNode::publish(MessageType type, const std::string& device, std::vector<
        .retain = false});
 }
 
-// False: it can't go out now.
+// Returns false if it can't be sent now.
 bool EdgeNode::send(const Report& report, bool historical) {
   if (!session_.live() || client_.waiting() > kStalled) return false;
   const Device* device = find(report.device);
   if (device != nullptr && device != &node_ && !daemon_there_) return false;
   std::vector<Metric> metrics = report.metrics;
-  // Stored before loops or metrics became others: no birth gave them, nobody could read them.
+  // Stored before loops or metrics changed: no birth names these metrics, so no host could use
+  // them.
   std::erase_if(metrics, [&](const Metric& m) { return device == nullptr || !device->has(m); });
   if (metrics.empty()) {
     outbox_.drop_one();
@@ -397,7 +399,7 @@ bool EdgeNode::send(const Report& report, bool historical) {
     metric.historical = historical;
   }
   const MessageType type = report.device.empty() ? MessageType::ndata : MessageType::ddata;
-  // The specification would rather have no types in data; clients in use can't read values without.
+  // The specification recommends data without types, but clients in use can't read such values.
   return publish(type, report.device, std::move(metrics));
 }
 
@@ -416,7 +418,7 @@ void EdgeNode::send_files() {
     std::optional<FileParts::Part> part = files_.next();
     if (!part) return;
     part->metric.time_ms = now_ms();
-    // What can't go out now is tried again.
+    // A part that can't be sent now is tried again.
     if (!send({part->device, {std::move(part->metric)}}, false)) return;
     files_.gone();
   }
@@ -450,7 +452,8 @@ Device* EdgeNode::find(const std::string& device) {
   return found == by_name_.end() ? nullptr : &devices_[found->second];
 }
 
-// Never the same twice, so that a metric has one value at one time; a clock that was set back is followed.
+// Returns a time that is never the same twice, so that a metric has one value at one time. A clock
+// that was set back is followed.
 std::uint64_t EdgeNode::now_ms() {
   const std::uint64_t now = system_ms();
   const bool again = now <= last_ms_ && last_ms_ - now < 1000;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The box as a Sparkplug edge node: looks at the daemon once an interval, tells the broker what has changed, takes
-// commands. One thread; the broker's connection has its own and never makes this one wait.
+// Runs the box as a Sparkplug edge node: reads the daemon once per interval, sends changes to the
+// broker, and takes commands. One thread. The broker's connection has its own thread and never
+// blocks this one.
 #pragma once
 
 #include <chrono>
@@ -33,9 +34,9 @@ class EdgeNode {
   explicit EdgeNode(EdgeConfig config);
 
   void start();
-  // Waits for what happens at the broker, at most until the next look at the daemon is due, and does what must follow.
+  // Handles events of the broker until the next reading of the daemon is due.
   void round();
-  // Says goodbye with an NDEATH of its own; what may not have arrived goes to the store.
+  // Sends its own NDEATH and disconnects. Reports that may not have arrived go to the store.
   void end();
 
   std::string status() const;  // one line
@@ -88,10 +89,10 @@ class EdgeNode {
   Orders orders_;
   FileParts files_;
   Device node_;
-  std::vector<Device> devices_;  // one a loop, in the daemon's order
+  std::vector<Device> devices_;  // one per loop, in the daemon's order
   std::map<std::string, std::size_t> by_name_;
   bool daemon_there_ = false;
-  bool rebirth_waits_ = false;                   // asked for, not yet answered
+  bool rebirth_waits_ = false;                   // requested, not yet answered
   sparkplug::RebirthBudget rebirths_{0.2, 2.0};  // two at once, then one in 5 s
   base::LimitedLog log_;
   bool starting_ = false;

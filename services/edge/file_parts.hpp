@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evidence on request: the files of one folder, part after part.
+// Sends evidence on request: the files of one folder, part by part.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +21,9 @@ class FileParts {
   FileParts(std::uint64_t most_file_bytes, std::size_t part_bytes)
       : most_file_bytes_(most_file_bytes), part_bytes_(part_bytes) {}
 
-  // Queues what the folder holds of evidence_files(), as the answer to what `request` asked for. Returns what there is to
-  // say: empty, "refused: ..." where no file will come, "left out: ..." where some won't, "not now: ...".
+  // Queues the evidence_files() of the folder as the answer to `request`. Returns an empty string
+  // if all are queued, otherwise "refused: ..." (no file is sent), "left out: ..." (some files are
+  // missing) or "not now: ...".
   std::string add(const std::string& device, const std::string& request,
                   const std::filesystem::path& folder);
 
@@ -30,7 +31,8 @@ class FileParts {
     std::string device;
     sparkplug::Metric metric;  // file/NAME, of type File
   };
-  // The next part, the same again until it is gone(); nullopt if there is none. A file that can't be read any further ends.
+  // Returns the next part, and the same part again until gone() is called; nullopt if no file
+  // waits. A file that can't be read any further is dropped.
   std::optional<Part> next();
   void gone();
   bool empty() const noexcept { return waiting_.empty(); }
@@ -42,7 +44,7 @@ class FileParts {
     std::filesystem::path path;
     std::uint64_t size = 0;
     std::string sha256;
-    std::uint64_t files = 0;  // of the folder, that come
+    std::uint64_t files = 0;  // files of the folder that are sent
     std::uint64_t sent_parts = 0;
   };
   std::uint64_t parts_of(const File& file) const noexcept;

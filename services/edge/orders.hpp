@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hands hosts' orders to the daemon through edge.sock and tells what became of each. The daemon judges them as it judges
-// any operator's, and offers only what its own configuration allows.
+// Passes hosts' commands to the daemon through edge.sock and reports the outcome of each. The
+// daemon checks them like those of any operator, and offers only what its own configuration allows.
 #pragma once
 
 #include <chrono>
@@ -21,20 +21,20 @@ class Orders {
     std::string text;  // "sp 5: done", "sp 5: refused: ..."
   };
 
-  // `allowed`: edge.yaml's orders; false: every order is refused here.
+  // `allowed`: `orders` of edge.yaml. If false, every command is refused here.
   Orders(const std::filesystem::path& runtime_directory, bool allowed);
 
-  // Gives the order to the daemon; its outcome, or what it waits for, comes by outcomes().
+  // Passes the command to the daemon. outcomes() returns its outcome.
   void give(const std::string& device, const std::string& tag, const Order& order);
   struct Loop {
     std::string device;
     std::string tag;
     bool waits;  // has an alarm to acknowledge, as far as is known here
   };
-  // In one request, however many alarms wait: the daemon's disk is waited for once.
+  // Uses one request for all alarms, so that the daemon waits for its disk only once.
   void acknowledge_all(const std::vector<Loop>& loops);
   void refuse(const std::string& device, const std::string& why) { done_.push_back({device, why}); }
-  // Those that came to an end since the last call.
+  // Returns the commands that have ended since the last call.
   std::vector<Outcome> outcomes();
 
  private:
@@ -42,10 +42,10 @@ class Orders {
     std::string device;
     std::string tag;
     std::string what;
-    std::uint64_t number;  // the daemon's
+    std::uint64_t number;  // the daemon's number of the command
     std::chrono::steady_clock::time_point since;
   };
-  // True if it has ended.
+  // Returns true if it has ended.
   bool ask_after(const Waiting& order);
 
   protocol::DaemonClient daemon_;

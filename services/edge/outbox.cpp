@@ -9,7 +9,7 @@
 namespace loopwarden::edge {
 namespace {
 
-constexpr std::size_t kMostAtOnce = 500;  // reports, of a transaction
+constexpr std::size_t kMostAtOnce = 500;  // reports per transaction
 
 }  // namespace
 
@@ -35,7 +35,7 @@ void Outbox::lost(Clock::time_point now) {
   flush();
 }
 
-// A few at a time: all at once they may never fit into what a full disk has room for again.
+// Writes a few reports at a time: a full disk may never regain the room for all of them.
 void Outbox::flush() {
   if (for_disk_.empty()) return;
   try {
@@ -64,7 +64,7 @@ void Outbox::tidy(Clock::time_point now) {
   try {
     store_.remove_up_to(arrived);
   } catch (const sqlite::Error& e) {
-    // They are sent once more after the next loss; hosts know them by their time.
+    // They are sent once more after the next loss; hosts recognise them by their time.
     spdlog::warn("store: {}; what was sent stays there", e.what());
   }
 }
@@ -84,7 +84,7 @@ void Outbox::replay(std::size_t most, Clock::time_point now,
 }
 
 std::uint64_t Outbox::waiting() const noexcept {
-  // The store may have dropped rows that went out again.
+  // The store may have dropped rows that were sent again.
   const std::uint64_t again = std::min<std::uint64_t>(replayed_.size(), store_.waiting());
   return store_.waiting() - again + for_disk_.size();
 }

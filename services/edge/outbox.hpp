@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Store and forward: what could not be sent waits in the store; what was sent a short while before the connection or
-// the host was lost goes there too, since QoS 0 confirms nothing; all of it is sent again later, oldest first.
+// Stores and forwards. Reports that can't be sent wait in the store. Reports sent shortly before
+// the connection or the host was lost are stored as well, because QoS 0 has no confirmation. All of
+// them are sent again later, oldest first.
 //
-// Where the disk refuses, reports wait in memory, a bounded number of them; the oldest goes, counted.
+// If the disk refuses, a bounded number of reports waits in memory. Beyond it the oldest are
+// dropped and counted.
 #pragma once
 
 #include <chrono>
@@ -22,23 +24,24 @@ class Outbox {
   using Clock = std::chrono::steady_clock;
   static constexpr std::size_t kMostInMemory = 20'000;  // reports, of each kind
 
-  // `window`: what was sent this short before a loss may not have arrived.
+  // `window`: reports sent within this time before a loss may not have arrived.
   Outbox(Store& store, std::chrono::milliseconds window) : store_(store), window_(window) {}
 
-  // A report went out now.
+  // Records a report that was sent now.
   void sent(Report report, Clock::time_point now);
-  // A report could not go out.
+  // Keeps a report that could not be sent.
   void keep(Report report);
-  // Broker or host are gone: whatever may not have arrived is to be sent again.
+  // Broker or host are gone: stores all reports that may not have arrived.
   void lost(Clock::time_point now);
 
-  // Once a second or so: puts on the disk what waits for it, forgets what has surely arrived.
+  // Writes waiting reports to the disk and removes those that have surely arrived. Call it about
+  // once a second.
   void tidy(Clock::time_point now);
-  // Sends up to `most` stored reports, oldest first; `send` says whether it could.
+  // Sends up to `most` stored reports, oldest first. `send` returns whether it succeeded.
   void replay(std::size_t most, Clock::time_point now,
               const std::function<bool(const Report&)>& send);
 
-  // A stored report that nobody could read any more was not sent.
+  // Counts a stored report that was not sent because no host could decode it any more.
   void drop_one() noexcept { ++dropped_; }
 
   std::uint64_t waiting() const noexcept;  // reports, on the disk and for it
@@ -54,7 +57,7 @@ class Outbox {
   std::deque<Report> for_disk_;
   bool disk_refuses_ = false;
   std::uint64_t dropped_ = 0;  // in memory
-  // Rows of the store that went out again: until they have surely arrived they stay.
+  // Rows of the store that were sent again. They stay until they have surely arrived.
   std::int64_t replayed_up_to_ = 0;
   std::deque<std::pair<Clock::time_point, std::int64_t>> replayed_;
 };

@@ -20,7 +20,7 @@ CREATE TABLE report(id INTEGER PRIMARY KEY AUTOINCREMENT, device TEXT NOT NULL, 
 CREATE TABLE kept(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
 )";
 
-// What a row costs beside its bytes: number, lengths, its share of the page.
+// Bytes of a row in addition to its content: number, lengths, its share of the page.
 constexpr std::uint64_t kRowBytes = 32;
 constexpr int kMostUnreadable = 100;  // rows
 
@@ -116,7 +116,7 @@ std::vector<Store::Row> Store::read(std::int64_t after, std::size_t most) {
   return rows;
 }
 
-// One row must not keep all that come after it.
+// Moves an unreadable row away, so that it does not block all rows after it.
 void Store::set_aside(std::int64_t id, const std::string& why) {
   sqlite::Transaction transaction(database_);
   database_.execute(

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What waits for broker or host, in a SQLite database: bounded, the oldest goes first and is counted. Also bdSeq, which
-// must outlive the program.
+// Stores the reports that wait for broker or host in a SQLite database. It is bounded: the oldest
+// reports are dropped first and counted. It also keeps bdSeq, which must survive a restart.
 //
-// One transaction a call, journal_mode=WAL, synchronous=NORMAL: a power failure may take back the newest calls, never
-// more, and leaves the file sound. A file that is damaged or not ours is moved aside; one of another version is an
-// error, and stays.
+// Each call is one transaction, journal_mode=WAL, synchronous=NORMAL. A power failure may undo the
+// newest calls, never more, and leaves the file sound. A damaged or foreign file is moved aside. A
+// file of another version is an error and is kept.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@
 
 namespace loopwarden::edge {
 
-// Values of one device, of one moment; metrics carry name, type and time.
+// Values of one device at one moment; metrics carry name, type and time.
 struct Report {
   std::string device;  // empty: of the edge node
   std::vector<sparkplug::Metric> metrics;
@@ -27,21 +27,21 @@ struct Report {
 
 class Store {
  public:
-  // Opens or makes the file. Throws sqlite::Error if that fails, std::filesystem::filesystem_error if a damaged one can't
-  // be moved.
+  // Opens or makes the file. Throws sqlite::Error if that fails, std::filesystem::filesystem_error
+  // if a damaged file can't be moved.
   Store(const std::filesystem::path& file, std::uint64_t most_bytes);
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  // All of them behind what is there, or sqlite::Error (disk full). Drops the oldest beyond the bound.
+  // Appends all reports, or throws sqlite::Error (disk full). Drops the oldest beyond the limit.
   void append(const std::vector<Report>& reports);
 
   struct Row {
     std::int64_t id = 0;
     Report report;
   };
-  // The oldest with an id above `after`. A row that can't be decoded is put into table `unreadable`, and counted as
-  // dropped.
+  // Returns the oldest rows with an id above `after`. A row that can't be decoded is moved to the
+  // table `unreadable` and counted as dropped.
   std::vector<Row> read(std::int64_t after, std::size_t most);
   void remove_up_to(std::int64_t id);
 

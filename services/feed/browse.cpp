@@ -17,7 +17,7 @@
 namespace loopwarden::feed {
 namespace {
 
-// Of devices and nodes: what they say tells at least that they are there.
+// Returns filters for births and data of nodes and devices. Data shows that its sender exists.
 std::vector<mqtt::Subscription> all_of(const std::string& group) {
   std::vector<mqtt::Subscription> filters;
   for (const char* type : {"NBIRTH", "NDATA"}) {
@@ -47,7 +47,7 @@ void ask_for_births(mqtt::Client& client, const BirthList& list,
 }  // namespace
 
 int browse(FeedConfig config, const std::string& group, std::chrono::seconds patience) {
-  config.mqtt.client_id += "-browse";  // the service goes on beside it
+  config.mqtt.client_id += "-browse";  // the service may run at the same time
   config.mqtt.subscriptions = all_of(group);
   mqtt::Client client(std::move(config.mqtt));
   client.connect(std::nullopt);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the edge nodes of a Sparkplug group have, heard at the broker.
+// Lists the metrics of the edge nodes of a Sparkplug group, as received from the broker.
 #pragma once
 
 #include <chrono>
@@ -9,8 +9,9 @@
 
 namespace loopwarden::feed {
 
-// Listens to the group for so long, asks for births where `config` says so, and prints the list (values/birth_list.hpp) to
-// the standard output. Returns an exit code: 74 where the broker is not reached or no birth was heard.
+// Listens to the group for `patience`, requests births if `config` permits, and prints the list
+// (values/birth_list.hpp) to the standard output. Returns an exit code: 74 if the broker is not
+// reached or no birth was received.
 int browse(FeedConfig config, const std::string& group, std::chrono::seconds patience);
 
 }  // namespace loopwarden::feed

@@ -42,10 +42,10 @@ std::string host_name() {
 
 std::string read_name(MapReader& in, std::set<std::string>& names) {
   const Value<std::string> name =
-      in.need_text("name", "what stands behind the feeder's in a loop's file: FEEDER:NAME");
+      in.need_text("name", "name of the value, after the feeder's in a loop's file: FEEDER:NAME");
   if (!name.given || !name.valid) return {};
   if (!names.insert(name.value).second) {
-    in.error("name", fmt::format("'{}' stands here twice", config::quotable(name.value)));
+    in.error("name", fmt::format("'{}' occurs twice", config::quotable(name.value)));
   }
   return name.value;
 }
@@ -77,7 +77,7 @@ PayloadRule read_payload(MapReader& in) {
                             "JSON Pointer to the value; absent: the payload itself is a number");
   rule.words =
       in.flag("words", "a text is a value, for the `mode` of a loop's file: AUTO, MAN", false);
-  rule.time = read_pointer(in, "time", "JSON Pointer to the source's time; absent: it has none");
+  rule.time = read_pointer(in, "time", "JSON Pointer to the source's time; absent: no time");
   rule.time_form = in.one_of("time_form", kTimeForms,
                              "s or ms since 1970, or ISO 8601 with Z or an offset", TimeForm::s);
   rule.quality = read_pointer(in, "quality", "JSON Pointer to the quality; absent: always good");

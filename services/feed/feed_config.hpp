@@ -26,11 +26,11 @@ struct FeedConfig {
   std::string log_level = "info";
 };
 
-// Without values of its own it can still browse.
+// Whether the file must name values. Browsing works without them.
 enum class Values { needed, not_needed };
 config::Loaded<FeedConfig> read_feed_file(const std::filesystem::path& path,
                                           Values values = Values::needed);
-// `file` is the name that diagnostics carry, and where relative paths start.
+// `file`: name in diagnostics, and start of relative paths.
 config::Loaded<FeedConfig> read_feed_text(const std::string& file, std::string_view text,
                                           Values values = Values::needed);
 

@@ -46,8 +46,8 @@ void FeedLink::flush(Clock::time_point now) {
     }
   }
   waiting_.erase(0, sent);
-  if (waiting_.size() > kMostWaiting) return lost(now, path_ + ": the daemon takes nothing");
-  // Lines without an id are not answered: what can be read is the end.
+  if (waiting_.size() > kMostWaiting) return lost(now, path_ + ": the daemon does not read");
+  // Lines without an id get no answer, so a readable socket means its end.
   std::array<char, 256> end{};
   const ssize_t n = ::recv(fd_, end.data(), end.size(), MSG_DONTWAIT);
   if (n == 0) {
@@ -60,7 +60,7 @@ void FeedLink::flush(Clock::time_point now) {
   }
 }
 
-// A connection that breaks at once, as where the daemon does not know this user, is no success.
+// A connection that breaks at once is no success: the daemon may not know this user.
 void FeedLink::lost(Clock::time_point now, std::string why) {
   if (connected() && now - since_ > back_off_.longest) failures_ = 0;
   close();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A connection to feed.sock that never makes its user wait: lines are kept until the socket takes them. One that takes
-// nothing until kMostWaiting bytes have gathered is given up; a new one is tried with growing pauses.
+// A connection to feed.sock that never blocks its caller: lines are kept until the socket takes
+// them. It is given up if kMostWaiting bytes have gathered. New attempts follow with growing
+// pauses.
 #pragma once
 
 #include <chrono>
@@ -24,15 +25,15 @@ class FeedLink {
   FeedLink& operator=(const FeedLink&) = delete;
   ~FeedLink() { close(); }
 
-  // Connects where there is no connection and a try is due. True: there is a new one.
+  // Connects if there is no connection and a try is due. Returns true for a new connection.
   bool connect(Clock::time_point now);
   bool connected() const noexcept { return fd_ >= 0; }
-  // A line without its end. Without a connection it is dropped.
+  // Sends a line (`line` without its end). Without a connection the line is dropped.
   void send(std::string_view line);
-  // Writes what the socket takes now, and sees whether the daemon has closed it.
+  // Writes the bytes that the socket takes now, and detects whether the daemon has closed it.
   void flush(Clock::time_point now);
 
-  // Why there is no connection, in words; empty: there is one, or none was tried.
+  // Returns why there is no connection; empty if there is one, or before the first try.
   const std::string& why() const noexcept { return why_; }
 
  private:

@@ -20,7 +20,8 @@ namespace {
 using protocol::FedValue;
 
 constexpr std::chrono::milliseconds kRound{100};
-// What comes within it goes in one line: a wake-up for each value would cost more than all else.
+// Values within this time share one line: one wake-up per value would cost more than all other
+// work.
 constexpr std::chrono::milliseconds kGathering{20};
 constexpr std::chrono::minutes kBetweenComplaints{1};
 
@@ -76,7 +77,7 @@ void Feeder::take(const mqtt::Event& event) {
     case mqtt::Event::Kind::disconnected: return broker_went(event.why);
     case mqtt::Event::Kind::message: break;
   }
-  // What a broker retains may come before it has granted the last subscription.
+  // A broker may deliver retained messages before it has granted the last subscription.
   broker_came();
   take_message(event.message);
 }
@@ -85,7 +86,7 @@ void Feeder::take_message(const mqtt::Message& message) {
   const std::int64_t now_ms = ms_of(Clock::now());
   std::string complaint;
   if (const auto topic = sparkplug::parse_topic(message.topic)) {
-    // Births and data are never retained; what is was left there by somebody else's mistake.
+    // Births and data are never retained: a retained one is another program's mistake.
     if (!message.retain) edges_.take(*topic, message.payload, now_ms, values_, complaint);
   } else {
     topics_.take(message.topic, message.payload, message.retain, now_ms, values_, complaint);
@@ -131,7 +132,7 @@ void Feeder::ask_rebirths() {
   }
 }
 
-// What is said while the broker is away is only remembered.
+// While the broker is away, values are only remembered.
 void Feeder::deliver() {
   for (const FedValue& fed : values_) newest_.insert_or_assign(fed.name, fed);
   const std::vector<FedValue> values = std::exchange(values_, {});

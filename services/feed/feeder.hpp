@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a broker to feed.sock, in one thread; the broker's connection has its own and never makes this one wait.
+// Passes values from a broker to feed.sock, in one thread. The broker's connection has its own
+// thread and never blocks this one.
 //
-// While the broker is away nothing is sent, no sign of life either: the daemon finds the values stale. When it is back, all
-// that was known before is bad until it is heard again, since nobody knows what was published meanwhile. A new connection
-// to feed.sock begins with the newest of every value.
+// While the broker is away, the feeder sends no values and no sign of life, so the daemon finds the
+// values stale. When the broker is back, all earlier values are bad until they arrive again,
+// because messages may have been missed meanwhile. A new connection to feed.sock starts with the
+// newest of every value.
 #pragma once
 
 #include <chrono>
@@ -26,7 +28,7 @@ class Feeder {
   explicit Feeder(FeedConfig config);
 
   void start() { client_.connect(std::nullopt); }
-  // Waits a moment for what the broker sends and does what must follow.
+  // Waits a moment for messages of the broker and handles them.
   void round();
   void end() { client_.leave(); }
 

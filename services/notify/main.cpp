@@ -32,7 +32,7 @@ struct Options {
   bool check = false;
   std::string only;  // the channel to test
   bool test = false;
-  std::size_t most = 0;  // notifications to list; 0: none given
+  std::size_t most = 0;  // notifications to list; 0: not given
   bool list = false;
   bool json = false;
 };
@@ -57,7 +57,7 @@ int run(const Options& options) {
   return notify::watch(std::move(*loaded));
 }
 
-// What stands at --test or --list, or nothing, may not be taken for another option's value.
+// The value of --test or --list is optional, and must not be taken for another option's value.
 void add_options(CLI::App& cli, Options& options, CLI::Option*& test, CLI::Option*& list) {
   cli.add_option("--config", options.config, "the configuration, notify.yaml")->required();
   auto* check = cli.add_flag("--check", options.check, "validate the configuration and exit");
@@ -76,7 +76,7 @@ void add_options(CLI::App& cli, Options& options, CLI::Option*& test, CLI::Optio
 }
 
 int run_command_line(int argc, char** argv) {
-  CLI::App cli("loopwarden-notify - tells people and programs of alarms", "loopwarden-notify");
+  CLI::App cli("loopwarden-notify - reports alarms to people and programs", "loopwarden-notify");
   Options options;
   CLI::Option* test = nullptr;
   CLI::Option* list = nullptr;

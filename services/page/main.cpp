@@ -17,7 +17,7 @@ namespace loopwarden::page {
 namespace {
 
 constexpr const char* kFooter =
-    "Without --config: http://127.0.0.1:8480/, for this host alone, for looking only.\n"
+    "Without --config: http://127.0.0.1:8480/, for this host only, read-only.\n"
     "Signals: SIGTERM and SIGINT end it, SIGHUP reads certificate and key again.\n"
     "Exit codes: 0 done, 64 usage, 65 ldap-test: not let in, 74 I/O, 78 bad configuration.";
 

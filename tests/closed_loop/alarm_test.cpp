@@ -100,7 +100,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
       run(LOOPWARDEN_CLI " outcome FIC-101 --found stiction --note \"packing tight\"" + socket);
   INFO(found.text);
   CHECK(found.exit_code == 0);
-  CHECK(found.text.find("stiction found; the daemon said stiction") != std::string::npos);
+  CHECK(found.text.find("stiction found; the daemon's finding: stiction") != std::string::npos);
   CHECK(run(LOOPWARDEN_CLI " outcome FIC-999 --found air" + socket).exit_code == 64);
 
   daemon.signal(SIGKILL);

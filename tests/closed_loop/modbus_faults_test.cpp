@@ -369,7 +369,7 @@ TEST_CASE("fault, output unknown: nothing is written before the operator's first
   CHECK(rig.device.state("writes") == "0");
   CHECK(rig.device.state("watchdog_register") == "0");
   CHECK(rig.device.state_number("co") == Approx(3.0));  // where it stood
-  CHECK(daemon.log().find("fault: output unknown; nothing is written") != std::string::npos);
+  CHECK(daemon.log().find("fault: output unknown; the output is not written") != std::string::npos);
 
   daemon.client().set({.loop = "FIC-101", .output = 5.0, .mode = "man"});
   CHECK(eventually([&] { return rig.device.state_number("co") == 5.0; }));

@@ -265,14 +265,14 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
     CHECK(replayed.text.find("The same verdict.") != std::string::npos);
     CHECK(replayed.text.find(to_text(kind)) != std::string::npos);
   }
-  // And says so if it is not what it was.
+  // And says so if it has been changed.
   const auto folder = *plant.evidence().newest("FIC-101", AlarmKind::stiction);
   std::string record = read_file(folder / "record.csv");
   record[record.size() / 2] = record[record.size() / 2] == '1' ? '2' : '1';
   write_file(folder / "record.csv", record);
   const ShellOutcome changed = replay(folder);
   CHECK(changed.exit_code == 65);
-  CHECK(changed.text.find("record.csv is not what it was") != std::string::npos);
+  CHECK(changed.text.find("record.csv has been changed") != std::string::npos);
 }
 
 TEST_CASE("corrective action: the jacket acts, and goes back at a veto or with the mode",

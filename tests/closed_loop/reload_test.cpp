@@ -200,10 +200,10 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
   // The model of the second loop is another one, too: nothing of it is applied either.
   ShellOutcome told = plant.command("reload");
   CHECK(told.exit_code == 75);
-  CHECK_THAT(told.text, Catch::Contains("FIC-101: nothing is applied before a restart") &&
+  CHECK_THAT(told.text, Catch::Contains("FIC-101: all changes wait for a restart") &&
                             Catch::Contains("controller.output.unit V -> %") &&
-                            Catch::Contains("with it waits: controller.kp 0.35 -> 3.5") &&
-                            Catch::Contains("FIC-102: nothing is applied before a restart") &&
+                            Catch::Contains("also waiting: controller.kp 0.35 -> 3.5") &&
+                            Catch::Contains("FIC-102: all changes wait for a restart") &&
                             Catch::Contains("not everything in the files is in force"));
   // The second one's tuning alone is applied, whatever the first one waits for.
   plant.daemon.write_config("loops.d/2.yaml",

@@ -179,7 +179,7 @@ TEST_CASE("what moves the valve for another reason is no watchdog", "[setup]") {
     }
   };
   CHECK_THROWS_WITH(setup::test_watchdog(plant.s.all),
-                    Catch::Contains("goes on reading") &&
+                    Catch::Contains("continues to read") &&
                         Catch::Contains(std::string(pv) == "1" ? "too soon" : "did not move"));
   CHECK(plant.s.state.found("watchdog").empty());
 }

@@ -73,7 +73,7 @@ TEST_CASE("Limits that can't be are named with what is expected", "[config][alar
              Contains("alarms.pv_high: its limit must be above that of pv_low, 6 (got 5)"));
   CHECK_THAT(
       said("alarms:\n  pv_low: {limit: 4, dead_band: 1}\n  pv_high: {limit: 6, dead_band: 1}\n"),
-      Contains("leave nothing between them"));
+      Contains("leave no normal range"));
   CHECK_THAT(said("alarms:\n  deviation: {limit: 2}\n"), Contains("missing key 'time_constant'"));
   CHECK_THAT(said("alarms:\n  deviation: {limit: 2, dead_band: 2, time_constant: 5}\n"),
              Contains("alarms.deviation.dead_band: must be less than limit = 2 (got 2)"));

@@ -69,8 +69,8 @@ TEST_CASE("raw states a converter's numbers at 4 and at 20 mA", "[config][analog
 
   CHECK(
       said_of_loop(with(kAnalogLoop, "units_per_ma: 250", "units_per_ma: 250, raw: [0, 27648]")) ==
-      "loop.yaml:18:57: error: io.input.units_per_ma: stands beside raw (at 18:67); give raw "
-      "alone, or units_per_ma, scale and offset\n");
+      "loop.yaml:18:57: error: io.input.units_per_ma: conflicts with raw (at 18:67); give only "
+      "raw, or units_per_ma, scale and offset\n");
   CHECK(
       said_of_loop(with(kAnalogLoop, "units_per_ma: 250", "raw: [27648, 5530]")) ==
       "loop.yaml:18:48: error: io.input.raw: must be [low, high] with low below high (got [27648, "
@@ -78,7 +78,7 @@ TEST_CASE("raw states a converter's numbers at 4 and at 20 mA", "[config][analog
   CHECK(said_of_loop(
             with(kAnalogLoop, "channel: current1", "channel: current1\n    raw: [0, 27648]")) ==
         "loop.yaml:22:10: error: io.output.raw: must lie within lowest_raw = 0 and highest_raw = "
-        "4095, beyond which the converter takes nothing (got [0, 27648])\n");
+        "4095, the range that the converter accepts (got [0, 27648])\n");
 }
 
 TEST_CASE("The limits of NE 43 rise", "[config][analog]") {

@@ -72,8 +72,8 @@ TEST_CASE("A configuration without loops is none", "[config][directory]") {
   CHECK(said_of(folder) == "loops.d: error: can't be read: No such file or directory\n");
   folder.write("loops.d/a.yml", kModbusLoop);
   CHECK(said_of(folder) ==
-        "loops.d: warning: a.yml is passed over; loop files end in .yaml\n"
-        "loops.d: error: holds no loop file (*.yaml)\n");
+        "loops.d: warning: a.yml is skipped: loop files end in .yaml\n"
+        "loops.d: error: contains no loop file (*.yaml)\n");
 }
 
 TEST_CASE("Errors of all files come in one pass", "[config][directory]") {

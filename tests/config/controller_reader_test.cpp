@@ -52,9 +52,9 @@ TEST_CASE("The two forms are never mixed, and each is complete", "[config][contr
       "m.yaml:4:7: error: controller.ti: is of the ISA form, but controller.kp (at 3:7) is of the "
       "parallel form; keep to one\n");
   CHECK(said_of("  kc: 1\n  pb: 50\n  ti: 8\n") ==
-        "m.yaml:4:7: error: controller.pb: stands beside kc (at 3:7); give one of them\n");
+        "m.yaml:4:7: error: controller.pb: conflicts with kc (at 3:7); give one of them\n");
   CHECK(said_of("  kc: 1\n  ti: 8\n  ti_min: 1\n") ==
-        "m.yaml:5:11: error: controller.ti_min: stands beside ti (at 4:7); give one of them\n");
+        "m.yaml:5:11: error: controller.ti_min: conflicts with ti (at 4:7); give one of them\n");
   CHECK(said_of("  ti: 8\n") ==
         "m.yaml:3:3: error: controller: missing key 'kc' (or pb; the ISA form needs a gain)\n");
   CHECK(
@@ -62,8 +62,8 @@ TEST_CASE("The two forms are never mixed, and each is complete", "[config][contr
       "m.yaml:3:3: error: controller: missing key 'ti' (s per repeat, or ti_min; without integral "
       "action use kp and ki: 0)\n");
   CHECK(said_of("  kp: 8\n") ==
-        "m.yaml:3:3: error: controller: missing key 'ki' (the parallel form takes kp and ki; 0 for "
-        "none)\n");
+        "m.yaml:3:3: error: controller: missing key 'ki' (the parallel form needs kp and ki; 0 "
+        "switches a term off)\n");
   CHECK(said_of("") ==
         "m.yaml:3:3: error: controller: gains are missing: kp and ki, or kc and ti\n");
   CHECK(said_of("  kp: 0\n  ki: 0\n") ==
@@ -166,7 +166,7 @@ TEST_CASE("Each compensator has its own keys and says which are missing", "[conf
   CHECK_THAT(said(moves + "s: 0.6, j: 0.7"), Catch::Contains("must not exceed s = 0.6 (got 0.7)"));
   CHECK_THAT(said(moves + "s: 0.6, j: 0.3, s_interval: [0.7, 0.8]"),
              Catch::Contains("does not hold s = 0.6"));
-  CHECK_THAT(said(moves + "s: 0.6, j: 0.3, limit: 1"), Catch::Contains("use max_move"));
+  CHECK_THAT(said(moves + "s: 0.6, j: 0.3, limit: 1"), Catch::Contains("Use max_move"));
 }
 
 }  // namespace controller_reader_test

@@ -200,7 +200,7 @@ TEST_CASE("What is wrong with a Modbus server is said at its place", "[config][d
   CHECK(said_of_daemon("modbus_server: {address: plc}\n").find("numeric address") !=
         std::string::npos);
   CHECK(said_of_daemon("modbus_server: {clients: [{peer: 10.0.0.1/24}]}\n")
-            .find("without bits behind its length") != std::string::npos);
+            .find("without bits after its length") != std::string::npos);
   CHECK(said_of_daemon("modbus_server: {clients: [{writes: true}]}\n").find("peer") !=
         std::string::npos);
   CHECK(said_of_daemon("modbus_server: {master_heartbeat: {action: stop}}\n").find("timeout") !=

@@ -55,7 +55,7 @@ TEST_CASE("A valve characteristic has a curve or a table", "[config][effects]") 
         "quick_opening "
         "or butterfly (got 'table')\n");
   CHECK(said_of("{effect: valve_characteristic, curve: linear, table: [[0, 0], [1, 1]]}") ==
-        "m.yaml:14:60: error: valve.effects[0].table: stands beside curve (at 14:45); give one of "
+        "m.yaml:14:60: error: valve.effects[0].table: conflicts with curve (at 14:45); give one of "
         "them\n");
   CHECK(said_of("{effect: valve_characteristic, table: [[0, 0], [5, 2], [5, 10]]}") ==
         "m.yaml:14:45: error: valve.effects[0].table: table must rise in both columns (see point "

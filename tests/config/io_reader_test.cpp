@@ -95,7 +95,7 @@ TEST_CASE("A replayed loop takes its record from a file", "[config][io]") {
   CHECK(replay.sample_time_s == 0.1);
   CHECK(replay.output_high == 10.0);
   CHECK(trial.said("io: {backend: replay, record: gone.csv}\n") ==
-        "loops.d/a.yaml:16:31: error: io.record: loops.d/gone.csv is no file that can be read\n");
+        "loops.d/a.yaml:16:31: error: io.record: loops.d/gone.csv is no readable file\n");
 }
 
 }  // namespace io_reader_test

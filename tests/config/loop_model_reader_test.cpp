@@ -90,7 +90,7 @@ TEST_CASE("PV at CO 0 is stated by `level`, of a self-regulating process only", 
              Catch::Contains("process.level"));
 }
 
-TEST_CASE("`valve: none` states that nothing can stick", "[config][model]") {
+TEST_CASE("`valve: none` states that the actuator can't stick", "[config][model]") {
   const std::string with_valve = with(kModel, "process:\n", "valve:\n  effects: []\nprocess:\n");
   const std::string none = with(kModel, "process:\n", "valve: none\nprocess:\n");
   REQUIRE(read_model_text("m.yaml", with_valve));

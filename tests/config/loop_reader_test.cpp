@@ -105,9 +105,8 @@ TEST_CASE(
 TEST_CASE("Automatic needs something that tells where the output stands", "[config][loop]") {
   const auto refused = [](const std::string& hold) {
     return "loop.yaml:10:15: error: start.mode: automatic can't begin: output is hold" + hold +
-           " and the io section (at 17:3) has no read_back, so nothing tells where the output "
-           "stands; add a read_back, state the CO to begin with as start.output, or start in "
-           "manual\n";
+           " and the io section (at 17:3) has no read_back, so the present output is unknown. Add "
+           "a read_back, set start.output to the first CO, or start in manual\n";
   };
   CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5}")) == refused(" (its default)"));
   CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5, output: hold}")) == refused(""));
@@ -140,14 +139,14 @@ TEST_CASE("Automatic needs something that tells where the output stands", "[conf
 
 TEST_CASE("Who leaves the first output to the operator is told what that means", "[config][loop]") {
   CHECK(said_of_loop(with_start("{mode: manual, set_point: 5}")) ==
-        "loop.yaml:10:8: note: start.output: hold (the default) without a read_back: nothing is "
-        "written to the device until an operator sets an output\n");
+        "loop.yaml:10:8: note: start.output: hold (the default) without a read_back: the device is "
+        "not written until an operator sets an output\n");
   CHECK(
       said_of_loop(with(with_start("{mode: manual, set_point: 5, output: hold}"),
                         "{timeout: 2, set_by: device}",
                         "{timeout: 3, register: {address: 9, type: u16, scale: 0.1}, value: 3}")) ==
-      "loop.yaml:10:45: note: start.output: hold without a read_back: nothing is written to the "
-      "device until an operator sets an output; only then is its watchdog register written, "
+      "loop.yaml:10:45: note: start.output: hold without a read_back: the device is not written "
+      "until an operator sets an output; only then is its watchdog register written, "
       "before the first command\n");
   CHECK(read_loop_text("loop.yaml", with_start("{mode: manual, set_point: 5}"), test::daemon()));
 }
@@ -262,7 +261,7 @@ TEST_CASE("The jacket needs the valve's position", "[config][loop]") {
         "loop.yaml:6:11: error: controller.jacket: missing key 'valve_position' (`read_back` or "
         "{model: [effects]})\n");
   CHECK(said_of_loop(with_jacket("form: bounded, shadow: true, valve_position: read_back")) ==
-        "loop.yaml:6:57: error: controller.jacket.valve_position: read_back is not there: the io "
+        "loop.yaml:6:57: error: controller.jacket.valve_position: read_back is missing: the io "
         "section (at 18:3) has no read_back; add it or state a model of the valve\n");
   const LoopConfig loop = read(with_jacket(
       "form: bounded, shadow: true, valve_position: {model: [{effect: backlash, deadband: 0.4}]}"));
@@ -338,11 +337,11 @@ TEST_CASE("Planned moves as corrective action need a twin, a read-back and, on h
              Catch::Contains("needs a read_back"));
   CHECK_THAT(said_of_loop(file(bounds, "specialists: /s, ")), Catch::Contains("monitor.twin"));
   CHECK_THAT(said_of_loop(file(bounds + ", allowed_mean_error: 1")),
-             Catch::Contains("is of form jacket"));
+             Catch::Contains("applies only to form jacket"));
   CHECK_THAT(said_of_loop(with(file(bounds), "  kp: 0.35\n",
                                "  compensator: {kind: backlash, gap: 0.3, limit: 0.3}\n  kp: "
                                "0.35\n")),
-             Catch::Contains("takes the place of controller.compensator"));
+             Catch::Contains("replaces controller.compensator"));
   // A jacket in shadow stays in shadow.
   const std::string jacket =
       "  jacket: {form: dwell, shadow: true, valve_position: {model: [{effect: backlash, deadband: "
@@ -350,7 +349,7 @@ TEST_CASE("Planned moves as corrective action need a twin, a read-back and, on h
   CHECK(said_of_loop(with(file(bounds), "  kp: 0.35\n", jacket)).empty());
   CHECK_THAT(
       said_of_loop(kModbusLoop + "monitor: {specialists: /s, corrective_action: {max_move: 1}}\n"),
-      Catch::Contains("is of form planned_moves"));
+      Catch::Contains("applies only to form planned_moves"));
 }
 
 TEST_CASE("On hardware a compensator needs a limit, and does not act beside the jacket",
@@ -382,7 +381,7 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
       "  jacket: {form: dwell, max_mean_error: 1, valve_position: {model: [{effect: backlash, "
       "deadband: 0.4}]}}\n";
   CHECK_THAT(said("kind: backlash, gap: 0.3, limit: 0.3", jacket),
-             Catch::Contains("backlash can't act beside the jacket"));
+             Catch::Contains("backlash can't act together with the jacket"));
   CHECK(said("kind: backlash, gap: 0.3, shadow: true", jacket).empty());
   // A jacket in shadow acts too, where corrective action switches it on.
   const std::string in_shadow =
@@ -392,8 +391,9 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
   const std::string file =
       with(kModbusLoop, "  kp: 0.35\n",
            in_shadow + "  compensator: {kind: backlash, gap: 0.3, limit: 0.3}\n  kp: 0.35\n");
-  CHECK_THAT(said_of_loop(file + "monitor: {specialists: /s, corrective_action: {}}\n"),
-             Catch::Contains("can't act beside the jacket, which corrective_action switches on"));
+  CHECK_THAT(
+      said_of_loop(file + "monitor: {specialists: /s, corrective_action: {}}\n"),
+      Catch::Contains("can't act together with the jacket, which corrective_action switches on"));
 }
 
 TEST_CASE("What deadband and converter hold back is no windup", "[config][loop]") {
@@ -406,8 +406,7 @@ TEST_CASE("What deadband and converter hold back is no windup", "[config][loop]"
 TEST_CASE("A derivative without a filter is remarked on", "[config][loop]") {
   CHECK(said_of_loop(with(kModbusLoop, "  ki: 0.04\n", "  ki: 0.04\n  kd: 0.1\n")) ==
         "loop.yaml:8:7: warning: controller.kd: derivative without derivative_filter: noise of PV "
-        "goes "
-        "straight to the valve\n");
+        "passes unfiltered to the valve\n");
   CHECK(said_of_loop(
             with(kModbusLoop, "  ki: 0.04\n", "  ki: 0.04\n  kd: 0.1\n  derivative_filter: 0.5\n"))
             .empty());

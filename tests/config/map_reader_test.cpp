@@ -66,7 +66,7 @@ TEST_CASE("What is no number is said to be what it is", "[config]") {
   CHECK(said_of_number("-3") == "f:1:4: error: x: must be > 0 s (got -3)\n");
   CHECK(said_of_number("\"5\"") == "f:1:4: error: x: must be a number (got text in quotes, '5')\n");
   CHECK(said_of_number("5 s") ==
-        "f:1:4: error: x: must be a number alone, its unit is s (got '5 s')\n");
+        "f:1:4: error: x: must be a number only, its unit is s (got '5 s')\n");
   CHECK(said_of_number("five") == "f:1:4: error: x: must be a number (got 'five')\n");
   CHECK(said_of_number(".inf") == "f:1:4: error: x: must be a finite number (got .inf)\n");
   CHECK(said_of_number("-INF") == "f:1:4: error: x: must be a finite number (got -INF)\n");
@@ -79,16 +79,16 @@ TEST_CASE("What is no number is said to be what it is", "[config]") {
   CHECK(said_of_number("0x1F") ==
         "f:1:4: error: x: must be a number in decimal notation (got 0x1F)\n");
   CHECK(said_of_number("1,5") ==
-        "f:1:4: error: x: must be a number alone, its unit is s (got '1,5')\n");
+        "f:1:4: error: x: must be a number only, its unit is s (got '1,5')\n");
   CHECK(said_of_number("1.2.3") ==
-        "f:1:4: error: x: must be a number alone, its unit is s (got '1.2.3')\n");
+        "f:1:4: error: x: must be a number only, its unit is s (got '1.2.3')\n");
   CHECK(said_of_number("1e") ==
-        "f:1:4: error: x: must be a number alone, its unit is s (got '1e')\n");
+        "f:1:4: error: x: must be a number only, its unit is s (got '1e')\n");
   CHECK(said_of_number("'-'") == "f:1:4: error: x: must be a number (got text in quotes, '-')\n");
   CHECK(said_of_number("-.") == "f:1:4: error: x: must be a number (got '-.')\n");
   CHECK(said_of_number("[1]") == "f:1:4: error: x: must be a number (got a list)\n");
   CHECK(said_of_number("{a: 1}") == "f:1:4: error: x: must be a number (got a mapping)\n");
-  CHECK(said_of_number("") == "f:1:1: error: x: must be a number (nothing is given)\n");
+  CHECK(said_of_number("") == "f:1:1: error: x: must be a number (no value given)\n");
 }
 
 TEST_CASE("Ranges tell open from closed ends", "[config]") {

@@ -65,8 +65,8 @@ TEST_CASE("What happens when no command arrives must be stated", "[config][modbu
       "loop.yaml:23:5: error: io.positioner: missing key 'comm_loss' ({timeout, register, value}, "
       "{timeout, set_by: device} or none_accepted). When the link is down, or this process is "
       "killed "
-      "or stopped, only the device's own watchdog can bring the valve to a safe place: state which "
-      "one does, or accept that none does\n");
+      "or stopped, only the device's own watchdog can bring the valve to a safe place: state the "
+      "protection, or accept that the device has none\n");
 
   CHECK(read(with_comm_loss("none_accepted")).comm_loss.protection ==
         CommLossProtection::none_accepted);
@@ -173,18 +173,18 @@ TEST_CASE("raw and eu are checked like any other scale", "[config][modbus]") {
   };
   CHECK(command("type: u16, raw: [0, 27648], eu: [0, 10]").empty());
   CHECK(command("type: u16, raw: [0, 27648]") ==
-        "loop.yaml:25:45: error: io.positioner.command.raw: needs eu beside it: the engineering "
+        "loop.yaml:25:45: error: io.positioner.command.raw: needs eu as well: the engineering "
         "values at these two\n");
   CHECK(command("type: u16, eu: [0, 10]") ==
-        "loop.yaml:25:44: error: io.positioner.command.eu: needs raw beside it: the register's "
+        "loop.yaml:25:44: error: io.positioner.command.eu: needs raw as well: the register's "
         "values at these two\n");
-  CHECK(
-      command("type: u16, raw: [0, 27648], eu: [0, 10], scale: 0.001, offset: 0") ==
-      "loop.yaml:25:77: error: io.positioner.command.scale: stands beside raw (at 25:45); give raw "
-      "and eu, or scale and offset\n"
-      "loop.yaml:25:92: error: io.positioner.command.offset: stands beside raw (at 25:45); give "
-      "raw "
-      "and eu, or scale and offset\n");
+  CHECK(command("type: u16, raw: [0, 27648], eu: [0, 10], scale: 0.001, offset: 0") ==
+        "loop.yaml:25:77: error: io.positioner.command.scale: conflicts with raw (at 25:45); give "
+        "raw "
+        "and eu, or scale and offset\n"
+        "loop.yaml:25:92: error: io.positioner.command.offset: conflicts with raw (at 25:45); give "
+        "raw "
+        "and eu, or scale and offset\n");
   CHECK(
       command("type: u16, raw: [27648, 0], eu: [0, 10]") ==
       "loop.yaml:25:45: error: io.positioner.command.raw: must be [low, high] with low below high "
@@ -200,8 +200,8 @@ TEST_CASE("raw and eu are checked like any other scale", "[config][modbus]") {
         "loop.yaml:25:45: error: io.positioner.command.raw: must lie within -32768 to 32767, which "
         "the type (at 25:35) holds (got [0, 65535])\n");
   CHECK(command("type: f64, raw: [0, 1e-300], eu: [0, 1e300]") ==
-        "loop.yaml:25:62: error: io.positioner.command.eu: and raw are of sizes between which no "
-        "number can scale\n");
+        "loop.yaml:25:62: error: io.positioner.command.eu: and raw differ too much in size to be "
+        "scaled\n");
   CHECK(command("type: u16, raw: [0, 27648], eu: 10") ==
         "loop.yaml:25:61: error: io.positioner.command.eu: must be [first, last], CO units\n");
 }
@@ -292,11 +292,10 @@ TEST_CASE("An address that may be meant as it stands is taken, with a warning",
           "[config][modbus]") {
   const std::string decimal = with(kModbusLoop, "address: 100", "address: 40201");
   CHECK(read(decimal).command.reg.address == 40201);
-  CHECK(
-      said_of_loop(decimal) ==
-      "loop.yaml:25:24: warning: io.positioner.command.address: is taken as it stands, but reads "
-      "like a number out of a manual. 40201 is holding register 200 counted from 0: write `table: "
-      "holding`, `address: 200`. If 40201 counted from 0 is meant, write 0x9D09\n");
+  CHECK(said_of_loop(decimal) ==
+        "loop.yaml:25:24: warning: io.positioner.command.address: is used as written, but looks "
+        "like a number from a manual. 40201 is holding register 200 counted from 0: write `table: "
+        "holding`, `address: 200`. If 40201 counted from 0 is meant, write 0x9D09\n");
   const std::string hexadecimal = with(kModbusLoop, "address: 100", "address: 0x9D09");
   CHECK(read(hexadecimal).command.reg.address == 40201);
   CHECK(said_of_loop(hexadecimal).empty());

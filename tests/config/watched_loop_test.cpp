@@ -95,7 +95,7 @@ TEST_CASE("Fed values are scaled, and a mode may be a word", "[config][watch]") 
   CHECK(said_of_loop(with(kFeed, "\"opcua:FIC205.PV\"", "\"opcua:FIC205.PV\", scale: 0")) ==
         "loop.yaml:8:40: error: io.pv.scale: must not be 0\n");
   CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\", automatic: [AUTO], manual: [AUTO]}\n") ==
-        "loop.yaml:10:54: error: io.mode.manual: AUTO stands in automatic (at 10:38) as well\n");
+        "loop.yaml:10:54: error: io.mode.manual: AUTO is in automatic (at 10:38) as well\n");
   CHECK(said_of_loop(kModbus + "  mode: {link: skid, unit: 1, register: {table: input, address: 4, "
                                "type: u16}, automatic: [AUTO]}\n") ==
         "loop.yaml:10:91: error: io.mode.automatic: must be whole numbers (got 'AUTO')\n");
@@ -110,7 +110,7 @@ TEST_CASE("The other controller's law is taken down", "[config][watch]") {
 
 TEST_CASE("What would act on a watched loop is refused, with the reason", "[config][watch]") {
   const std::string why =
-      ": is refused: nothing of this loop is ever written, since another controller has it "
+      ": is refused: Loopwarden never writes to this loop, because another controller runs it "
       "(control: elsewhere, at 2:10)\n";
   const auto said_of = [](const std::string& keys) {
     return said_of_loop(with(kFeed, "io:", keys + "\nio:"));
@@ -132,8 +132,8 @@ TEST_CASE("What would act on a watched loop is refused, with the reason", "[conf
 
 TEST_CASE("A feeder can't bring the PV of a loop that is controlled here", "[config][watch]") {
   CHECK(said_of_loop(test::kLoopHead + "io: {backend: feed, pv: {feed: \"opcua:X\"}}\n") ==
-        "loop.yaml:16:15: error: io.backend: feed is for a loop with `control: elsewhere` alone: "
-        "what a feeder says must not move a valve from here\n");
+        "loop.yaml:16:15: error: io.backend: feed needs `control: elsewhere`, because values of a "
+        "feeder must not move a valve\n");
 }
 
 TEST_CASE("A watched loop's backends are those that only read", "[config][watch]") {
@@ -152,15 +152,13 @@ TEST_CASE("The name of a fed value is a feeder's", "[config][watch]") {
 
 TEST_CASE("A mode's numbers mean one thing each", "[config][watch]") {
   CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\", automatic: [1, 3], manual: [3]}\n") ==
-        "loop.yaml:10:54: error: io.mode.manual: 3 stands in automatic (at 10:38) as well\n");
+        "loop.yaml:10:54: error: io.mode.manual: 3 is in automatic (at 10:38) as well\n");
   CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\", automatic: [1.5]}\n") ==
         "loop.yaml:10:38: error: io.mode.automatic: must be whole numbers or words of at most 64 "
         "bytes (got '1.5')\n");
   CHECK(said_of_loop(kFeed + "  mode: {feed: \"opcua:M\"}\n") ==
         "loop.yaml:10:9: error: io.mode: missing key 'automatic' (list of numbers or words: "
-        "windows are "
-        "judged in "
-        "these modes alone)\n");
+        "windows are evaluated in these modes only)\n");
 }
 
 TEST_CASE("Watched loops come behind those controlled here, whatever their files' names",
@@ -190,11 +188,11 @@ TEST_CASE("Feeders are users, each his own", "[config][watch]") {
   REQUIRE(daemon);
   CHECK(daemon->feeders.at("opcua") == FeederUser{"root", 0});
   CHECK(test::said_of_daemon("feeders:\n  a: {user: root}\n  b: {user: root}\n") ==
-        "d.yaml:3:13: error: feeders.b.user: is that of feeder 'a' as well: which values he may "
-        "write would not be told by who he is\n");
+        "d.yaml:3:13: error: feeders.b.user: is also the user of feeder 'a', so it would not "
+        "identify the feeder. Use another user\n");
   CHECK(test::said_of_daemon("feeders: {a: {user: nobody-of-this-name}}\n") ==
         "d.yaml:1:21: warning: feeders.a.user: there is no user 'nobody-of-this-name' on this "
-        "host, so nobody can write what this feeder brings\n");
+        "host, so this feeder can't write values\n");
 }
 
 TEST_CASE("What is watched on a serial line counts in its time", "[config][watch]") {

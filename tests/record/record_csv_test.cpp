@@ -51,7 +51,7 @@ TEST_CASE("the mode column is understood in words and numbers, and never an erro
   CHECK(record.automatic[9] == 0.0);
   CHECK(std::isnan(record.automatic[10]));
   CHECK_THROWS_WITH(parse_record("time,pv,mode,mode\n0,1,1,1\n1,2,1,1\n", "r.csv"),
-                    Catch::Contains("column 'mode' stands twice"));
+                    Catch::Contains("column 'mode' appears twice"));
   CHECK_FALSE(parse_record("time,pv\n0,1\n1,2\n", "r.csv").has_mode);
 }
 
@@ -145,7 +145,7 @@ TEST_CASE("time must rise") {
   const Failure back = failure_of("pv,time\n1,0\n1,1\n1,0.5\n");
   CHECK(back.line == 4);
   CHECK(back.column == 3);
-  CHECK_THAT(back.what, Catch::Contains("0.5 s does not come after the 1 s"));
+  CHECK_THAT(back.what, Catch::Contains("0.5 s is not later than the 1 s"));
   CHECK(failure_of("time,pv\n0,1\n1,1\n1,1\n").line == 4);
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("what is wrong is told with its line and column") {
       {"time,pv\n0,1\n1\n", 3, 2, "1 cells where the header has 2"},
       {"time,pv\n0,1\n1,2,3\n", 3, 5, "3 cells where the header has 2"},
       {"time,pv\n0,1\n\n1,2\n", 3, 1, "an empty line"},
-      {"time,pv,sp,pv\n0,1,2,3\n", 1, 12, "'pv' stands twice"},
+      {"time,pv,sp,pv\n0,1,2,3\n", 1, 12, "'pv' appears twice"},
       {"time,co\n0,1\n", 1, 1, "no column 'pv'"},
       {"pv,co\n0,1\n", 1, 1, "no column 'time'"},
       {"Time,pv\n0,1\n", 1, 1, "no column 'time' in the header; is it 'Time'?"},
@@ -181,7 +181,7 @@ TEST_CASE("what is wrong is told with its line and column") {
       {"x,time,FIC101.PV\n0,1,2\n", 1, 8, "is it 'FIC101.PV'?"},
       {"time;pv\n0;1\n", 1, 1, "separated by commas"},
       {"time,\"pv\n0,1\n", 1, 6, "no closing quote"},
-      {"time,\"pv\"x\n0,1\n", 1, 10, "behind the closing quote"},
+      {"time,\"pv\"x\n0,1\n", 1, 10, "after the closing quote"},
       {"time,pv\n0,1\n1,\x1b[31m\n", 3, 3, "'?[31m'"},
   };
   for (const Case& c : cases) {

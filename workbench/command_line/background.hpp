@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the daemon runs a command beside its loops (--background): one thread of idle priority, bounded memory and processor time, gone
-// with its parent. The result is one sentence on the output; progress comes as lines "progress: WHAT N %" on the error output.
+// Option --background: lets the daemon run a command in parallel to its loops. The process then
+// uses one thread of idle priority with bounded memory and processor time, and ends with its
+// parent. Standard output carries the result as one sentence. Standard error carries the progress
+// as lines "progress: WHAT N %".
 #pragma once
 
 #include "workbench/command_line/command.hpp"
@@ -8,7 +10,7 @@
 namespace loopwarden::workbench {
 
 void add_background(Command& command, bool& background);
-// From now on, for the whole process.
+// Switches the whole process to background work until it ends.
 void work_in_background();
 bool in_background() noexcept;
 

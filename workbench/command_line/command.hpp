@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of a program with their options: a small front to CLI11, whose header is included in this folder only.
+// The commands of a program and their options: a small wrapper of CLI11. Only this folder includes
+// the header of CLI11.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,7 @@ class Option;
 
 namespace loopwarden::workbench {
 
-// What a value must be; the help says so.
+// A condition that a value must meet. The help shows it.
 using Check = std::function<void(CLI::Option&)>;
 Check between(int low, int high);
 Check between(double low, double high);
@@ -25,7 +26,8 @@ Check above_zero();
 Check not_below_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_folder();
-// `wrong` returns what is wrong with a value, empty: nothing. The help does not show it.
+// Accepts a value if `wrong` returns an empty text, otherwise rejects it with that text as the
+// error. The help does not show this check.
 Check checked(std::function<std::string(const std::string&)> wrong);
 
 class Option {
@@ -42,10 +44,11 @@ class Option {
 
 class Command {
  public:
-  // What verbs return goes to `exit_code`.
+  // `exit_code` receives the values that verbs return.
   explicit Command(CLI::App& app, int* exit_code = nullptr) : app_(&app), exit_code_(exit_code) {}
 
-  // Of text, numbers, std::vector or std::optional of them. A name without -- is that of a positional argument.
+  // Adds an option for a text, a number, or a std::vector or std::optional of them. A name without
+  // -- is a positional argument.
   template <class T>
   Option option(const char* name, T& value, const std::string& meaning, const Check& check = {}) {
     return add(name, &value, meaning, check, Kind::plain);
@@ -54,19 +57,19 @@ class Command {
   Option required(const char* name, T& value, const std::string& meaning, const Check& check = {}) {
     return add(name, &value, meaning, check, Kind::required);
   }
-  // The help shows its default.
+  // Adds an option whose default appears in the help.
   template <class T>
   Option setting(const char* name, T& value, const std::string& meaning, const Check& check = {}) {
     return add(name, &value, meaning, check, Kind::shown);
   }
   Option flag(const char* name, bool& value, const std::string& meaning);
-  // --socket, with the daemon of the package or LOOPWARDEN_SOCKET in its place.
+  // Adds --socket. Its default is LOOPWARDEN_SOCKET, or the socket of the packaged daemon.
   void socket(std::string& socket);
 
   void footer(const std::string& text);
-  // The help lists what is added to the result under this heading.
+  // Returns a command whose options appear under this heading of the help.
   Command group(const char* heading) const;
-  // A command of this command, with the options of both. Without one, this command runs itself.
+  // Adds a subcommand that accepts the options of both. Without a verb, this command runs itself.
   Command verb(const char* name, const char* meaning, std::function<int()> work);
 
  private:
@@ -83,13 +86,13 @@ class Command {
   std::string group_;
 };
 
-// Ends the command as wrong usage: "... is required".
+// Ends the command with a usage error: "... is required".
 [[noreturn]] void require(const char* options);
 
 template <class Options>
 struct CommandWith {
   Command command;
-  Options& options;  // live as long as the program
+  Options& options;  // valid until the program ends
 };
 
 class Program {
@@ -99,13 +102,14 @@ class Program {
   Program& operator=(const Program&) = delete;
   ~Program();
 
-  // `work` returns the exit code. What it throws as CommandError or RecordError is printed and makes the exit code.
+  // Adds a command. `work` returns the exit code. A CommandError or RecordError that it throws is
+  // printed and sets the exit code.
   template <class Options>
   CommandWith<Options> command(const char* name, const char* meaning, int (*work)(const Options&)) {
     const auto options = std::make_shared<Options>();
     return {add(name, meaning, [options, work] { return work(*options); }), *options};
   }
-  // Runs the command that the words name, and returns its exit code.
+  // Runs the command that the arguments name. Returns its exit code.
   int run(int argc, char** argv);
 
  private:

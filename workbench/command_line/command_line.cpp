@@ -8,7 +8,7 @@ namespace loopwarden::workbench {
 
 namespace {
 
-// Of options and positional arguments that are read. Nothing that is written stands here.
+// Options and positional arguments of input files. Options of output files are not in this list.
 constexpr std::array kRead{"record", "model",     "target",   "files",         "--model",
                            "--data", "--records", "--config", "--specialists", "--signatures"};
 

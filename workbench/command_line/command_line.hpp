@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the commands have in common of the command line.
+// Options and rules that all commands share.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,13 +10,14 @@
 
 namespace loopwarden::workbench {
 
-// --json, as every command that prints a result has it.
+// Adds --json with the help text that all commands use.
 CLI::Option* add_json_flag(CLI::App& sub, bool& json);
 
-// Looks in the package (installed()) for all that commands read of records, models, specialists and configurations.
+// Makes each option that names a record, a model, specialists or a configuration also search the
+// installed package (see installed()).
 void look_in_package(CLI::App& app, const std::string& share = kShare);
 
-// Counts are not negative: CLI11 takes -1 for 18446744073709551615.
+// Rejects negative counts: CLI11 reads -1 as 18446744073709551615.
 void refuse_negative_counts(CLI::App& app);
 
 }  // namespace loopwarden::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What most commands do alike.
+// Helpers that most commands use.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,19 +13,19 @@
 
 namespace loopwarden::workbench {
 
-// Ends the command: the text goes to the error output.
+// Throws CommandError with this text, which ends the command and appears on standard error.
 template <class... Args>
 [[noreturn]] void fail(ExitCode code, fmt::format_string<Args...> text, Args&&... args) {
   throw CommandError(code, fmt::format(text, std::forward<Args>(args)...));
 }
 
 void show_json(const nlohmann::json& result);
-// An answer of the daemon, as it sent it.
+// Prints an answer of the daemon as the daemon sent it.
 void show_answer(nlohmann::json answer);
 
-// What --jobs asks for; 0: one a core. One in the background.
+// Returns the number of threads for --jobs; 0 means one per core. In the background it is 1.
 unsigned threads(unsigned jobs);
-// Calls `body` for 0 to count - 1 on this many threads.
+// Calls `body` for 0 to count - 1 on a fixed number of threads.
 using ParallelFor =
     std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
 ParallelFor on_threads(unsigned count);

@@ -28,7 +28,7 @@ int run_program(CLI::App& app, const int& exit_code, int argc, char** argv) {
     return kExitUsage;
   }
   try {
-    std::reverse(words.begin(), words.end());  // as CLI11 takes them
+    std::reverse(words.begin(), words.end());  // the order that CLI11 expects
     app.parse(words);
   } catch (const CLI::ParseError& e) {
     return config::say(app, e);

@@ -45,7 +45,7 @@ void Progress::update(std::uint64_t done) {
              kBarWidth - filled, share * 100.0, left_s);
 }
 
-// A line for each percent.
+// Prints one line per percent.
 void Progress::tell(std::uint64_t done) {
   if (total_ == 0) return;
   const int percent =

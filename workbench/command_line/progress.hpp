@@ -8,8 +8,8 @@
 
 namespace loopwarden::workbench {
 
-// How far long work has come: a bar on the error output where that is a terminal, lines there in the background, else
-// nothing.
+// Shows the progress of long work on standard error: a bar on a terminal, lines in the background.
+// In all other cases it prints no output.
 class Progress {
  public:
   using Clock = std::chrono::steady_clock::time_point (*)();
@@ -36,7 +36,7 @@ class Progress {
   std::chrono::steady_clock::time_point drawn_at_;
 };
 
-// That a record is a long one, so that nobody takes the silence for a hang.
+// Announces a long record, because the user could take the silence for a hang.
 void say_if_long(const std::string& record, std::size_t rows);
 
 }  // namespace loopwarden::workbench

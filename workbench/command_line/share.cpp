@@ -10,7 +10,7 @@ namespace loopwarden::workbench {
 std::uint64_t stable_hash(const std::string& text) noexcept {
   std::uint64_t hash = 0xcbf29ce484222325ULL;
   for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
-  // The low bits alone are hardly mixed, and shares take them (finaliser of MurmurHash3).
+  // Shares use the low bits, which FNV-1a mixes badly. This is the finaliser of MurmurHash3.
   hash = (hash ^ (hash >> 33U)) * 0xff51afd7ed558ccdULL;
   return hash ^ (hash >> 33U);
 }

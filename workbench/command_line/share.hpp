@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work that several machines share out among themselves without talking: each does what falls to it.
+// Divides work among several machines that don't communicate. Each machine does its own share.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 
 namespace loopwarden::workbench {
 
-// FNV-1a, 64 bits, mixed once more: the same on every machine.
+// Returns the FNV-1a hash of 64 bits with one more mixing step. It is equal on every machine.
 std::uint64_t stable_hash(const std::string& text) noexcept;
 
-// Share k of N. What falls to it depends on a name and N alone, so that it stays when others come and go.
+// Share k of N. A name's share depends only on the name and N, so other names don't change it.
 struct Share {
   std::size_t share = 1;  // from 1
   std::size_t of = 1;
@@ -19,7 +19,7 @@ struct Share {
   bool has(const std::string& name) const noexcept { return stable_hash(name) % of == share - 1; }
 };
 
-// From "k/N"; empty: all of it. Throws CommandError.
+// Parses "k/N". An empty text means all of the work. Throws CommandError.
 Share share_from(const std::string& text);
 
 }  // namespace loopwarden::workbench

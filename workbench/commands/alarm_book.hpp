@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `loopwarden alarms` says of the alarms as a whole.
+// The texts of `loopwarden alarms` about all alarms together.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +9,13 @@
 
 namespace loopwarden::workbench {
 
-// "2026-11-24 07:00:00"; "-" where there is none.
+// Returns "2026-11-24 07:00:00", or "-" without a time.
 std::string utc_text(std::int64_t utc_ms);
 
-// CSV for the plant's own alarm book: a line for each alarm of each loop.
+// Returns a CSV table for the plant's own alarm book, with one line per alarm and loop.
 std::string rationalised_csv(const protocol::AlarmDesigns& designs);
 
-// The figures of ISA-18.2, in words, each beside its target.
+// Returns the figures of ISA-18.2 as text, each with its target.
 std::string figures_text(const protocol::AlarmFigures& figures);
 
 }  // namespace loopwarden::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden alarms: the running daemon's alarms, and an operator's hand on them.
+// loopwarden alarms: shows the running daemon's alarms and sends an operator's commands to them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ std::string describe(const protocol::Alarm& alarm, std::int64_t now_ms) {
     text += fmt::format(", {} min left", (left_ms + 59'999) / 60'000);
   }
   if (alarm.consequence) text += ", consequence of " + alarm.consequence_of;
-  if (alarm.first_out) text += ", came first";
+  if (alarm.first_out) text += ", first out";
   if (alarm.flaps > 1) text += fmt::format(", flaps: {} times", alarm.flaps);
   return text;
 }
@@ -50,7 +50,7 @@ std::string size_text(double percent) {
   return std::isfinite(percent) ? fmt::format("{:.1f} %", percent) : std::string("-");
 }
 
-// What `ack` takes for all alarms of a loop's incident.
+// Word of `ack` that selects all alarms of a loop's incident.
 constexpr const char* kIncident = "incident";
 
 void print_incidents(const std::vector<protocol::Incident>& incidents, bool all) {
@@ -97,7 +97,7 @@ std::vector<std::string> alarm_names() {
   return names;
 }
 
-// What is wrong with an alarm's name; empty: nothing.
+// Returns the error of an alarm's name; empty: the name is valid.
 std::string no_alarm(const std::string& word) {
   const std::vector<std::string> names = alarm_names();
   if (std::find(names.begin(), names.end(), word) != names.end()) return {};
@@ -221,7 +221,7 @@ void print_explanation(const protocol::Explanation& e) {
   }
   if (!e.alternatives.empty()) fmt::print("  as right: {}\n", fmt::join(e.alternatives, ", "));
   if (!e.remedy.empty()) fmt::print("  what to do: {}\n", e.remedy);
-  // What nothing explains may have no report.
+  // An alarm without an explanation may have no report.
   fmt::print("  {}{}\n\n", e.folder, e.verdict == "not_explained" ? "" : "/report.html");
 }
 
@@ -237,7 +237,8 @@ void print_guide(const protocol::Explained& answer) {
       answer.cause, answer.consequence, answer.action, answer.time_to_act);
 }
 
-// An alarm of the loop or the box has neither size nor window, nor evidence: its reasons stand in the journal.
+// Prints an alarm of the loop or the box. It has no size, window or evidence. Its reasons are in
+// the journal.
 void print_process_alarm(const Options& options, const protocol::Explained& answer) {
   fmt::print("{} of {}: {}, raised {} UTC\n", options.alarm, options.loop, answer.alarm.state,
              utc_text(answer.alarm.raised_ms));
@@ -245,17 +246,17 @@ void print_process_alarm(const Options& options, const protocol::Explained& answ
   if (!answer.disk_answers) fmt::print("the disk does not answer: the history can't be read\n");
 }
 
-// How the loop may be calm until the valve is repaired.
+// Prints how to reduce the loop's cycling until the valve is repaired.
 void print_calm(DaemonClient& daemon, const Options& options, const protocol::Explained& answer) {
   const std::string& state = answer.monitor.corrective_action;
   const bool sticks = answer.explanation && answer.explanation->effect == "stiction";
   if (state == "off" && sticks) {
     fmt::print(
-        "calm until it is repaired: monitor.corrective_action: {{form: planned_moves}} in the "
-        "loop's "
-        "file\n\n");
+        "reduce cycling until it is repaired: monitor.corrective_action: {{form: planned_moves}} "
+        "in the loop's file\n\n");
   } else if (state == "offered") {
-    fmt::print("calm until it is repaired: loopwarden alarms calm {} stiction\n\n", options.loop);
+    fmt::print("reduce cycling until it is repaired: loopwarden alarms calm {} stiction\n\n",
+               options.loop);
   } else if (state != "off") {
     const protocol::LoopAnswer loop = protocol::ask(daemon, protocol::LoopRequest{options.loop});
     const std::string says = loop.status.cycle ? loop.status.cycle->compensator.says : "";
@@ -327,7 +328,7 @@ int run_journal(const Options& options) {
   DaemonClient daemon(options.socket);
   const protocol::Status status = protocol::ask(daemon, protocol::StatusRequest{});
   if (!options.loop.empty()) loop_index(status.loops, options.loop);
-  // Lines that don't reach the disk are not among those that are read from it.
+  // Lines that don't reach the disk are missing below, because the journal is read from the disk.
   for (const std::string& trouble : disk_troubles(status.daemon)) {
     fmt::print(stderr, "loopwarden: {}\n", trouble);
   }
@@ -338,7 +339,7 @@ int run_journal(const Options& options) {
     show_json(lines);
     return kExitOk;
   }
-  // The newest last, as in a log.
+  // The newest line is printed last, as in a log.
   for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
     fmt::print("{}\n", journal_line(*line));
   }
@@ -348,15 +349,15 @@ int run_journal(const Options& options) {
 }  // namespace
 
 void add_alarms(Program& program) {
-  const auto made =
-      program.command("alarms", "a running daemon's alarms: list, ack, shelve, explain", run_list);
+  const auto made = program.command(
+      "alarms", "list, acknowledge, shelve and explain a running daemon's alarms", run_list);
   Command command = made.command;
   Options& o = made.options;
   command.socket(o.socket);
   command.flag("--json", o.json, "print JSON");
   command.flag("--all", o.all, "list those that are off, too");
   command.footer(
-      // One line, which the completion of the shell reads.
+      // Prints one line, which the shell completion reads.
       fmt::format("Alarms: {}.\n", fmt::join(alarm_names(), ", ")) +
       "Example: loopwarden alarms shelve FIC-101 stiction --minutes 120 --reason \"packing "
       "ordered\"");
@@ -384,13 +385,13 @@ void add_alarms(Program& program) {
   action("shelve", "shelve", "put an alarm aside for a limited time");
   action("unshelve", "unshelve", "take an alarm off the shelf");
   action("calm", "calm", "begin the planned moves that a stiction alarm offers, in shadow first");
-  action("explain", "explain", "what an alarm means, what was measured, and its history");
+  action("explain", "explain", "print an alarm's meaning, its measurements and its history");
 
-  Command list = command.verb("list", "the alarms, or how each is meant",
+  Command list = command.verb("list", "list the alarms, or the design of each",
                               [&o] { return o.rationalised ? run_rationalised(o) : run_list(o); });
   list.flag("--rationalised", o.rationalised,
-            "CSV for the plant's own alarm book: limits, delays, cause, consequence, what to do");
-  Command figures = command.verb("figures", "how the alarms did: rate, floods, chattering, stale",
+            "CSV for the plant's own alarm book: limits, delays, cause, consequence, action");
+  Command figures = command.verb("figures", "print alarm figures: rate, floods, chattering, stale",
                                  [&o] { return run_figures(o); });
   figures.setting("--hours", o.hours, "to now", between(1, 720));
 
@@ -404,8 +405,8 @@ void add_alarms(Program& program) {
     verb.option("--reason", o.reason, "why, for the journal");
   }
 
-  Command journal =
-      command.verb("journal", "the newest lines of the journal", [&o] { return run_journal(o); });
+  Command journal = command.verb("journal", "print the newest lines of the journal",
+                                 [&o] { return run_journal(o); });
   journal.option("loop", o.loop, "tag of a loop; every loop without it");
   journal.setting("--lines", o.lines, "how many", between(1, 200));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden autotune: controller settings from the relay experiment.
+// loopwarden autotune: finds controller settings by the relay experiment.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ struct AutotuneOptions {
   bool json = false;
 };
 
-// With the wrong one the relay drives PV away from its target.
+// With the wrong action, the relay drives PV away from its target.
 control::Action action_of(const AutotuneOptions& options, const TestBench& bench) {
   const bool direct = bench.action() == control::Action::direct;
   if (!options.action.empty() && (options.action == "direct") != direct) {
@@ -52,7 +52,7 @@ int run_autotune(const AutotuneOptions& options) {
           fmt::format("the relay's outputs, {:.4g} -+ {:.4g}, leave the limits {:g} to {:g}",
                       bench->output(), amplitude, low, high));
     }
-    // First the loop's own noise, at its own output.
+    // First measures the loop's noise at its present output.
     const std::vector<BenchRow> quiet = bench->hold(bench->output(), 50.0 * bench->sample_time_s());
     double mean = 0.0;
     double squares = 0.0;
@@ -105,7 +105,8 @@ int run_autotune(const AutotuneOptions& options) {
 
 void add_autotune(Program& program) {
   auto [command, o] = program.command(
-      "autotune", "controller settings from a relay experiment, simulated or live", run_autotune);
+      "autotune", "find controller settings by a relay experiment, simulated or live",
+      run_autotune);
   add_bench_options(command, o.bench);
   command.option("--amplitude", o.amplitude, "CO units, of the relay; 5 % of the range",
                  above_zero());

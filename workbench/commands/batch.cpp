@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden batch: many command lines, each once.
+// loopwarden batch: runs many command lines, each once.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
@@ -54,7 +54,7 @@ struct Ended {
 
 constexpr std::chrono::milliseconds kLookEvery{20};
 
-// As a shell would take them, without its substitutions: words between spaces, quotes around what has some.
+// Splits a line at spaces as a shell does, with quotes but without substitutions.
 std::vector<std::string> words_of(const std::string& text, const std::string& place) {
   std::vector<std::string> words;
   std::string word;
@@ -105,7 +105,7 @@ std::vector<Job> read_jobs(const std::string& path, const fs::path& out) {
             .result = {}};
     if (job.words.front() == "loopwarden") job.words.erase(job.words.begin());
     if (job.words.empty() || job.words.front() == "batch") {
-      fail(kExitData, "{}: a row is one loopwarden command, and none of them is batch", place);
+      fail(kExitData, "{}: each row must be one loopwarden command other than batch", place);
     }
     const std::string name = fmt::format("{:016x}", stable_hash(job.text));
     job.log = out / (name + ".log");
@@ -135,13 +135,13 @@ struct Running {
   std::chrono::steady_clock::time_point since;
 };
 
-// Nothing where another batch still has this one running.
+// Returns nullopt while another batch is running this job.
 std::optional<Running> start(const Job& job) {
   const base::File log(job.log, O_WRONLY | O_CREAT, 0644);
   if (!log.is_open()) {
     fail(kExitIo, "{}: can't be written: {}", job.log.string(), base::error_text(errno));
   }
-  // The child keeps the lock with its output, also when this batch is killed.
+  // The child holds the lock with its output, even after this batch is killed.
   if (::flock(log.fd(), LOCK_EX | LOCK_NB) != 0) return std::nullopt;
   if (::ftruncate(log.fd(), 0) != 0) {
     fail(kExitIo, "{}: can't be written", job.log.string());
@@ -186,7 +186,7 @@ int run_batch(const BatchCommand& options) {
   std::list<Running> running;
   while (!waiting.empty() || !running.empty()) {
     for (auto at = waiting.begin(); at != waiting.end() && running.size() < options.jobs;) {
-      // Another batch may have ended it meanwhile.
+      // Another batch may have finished it meanwhile.
       const std::optional<Ended> ended = ended_before(**at);
       if (ended && (ended->exit_code == 0 || !options.retry)) {
         at = waiting.erase(at);
@@ -239,20 +239,20 @@ int run_batch(const BatchCommand& options) {
 void add_batch(Program& program) {
   auto [command, o] = program.command(
       "batch",
-      "many loopwarden command lines, each once, in shares where one machine is not enough",
+      "run many loopwarden command lines, each once, in shares if one machine is not enough",
       run_batch);
   command.required("jobs", o.jobs_file,
                    "a command line a row, with or without 'loopwarden'; # begins a comment");
   command.option("--out", o.out,
                  "folder for exit codes and outputs; default JOBS.results; an earlier run in it is "
-                 "gone on with");
+                 "continued");
   command.option("--shard", o.shard, "k/N: of N shares the k-th, by row");
   command.setting("--jobs", o.jobs, "commands at a time; most use all cores by themselves",
                   between(1, 1024));
   command.flag("--retry", o.retry, "those that failed once more");
   command.flag("--json", o.json, "print all rows with their exit codes");
   command.footer(
-      "Exit code 65 where a command failed.\nExample: loopwarden batch jobs.txt --shard 1/4");
+      "Exit code 65 if a command failed.\nExample: loopwarden batch jobs.txt --shard 1/4");
 }
 
 }  // namespace loopwarden::workbench

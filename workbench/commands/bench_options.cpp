@@ -22,7 +22,7 @@ std::unique_ptr<TestBench> bench_of(const BenchOptions& options) {
         LiveLimits{*options.low, *options.high, *options.pv_low, *options.pv_high});
   }
   plant::LoopModel model = load_model(options.target);
-  // Faults count from the start and at full severity: a test does not wait for them.
+  // Faults act from the start and at full severity, because a test does not wait for them.
   for (plant::ScheduledFault& fault : model.scenario.faults) fault.schedule = {};
   return std::make_unique<SimulatedBench>(model);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where valve-test and autotune work: on a model, or on a loop of the running daemon within limits.
+// Selects the loop of valve-test and autotune: a model, or a loop of the running daemon with
+// limits.
 #pragma once
 
 #include <memory>

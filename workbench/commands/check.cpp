@@ -27,7 +27,7 @@ struct CheckOptions {
 struct Checked {
   std::vector<config::Diagnostic> diagnostics;
   bool good = false;
-  std::string summary;  // what the file says, in words
+  std::string summary;  // content of the file, as text
 };
 
 std::string tuning_text(const control::PidGains& gains, double pv_span, double co_span) {
@@ -45,7 +45,7 @@ std::string loop_text(const config::LoopConfig& loop) {
                      tuning_text(pid.gains, loop.pv.high - loop.pv.low, pid.output_span()));
 }
 
-// A loop file has the key `loop` at its top level, a model has not.
+// A loop file has the key `loop` at its top level. A model does not.
 bool is_loop_file(const std::string& path) {
   std::ifstream in(path);
   for (std::string line; std::getline(in, line);) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden classify: the specialists' verdict on every window of a record.
+// loopwarden classify: prints the specialists' verdict on every window of a record.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -41,12 +41,12 @@ struct JudgedWindow {
   double from_s = 0.0;
   double to_s = 0.0;
   std::string verdict;
-  double probability = 0.0;       // NaN: the form has none
+  double probability = 0.0;       // NaN: not available in this form
   double severity_percent = 0.0;  // NaN: not known
   std::vector<NamedError> errors;
 };
 
-// One window after the other; calls row(first sample).
+// Judges one window after the other and calls row(first sample).
 template <class MakeRow>
 std::vector<JudgedWindow> walk(const record::Record& record, const ClassifyOptions& options,
                                MakeRow make_row) {
@@ -178,10 +178,10 @@ int run_classify(const ClassifyOptions& options) {
 
 void add_classify(Program& program) {
   auto [command, o] = program.command(
-      "classify", "the specialists' verdict on every window of a record", run_classify);
+      "classify", "print the specialists' verdict on every window of a record", run_classify);
   command.required("record", o.record, "record, CSV: time, pv, and co for the explaining form");
   command.required("--specialists", o.specialists, "folder with manifest.yaml");
-  command.setting("--form", o.form, "auto: explaining where folder and record allow it",
+  command.setting("--form", o.form, "auto: explaining if folder and record allow it",
                   one_of({"auto", "explaining", "signature"}));
   command.setting("--every", o.every_s, "s from window to window; 0: half a window",
                   between(0.0, 1e9));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden commission: from records of a loop that works to its twin, its specialists, and what they can see.
+// loopwarden commission: makes the twin and the specialists of a healthy loop from its records, and
+// measures their detection limits.
 #include "model/twin/commission.hpp"
 
 #include <fmt/format.h>
@@ -64,16 +65,17 @@ const char* advice(twin::Outcome outcome) {
   switch (outcome) {
     case twin::Outcome::commissioned: return "";
     case twin::Outcome::not_enough_movement:
-      return "Nothing was written for the loop; record it again while the set point moves.";
+      return "The twin was not written; record the loop again while the set point moves.";
     case twin::Outcome::not_healthy:
       return "A fault is never learned as normal: repair the valve, then record it again, or raise "
              "--healthy-limit if this is how it has to be.";
     case twin::Outcome::not_explained:
-      return "report.html shows what is left; `loopwarden gap` over shorter stretches (--from, "
-             "--to) says where it comes from.";
+      return "report.html shows the remaining error; `loopwarden gap` over shorter stretches "
+             "(--from, "
+             "--to) locates the cause.";
     case twin::Outcome::not_usable: break;
   }
-  return "Nothing was written for the loop.";
+  return "The twin was not written.";
 }
 
 void print_result(const twin::Commissioning& c, const CommissionSight& seen_here,
@@ -140,7 +142,8 @@ void print_changes(const std::vector<twin::Change>& changes) {
   fmt::print("\n");
 }
 
-// In place of files what the recorder holds, kept beside the result; the longest makes the twin.
+// Takes the recorder's records in place of files and keeps them with the result. The longest makes
+// the twin.
 void take_from_recorder(CommissionOptions& options, OutputFiles& files) {
   const fs::path folder = fs::path(options.out) / "records";
   files.make_folder(folder);
@@ -152,11 +155,12 @@ void take_from_recorder(CommissionOptions& options, OutputFiles& files) {
 }
 
 std::pair<double, double> range_of(const char* option, const std::vector<double>& ends) {
-  if (!(ends[0] < ends[1])) fail(kExitUsage, "{}: the lower end comes first", option);
+  if (!(ends[0] < ends[1])) fail(kExitUsage, "{}: give the lower end first", option);
   return {ends[0], ends[1]};
 }
 
-// What the daemon knows of the loop; nothing where none runs here, or it has no such loop.
+// Returns the daemon's description of the loop; nullopt without a daemon, or if it does not have
+// the loop.
 std::optional<protocol::LoopDescription> described(const CommissionOptions& options) {
   if (options.input.loop().empty()) return std::nullopt;
   try {
@@ -169,8 +173,8 @@ std::optional<protocol::LoopDescription> described(const CommissionOptions& opti
   return std::nullopt;
 }
 
-// The loop's ranges: as they were given, or as the daemon has them. The daemon refuses a twin with
-// others.
+// Returns the given ranges of the loop, or those of the daemon. The daemon refuses a twin with
+// other ranges.
 analysis::KnownRanges known_ranges(const CommissionOptions& options,
                                    const std::optional<protocol::LoopDescription>& loop) {
   analysis::KnownRanges ranges;
@@ -183,7 +187,7 @@ analysis::KnownRanges known_ranges(const CommissionOptions& options,
   return ranges;
 }
 
-// A model that is given has ranges of its own.
+// Checks the ranges of a given model against those of the loop.
 void check_ranges(const std::string& file, const plant::LoopModel& model,
                   const analysis::KnownRanges& known) {
   const auto check = [&](const char* key, const std::optional<std::pair<double, double>>& range,
@@ -203,8 +207,8 @@ void check_ranges(const std::string& file, const plant::LoopModel& model,
   check("controller.output", known.co, pid.output_low, pid.output_high);
 }
 
-// Why the daemon would refuse a twin of this record for the loop; empty: it would not, or the loop
-// is not known.
+// Returns why the daemon would refuse a twin of this record; empty if it would accept it or the
+// loop is unknown.
 std::string why_no_twin_of(const std::optional<protocol::LoopDescription>& loop, double period_s) {
   constexpr double kApart = 0.01;
   if (!loop || std::abs(period_s - loop->sample_time_s) <= kApart * loop->sample_time_s) return {};
@@ -214,7 +218,7 @@ std::string why_no_twin_of(const std::optional<protocol::LoopDescription>& loop,
       loop->tag, loop->sample_time_s, period_s, loop->sample_time_s);
 }
 
-// What the twin's ranges were assumed to be; empty: they are known.
+// Returns the ranges that were assumed for the twin; empty if they are known.
 std::string assumed_text(const twin::Request& request, const plant::LoopModel& twin) {
   if (request.model || (request.ranges.pv && request.ranges.co)) return {};
   const control::PidSettings& pid = twin.controller.pid;
@@ -325,10 +329,11 @@ int run_commission(const CommissionOptions& given) {
 
 void add_commission(Program& program) {
   auto [command, o] = program.command(
-      "commission", "from a healthy record the loop's twin, its specialists, and what they can see",
+      "commission",
+      "make a loop's twin and specialists from a healthy record, with their detection limits",
       run_commission);
   command.option("records", o.records,
-                 "records of the loop while it works, CSV: time, sp, pv, co, and where known "
+                 "records of the healthy loop, CSV: time, sp, pv, co, and if known "
                  "mode, stem; 20 to 60 minutes with a few set-point moves. The first makes the "
                  "twin, the others must agree with it");
   o.recorder.add_options(command,
@@ -339,8 +344,8 @@ void add_commission(Program& program) {
                      "loop model to start from, YAML, however rough; without it one is identified");
   command
       .option("--again", o.again,
-              "twin.yaml of an earlier commissioning to start from: what has changed since is "
-              "shown. It is left as it is")
+              "twin.yaml of an earlier commissioning to start from: changes since then are "
+              "shown. The file is not changed")
       .excludes(model);
   command.required("--out", o.out,
                    "folder for twin.yaml, specialists, commission.json, report.html");
@@ -356,7 +361,7 @@ void add_commission(Program& program) {
       between(0.0, 20.0));
   command.flag("--accept-short", o.accept_short,
                "take less than 20 minutes too, and with --model a record without CO");
-  command.setting("--plant", o.plant, "what the specialists' names begin with");
+  command.setting("--plant", o.plant, "prefix of the specialists' names");
   command.setting("--seed", o.seed, "of all random numbers");
   command.setting("--windows", o.windows, "simulated windows that the specialists learn from",
                   between(700, 1000000));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden compare: the valve compensators side by side on a loop model.
+// loopwarden compare: compares the valve compensators on a loop model.
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/compare/comparison.hpp"
 
@@ -7,7 +7,7 @@ namespace loopwarden::workbench {
 
 void add_compare(Program& program) {
   auto [command, o] =
-      program.command("compare", "the valve compensators side by side on a model", run_comparison);
+      program.command("compare", "compare the valve compensators on a model", run_comparison);
   add_comparison_options(command, o);
   command.footer("Example: loopwarden compare examples/models/plant1.yaml --out compare");
 }

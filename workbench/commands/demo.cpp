@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden demo: walks through what ./demo shows, on a daemon that runs examples/demo: the
-// set point moves, the valve begins to stick, planned moves calm the loop, and a table sums it up.
+// loopwarden demo: runs the demonstration of ./demo on a daemon with examples/demo. The set
+// point moves, the valve begins to stick, planned moves reduce the cycling, and a table shows the
+// result.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -34,13 +35,13 @@ namespace {
 struct DemoOptions {
   std::string socket;
   std::string loop = "FIC-101";
-  std::string page;  // address of the page, without a slash at its end; empty: there is none
+  std::string page;  // address of the page, without a trailing slash; empty: no page
   bool open_page = false;
   bool keep = false;
   bool json = false;
 };
 
-// A stretch of the demonstration, in seconds of the simulated plant.
+// A phase of the demonstration, in seconds of the simulated plant.
 struct Phase {
   const char* name;   // in the table; empty: not measured
   const char* story;  // what the viewer sees
@@ -51,7 +52,7 @@ struct Phase {
   bool until_calm = false;                      // it ends when planned moves act
 };
 
-// The times go with the fault schedule of examples/demo/models/plant1-sticking.yaml.
+// The times match the fault schedule of examples/demo/models/plant1-sticking.yaml.
 std::vector<Phase> phases() {
   return {
       {.name = "",
@@ -71,8 +72,8 @@ std::vector<Phase> phases() {
        .worth_a_look = true},
       {.name = "sticking", .story = "Limit cycle: CO a saw-tooth, PV square.", .lasts_s = 500.0},
       {.name = "",
-       .story = "The twin explains the alarm, and planned moves run in shadow until what they gain "
-                "is known.",
+       .story = "The twin explains the alarm, and planned moves run in shadow until their "
+                "benefit is known.",
        .lasts_s = 3600.0,
        .until_calm = true},
       {.name = "planned moves",
@@ -101,7 +102,7 @@ class Demo {
     }
   }
 
-  // False if the viewer left before the end, or the loop left automatic.
+  // Returns false if the viewer left before the end, or the loop left automatic.
   bool run() {
     record_ = protocol::ask(daemon_, protocol::RecordRequest{.loop = loop_, .start = "demo"}).file;
     for (const Phase& phase : phases()) {
@@ -126,8 +127,8 @@ class Demo {
     return true;
   }
 
-  // A computer that can't keep up makes the daemon give the loop to the operator: its late cycles
-  // are a fault. Then the figures would mean nothing.
+  // If the computer is too slow, late cycles are a fault and the daemon puts the loop in manual.
+  // The figures are meaningless then.
   bool left_automatic() const { return left_automatic_; }
 
   void keep_running() {
@@ -137,7 +138,7 @@ class Demo {
 
   void leave_screen() { screen_.reset(); }
 
-  // Explanations are made when nothing else wants the computer; the first ones take their time.
+  // Explanations run at idle priority, and the first ones take longer.
   void wait_for_explanations() {
     constexpr std::chrono::seconds kPatience{120};
     const auto begin = std::chrono::steady_clock::now();
@@ -152,7 +153,7 @@ class Demo {
   }
 
   void print_table() const {
-    fmt::print("\n{}\n", coloured("What the record says", Colour::bold));
+    fmt::print("\n{}\n", coloured("Results of the record", Colour::bold));
     fmt::print("{:<18} {:>12} {:>12} {:>12} {:>10} {:>12} {:>12}\n", "", "rms SP-PV", "mean SP-PV",
                "PV swing +-", "period", "stem travel", "reversals");
     fmt::print("{:<18} {:>12} {:>12} {:>12} {:>10} {:>12} {:>12}\n", "", "L/min", "L/min", "L/min",
@@ -183,10 +184,10 @@ class Demo {
   }
 
   void print_alarms() {
-    fmt::print("\n{}\n", coloured("What the operator was told", Colour::bold));
+    fmt::print("\n{}\n", coloured("Messages to the operator", Colour::bold));
     for (const std::string& line : alarms_) fmt::print("{}\n", line);
     if (alarms_.empty()) {
-      fmt::print("no alarms; {} cycles came too late on this computer, and a window bears few\n",
+      fmt::print("no alarms; {} cycles were late on this computer, and a window bears few\n",
                  status().daemon.skipped_ticks);
     }
     const protocol::LoopAnswer loop = protocol::ask(daemon_, protocol::LoopRequest{loop_});
@@ -198,10 +199,10 @@ class Demo {
         active_.count(incident.name) != 0 ? incident.name : *active_.begin();
     const protocol::Explained explained =
         protocol::ask(daemon_, protocol::ExplainRequest{.loop = loop_, .alarm = telling});
-    fmt::print("{} is still there, calm or not: {}.\n{}.\n", telling, explained.cause,
+    fmt::print("{} is still there, compensated or not: {}.\n{}.\n", telling, explained.cause,
                explained.action);
     if (loop.explanation) {
-      fmt::print("What the newest minutes against the twin say: {}\nThe picture: {}/report.html\n",
+      fmt::print("Explanation by the twin: {}\nThe picture: {}/report.html\n",
                  loop.explanation->sentence, loop.explanation->folder);
     }
     if (explained.evidence) {
@@ -213,13 +214,13 @@ class Demo {
  private:
   protocol::Status status() { return protocol::ask(daemon_, protocol::StatusRequest{}); }
 
-  // With --json, standard output is the result's alone.
+  // With --json, standard output carries only the result.
   void say(const std::string& line) const {
     fmt::print(json_ ? stderr : stdout, "{}\n", line);
     std::fflush(stdout);
   }
 
-  // In the browser of this desktop; where there is none the address is enough.
+  // Opens the page in the browser of this desktop. Without one, the printed address is enough.
   void open_page() {
     if (page_.empty()) return;
     if (!screen_) say(fmt::format("          in a browser: {}", page_));
@@ -247,7 +248,7 @@ class Demo {
     });
   }
 
-  // What the operator is told, in the order in which it came.
+  // Collects the messages to the operator in order.
   void watch_alarms() {
     for (const protocol::Alarm& alarm : protocol::ask(daemon_, protocol::AlarmsRequest{}).alarms) {
       if (alarm.loop != loop_ || alarm.active == (active_.count(alarm.alarm) != 0)) continue;
@@ -266,7 +267,7 @@ class Demo {
     }
   }
 
-  // What corrective action does, as the journal has it.
+  // Collects the steps of corrective action from the journal.
   void watch_steps() {
     const protocol::Journal journal =
         protocol::ask(daemon_, protocol::JournalRequest{.loop = loop_, .most = 50});
@@ -287,7 +288,7 @@ class Demo {
     return true;
   }
 
-  // One picture; false when the viewer pressed q.
+  // Draws one picture; returns false when the viewer pressed q.
   bool draw(const std::string& story) {
     trend_.update(daemon_);
     watch_alarms();
@@ -324,7 +325,7 @@ class Demo {
     const auto part = [&](const std::vector<double>& values) {
       return std::span<const double>(values).subspan(first, count);
     };
-    // The stem of a healthy valve follows the noise of CO; moves below 0.2 % of span are no travel.
+    // The stem of a healthy valve follows the noise of CO. Moves below 0.2 % of span do not count.
     constexpr double kStemResolution = 0.02;  // V
     return {phase.name, analysis::loop_metrics(part(t.sp), part(t.pv), part(t.stem),
                                                t.sample_time_s, kStemResolution)};
@@ -340,7 +341,7 @@ class Demo {
   std::string record_;
   std::vector<Measured> measured_;
   std::set<std::string> active_;     // alarms
-  std::vector<std::string> alarms_;  // what was told of them, and done
+  std::vector<std::string> alarms_;  // messages about alarms, and actions
   std::int64_t newest_line_ = 0;     // of the journal
   bool acts_ = false;                // planned moves do
   bool left_automatic_ = false;
@@ -373,13 +374,13 @@ int run_demo(const DemoOptions& options) {
 }  // namespace
 
 void add_demo(Program& program) {
-  auto [command, o] = program.command("demo", "the demonstration that ./demo shows", run_demo);
+  auto [command, o] = program.command("demo", "run the demonstration of ./demo", run_demo);
   command.socket(o.socket);
   command.setting("--loop", o.loop, "tag of the demonstrated loop");
   const Option page =
       command.option("--page", o.page, "address of a loopwarden-page that shows this daemon");
-  command.flag("--open", o.open_page, "open it where the valve begins to stick").needs(page);
-  command.flag("--keep", o.keep, "go on watching until q is pressed");
+  command.flag("--open", o.open_page, "open it when the valve begins to stick").needs(page);
+  command.flag("--keep", o.keep, "continue to watch until q is pressed");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer("Example: ./demo (starts the daemon, then this)");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden diagnose: what is wrong with a loop, from routine records and no model.
+// loopwarden diagnose: finds the cause of a loop's trouble from routine records, without a model.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,7 +41,8 @@ struct DiagnoseOptions {
   bool json = false;
 };
 
-// Of more stretches than this the ones that tell most are judged, spread over the record.
+// If there are more stretches than this, the most informative ones are judged, spread over the
+// record.
 constexpr std::size_t kMostWindows = 48;
 constexpr std::size_t kSamplesCompared = 20000;  // of a record, with its neighbours
 
@@ -94,7 +95,7 @@ LoopKind kind_of(const DiagnoseOptions& options, const record::Imported& importe
                               : *diagnosis::loop_kind(options.kind);
 }
 
-// The other loops in the neighbours' exports, with what their valves show.
+// Reads the other loops in the neighbours' exports and judges their valves.
 std::vector<TimedLoop> read_neighbours(const DiagnoseOptions& options, const std::string& tag) {
   std::vector<TimedLoop> loops;
   record::Importer importer({options.neighbours.begin(), options.neighbours.end()},
@@ -117,7 +118,7 @@ std::vector<TimedLoop> read_neighbours(const DiagnoseOptions& options, const std
   return loops;
 }
 
-// `records`: those of the loop, each compared by itself.
+// `records`: the loop's records, each compared separately.
 void name_pushing(const DiagnoseOptions& options, std::vector<TimedLoop> records,
                   DiagnosedLoop& loop) {
   const std::size_t own = records.size();
@@ -135,7 +136,7 @@ void name_pushing(const DiagnoseOptions& options, std::vector<TimedLoop> records
   if (!compared) {
     fmt::print(stderr,
                "no neighbour has the time base of the record (one period, a clock in both or in "
-               "neither and the same first and last time): nothing is compared\n");
+               "neither and the same first and last time): no comparison is possible\n");
     return;
   }
   loop.pushed_by.emplace();
@@ -155,7 +156,7 @@ void name_pushing(const DiagnoseOptions& options, std::vector<TimedLoop> records
   loop.verdict.reason = follows_text(*loop.pushed_by);
 }
 
-// The loop's last hours, under the names that `loopwarden export` gives them.
+// Exports the loop's last hours, under the names of `loopwarden export`.
 void diagnose_recorded(const DiagnoseOptions& options, DiagnosedLoop& loop) {
   const std::string& tag = options.input.loop();
   OutputFiles scratch;
@@ -180,14 +181,14 @@ int run_diagnose(const DiagnoseOptions& options) {
   loop.co_range = options.co_range.empty() ? std::vector<double>{0.0, 100.0} : options.co_range;
   std::vector<TimedLoop> compared;
   if (options.recorder.asked(!options.records.empty(), options.input.loop())) {
-    if (!options.neighbours.empty()) fail(kExitUsage, "--neighbours: only beside files");
+    if (!options.neighbours.empty()) fail(kExitUsage, "--neighbours: only with files");
     diagnose_recorded(options, loop);
   }
   for (const std::string& path : options.records) {
     record::Imported imported = options.input.read(path);
     if (!imported.record.has_co) {
       fail(kExitData,
-           "{}: no column 'co': nothing can be said about a valve without it; signatures of PV "
+           "{}: no column 'co', which a judgement of the valve needs; signatures of PV "
            "alone are judged by 'loopwarden classify --specialists DIR'",
            path);
     }
@@ -204,7 +205,7 @@ int run_diagnose(const DiagnoseOptions& options) {
     show_json(diagnosis_json(loop));
   } else {
     const std::string text = diagnosis_text(loop);
-    // In the background its first line, the verdict.
+    // In the background, prints only the first line: the verdict.
     fmt::print("{}", options.recorder.background() ? text.substr(0, text.find('\n') + 1) : text);
   }
   return kExitOk;
@@ -214,18 +215,18 @@ int run_diagnose(const DiagnoseOptions& options) {
 
 void add_diagnose(Program& program) {
   auto [command, o] = program.command(
-      "diagnose", "valve effect or other cause, from records and no model", run_diagnose);
+      "diagnose", "find a valve effect or another cause from records, without a model",
+      run_diagnose);
   command.option(
       "record", o.records,
       "routine records of one loop in the order of time, CSV: time, pv, co, and sp if known");
   o.recorder.add_options(command, "; CO's range is that of the daemon's loop");
-  command.option(
-      "--kind", o.kind,
-      "what the loop controls; else from the file's name where it holds a tag such as FIC101",
-      one_of({"flow", "pressure", "level", "temperature", "unknown"}));
+  command.option("--kind", o.kind,
+                 "what the loop controls; default: from a tag such as FIC101 in the file's name",
+                 one_of({"flow", "pressure", "level", "temperature", "unknown"}));
   command.option("--neighbours", o.neighbours,
-                 "exports of other loops with the same time base: which of them push this one; "
-                 "only beside files");
+                 "exports of other loops with the same time base: finds those that disturb this "
+                 "one; only with files");
   command.option("--co-range", o.co_range, "lower and upper end of CO, default 0 100").takes(2);
   command.option("--report", o.report, "write a page with pictures here, HTML");
   command.flag("--json", o.json, "print the result as JSON");

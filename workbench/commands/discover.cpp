@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden discover: files of loops that another controller runs, from a plant's tags.
+// loopwarden discover: writes files of loops that another controller runs, from a plant's tags.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -53,7 +53,7 @@ bool is_there(const fs::path& path) {
 
 constexpr std::chrono::milliseconds kLookEvery{20};
 
-// A program that lists what a source has.
+// A program that lists the tags of a source.
 struct Browser {
   std::string program;
   std::string package;
@@ -74,7 +74,8 @@ std::optional<Browser> browser_of(const DiscoverCommand& options) {
                  "Sparkplug group " + options.sparkplug};
 }
 
-// Writes what the source has to `list`. What the program says goes to the error output, and its exit code is returned.
+// Writes the list of tags to `list` and the program's messages to standard error. Returns its exit
+// code.
 int browse(const Browser& browser, const fs::path& list) {
   const base::File file(list, O_WRONLY | O_CREAT | O_TRUNC, 0600);
   if (!file.is_open()) fail(kExitIo, "{}: can't be written", list.string());
@@ -86,7 +87,7 @@ int browse(const Browser& browser, const fs::path& list) {
     return *code;
   } catch (const std::system_error& e) {
     fail(kExitIo,
-         "{}: {}; it comes with the package {}, which must be installed on this machine. --tags "
+         "{}: {}; install the package {}, which contains it, on this machine. --tags "
          "takes a list from elsewhere",
          browser.program, e.code().message(), browser.package);
   }
@@ -100,7 +101,7 @@ std::vector<record::TagRule> rules_in(const std::string& path) {
   return std::move(*rules);
 }
 
-// What becomes of the loops, one line each.
+// Writes the loops' files and collects one line of results per loop.
 class LoopFiles {
  public:
   LoopFiles(const DiscoverCommand& options, OutputFiles& files, std::string source)
@@ -119,7 +120,7 @@ class LoopFiles {
         made.is_complete() ? complete : fs::path(complete.string() + ".incomplete");
     if (!tags_.insert(base::lower_case(tag)).second) {
       leave(entry,
-            fmt::format("{}: another loop has this tag; a rule with `loop` tells them apart", tag));
+            fmt::format("{}: another loop has this tag; a rule with `loop` separates them", tag));
     } else if (tag.empty() || tag.size() > kLongestTag) {
       leave(entry, fmt::format("{}: no tag of 1 to {} letters; a rule with `loop` gives one",
                                base::in_quotes(loop.signal(record::Role::pv)->name), kLongestTag));
@@ -166,7 +167,7 @@ class LoopFiles {
   std::size_t written_ = 0;
 };
 
-// That loopwardend.yaml beside the folder does not name the feeder; empty where it does.
+// Returns a note if loopwardend.yaml next to the folder does not name the feeder; empty if it does.
 std::string feeder_text(const DiscoverCommand& options) {
   const std::string path =
       (fs::absolute(options.out) / ".." / "loopwardend.yaml").lexically_normal().string();
@@ -190,7 +191,7 @@ void print_rest(const discover::FoundLoops& found) {
   std::string names;
   for (std::size_t k = 0; k < shown; ++k)
     names += (k > 0 ? ", " : "") + base::in_quotes(found.other_names[k]);
-  fmt::print(stderr, "tags of no loop, {}: {}{}; --rules tells what a name does not\n",
+  fmt::print(stderr, "tags of no loop, {}: {}{}; --rules assigns such names\n",
              found.other_names.size(), names, found.other_names.size() > shown ? ", ..." : "");
 }
 
@@ -222,7 +223,7 @@ int run_discover(const DiscoverCommand& given) {
   const std::string nodes = discover::node_list(
       found.loops, sparkplug ? discover::NodeForm::sparkplug : discover::NodeForm::opcua);
   if (!options.nodes.empty() && nodes.empty())
-    fail(kExitData, "{}: no loop's tag has a node, so there is nothing for --nodes", source);
+    fail(kExitData, "{}: no loop's tag has a node, so --nodes has no content", source);
   files.make_folder(options.out);
   LoopFiles loops(options, files, source);
   for (const discover::FoundLoop& loop : found.loops) loops.add(loop);
@@ -245,7 +246,7 @@ int run_discover(const DiscoverCommand& given) {
 
 void add_discover(Program& program) {
   auto [command, o] = program.command(
-      "discover", "files of loops that another controller runs, from the plant's tags",
+      "discover", "write files of loops that another controller runs, from the plant's tags",
       run_discover);
   const Option tags =
       command.option("--tags", o.tags,
@@ -264,21 +265,21 @@ void add_discover(Program& program) {
           .excludes(opcua);
   command.setting("--feed-config", o.feed_config, "of loopwarden-feed: the broker, ask_rebirth")
       .needs(sparkplug);
-  command.setting("--seconds", o.seconds, "that births are waited for", between(1, 3600))
+  command.setting("--seconds", o.seconds, "time to wait for births", between(1, 3600))
       .needs(sparkplug);
-  command.option("--rules", o.rules, "what the site's names mean, YAML: docs/import.md");
+  command.option("--rules", o.rules, "rules for the site's names, YAML: docs/import.md");
   command.option("--feeder", o.feeder,
-                 "who brings the values, as loopwardend.yaml calls it: opcua, or mqtt with "
+                 "feeder of the values, by its name in loopwardend.yaml: opcua, or mqtt with "
                  "--sparkplug");
-  command.option("--sample-time", o.sample_time_s, "of all loops, s; else 1, as a guess",
+  command.option("--sample-time", o.sample_time_s, "of all loops, s; default 1, as a guess",
                  between(0.001, 3600.0));
   command.option(
       "--nodes", o.nodes,
-      "also write what the feeder asks for, `nodes` of opcua.yaml or `metrics` of feed.yaml, "
-      "to this file, which must not be there");
+      "also write the feeder's requests, `nodes` of opcua.yaml or `metrics` of feed.yaml, "
+      "to this new file");
   command.required("--out", o.out,
-                   "folder for TAG.yaml, and TAG.yaml.incomplete where a unit or range is not "
-                   "known; files that are there stay as they are");
+                   "folder for TAG.yaml, and TAG.yaml.incomplete if a unit or range is not "
+                   "known; existing files are not changed");
   command.flag("--json", o.json, "print JSON");
   command.footer(
       "Exit code 65: no file was written; 74: also no birth was heard; 78: also a server whose "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden effects: the catalogue of effects, as text, JSON, or documents with pictures.
+// loopwarden effects: prints the catalogue of effects as text, JSON, or documents with pictures.
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/effects.hpp"
 
@@ -155,7 +155,7 @@ std::string effects_markdown() {
   std::string text =
       "# Effects\n\n"
       "<!-- Generated: `loopwarden effects --out docs` renews it and its pictures. -->\n\n"
-      "What a loop may have that its model lacks. `loopwarden gap` looks for them, model files "
+      "Effects that a loop may have and its model lacks. `loopwarden gap` finds them, model files "
       "and\n"
       "simulations take them, and `loopwarden effects` prints this list (`--json` for "
       "programs).\n\n"
@@ -199,7 +199,8 @@ std::string effects_markdown() {
 
 void add_effects(Program& program) {
   auto [command, o] = program.command(
-      "effects", "the catalogue of effects: parameters, signatures, look-alikes", run_effects);
+      "effects", "print the catalogue of effects: parameters, signatures, look-alikes",
+      run_effects);
   command.option("--out", o.out, "folder for effects.md and a picture of each effect's signature");
   command.flag("--json", o.json, "print the catalogue as JSON");
   command.footer("Example: loopwarden effects --out docs");

@@ -5,7 +5,7 @@
 
 namespace loopwarden::workbench {
 
-// docs/effects.md: the catalogue, how to recognise each effect, and its pictures beside it in
+// Returns docs/effects.md: the catalogue, the signs of each effect, and links to its pictures in
 // pictures/effects/.
 std::string effects_markdown();
 

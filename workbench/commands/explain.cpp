@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden explain: an alarm's newest minutes against the loop's twin, in the folder of its evidence. The daemon runs
-// it in the background for every alarm of a loop with a twin.
+// loopwarden explain: compares an alarm's newest minutes with the loop's twin, in the folder of its
+// evidence. The daemon runs it in the background for every alarm of a loop with a twin.
 #include "model/twin/explain.hpp"
 
 #include <fmt/format.h>
@@ -41,10 +41,10 @@ struct Raised {
   AlarmKind alarm = AlarmKind::model_gap;
   std::int64_t raised_ms = 0;
   std::string loop;
-  bool elsewhere = true;  // its controller; also where an older daemon did not say
+  bool elsewhere = true;  // has another controller; also if an older daemon did not report it
 };
 
-// Throws std::runtime_error for what is no evidence.
+// Throws std::runtime_error if the folder holds no evidence.
 Raised read_raised(const fs::path& folder) {
   const fs::path file = folder / "evidence.json";
   std::ifstream stream(file, std::ios::binary);
@@ -96,7 +96,7 @@ int run_explain(const ExplainOptions& options) {
     if (!record.has_co) {
       fail(kExitData, "{}: no column 'co'", record_file.string());
     }
-    // minutes.csv counts its time from the alarm; a record alone ends with it.
+    // minutes.csv counts its time from the alarm. A plain record ends with the alarm.
     const double half_s = 0.5 * record.period_s;
     const auto at = std::lower_bound(record.time_s.begin(), record.time_s.end(), -half_s);
     const bool from_alarm = record_file == minutes && at != record.time_s.end();
@@ -153,7 +153,7 @@ int run_explain(const ExplainOptions& options) {
 
 void add_explain(Program& program) {
   auto [command, o] = program.command(
-      "explain", "why an alarm came: its newest minutes against the loop's twin", run_explain);
+      "explain", "explain an alarm: compare its newest minutes with the loop's twin", run_explain);
   command.required("evidence", o.folder, "folder of the alarm's evidence", existing_folder());
   command.setting("--jobs", o.jobs, "threads; 0: one a core");
   add_background(command, o.background);

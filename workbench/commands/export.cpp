@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden export: what the daemon recorded on the box, as CSV records.
+// loopwarden export: writes CSV records from the daemon's recorder on the box.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -63,7 +63,7 @@ int run_export(const ExportOptions& options) {
                  result.damaged_rows, result.torn_bytes);
     }
     if (result.records.empty()) {
-      fmt::print(stderr, "{}: nothing recorded\n", options.folder);
+      fmt::print(stderr, "{}: no recordings\n", options.folder);
     }
     return exit_code_of(result);
   } catch (const record::RecordError& e) {
@@ -76,7 +76,7 @@ int run_export(const ExportOptions& options) {
 
 void add_export(Program& program) {
   auto [command, o] =
-      program.command("export", "recordings of the daemon as CSV records", run_export);
+      program.command("export", "export recordings of the daemon as CSV records", run_export);
   command.required("folder", o.folder, "a loop's folder of segments");
   command.required("--out", o.out, "folder for the records");
   command.flag("--json", o.json, "print the result as JSON");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden gap: where a model and a record disagree, the missing effect, the corrected model.
+// loopwarden gap: finds the effect that a model lacks, and writes a corrected model and a report.
 #include "model/gap/logger.hpp"
 #include "model/gap/workflow.hpp"
 
@@ -53,13 +53,13 @@ struct GapOptions {
   unsigned jobs = 0;
   bool json = false;
   bool clip_co = false;          // CO is what the controller asked for before its limits
-  bool controller_known = true;  // false: SP says nothing about CO
-  bool stem = false;             // the valve alone: its stem in the place of PV
+  bool controller_known = true;  // false: SP does not explain CO
+  bool stem = false;             // only the valve: its stem in place of PV
   bool identified = false;       // the model, from this record itself
   int late = 0;                  // samples, by which CO is logged too late
   std::optional<analysis::StickingCycle> cycle{};  // that the model was identified with
   std::vector<double> pv_range{},
-      co_range{};                 // of the record, where it is not in the model's units
+      co_range{};                 // of the record, if it differs from the model's units
   analysis::KnownRanges known{};  // of the loop, for a model that is identified
 };
 
@@ -94,7 +94,7 @@ void print_result(const gap::Result& r, const std::string& out) {
   fmt::print("{:<22}{:>10.4g}  transmitter {:.4g}, load {:.4g}{}\n", "noise floor", r.floor.rmse(),
              r.floor.transmitter_rmse, r.floor.load_rmse,
              r.floor.load_tested ? "" : "; not tested for a load: " + r.floor.why_not_tested);
-  // What the sentence is silent about has no looks.
+  // The appearance of the remainder is printed only if the sentence mentions the remainder.
   if (r.remainder && r.remainder->share >= gap::kWorthSaying) {
     std::string follows;
     for (const std::string& signal : r.remainder->depends_on) {
@@ -114,18 +114,18 @@ void print_result(const gap::Result& r, const std::string& out) {
   fmt::print("{0}/report.html, {0}/gap.json, {0}/model.corrected.yaml\n", out);
 }
 
-// What --without takes.
+// Returns the words that --without accepts.
 std::vector<std::string> words_without() {
   std::vector<std::string> words{"several", "load", "allowances"};
   for (const effects::Descriptor& info : effects::vocabulary()) {
-    // Of noise only what belongs to a transmitter is ever named.
+    // The only noise that is ever named is that of a transmitter.
     if (!info.is_noise || info.blocks.front() == effects::Block::transmitter)
       words.emplace_back(info.name);
   }
   return words;
 }
 
-// Of a valve alone, or of its read-back.
+// Returns whether an effect belongs to the valve or its read-back.
 bool shows_in_stem(const effects::Descriptor& info) {
   constexpr std::array<std::string_view, 4> kOfReading{"output_bias", "gain_change",
                                                        "extra_dead_time", "learned"};
@@ -142,14 +142,15 @@ gap::Options search_options(const GapOptions& options) {
   out.search.load = !left_out("load");
   out.search.allowances = !left_out("allowances");
   out.search.without = options.without;
-  // What was identified from changes says nothing of PV's level.
+  // A model that was identified from changes has no valid level of PV.
   out.search.level_of_record = options.identified;
   if (options.cycle) {
-    // Beside the valve that the process was identified with, a second name is the assumed process's misfit.
+    // The process was identified together with the valve. A second effect would describe an error
+    // of that process.
     out.search.several = false;
     out.search.sticks = {options.cycle->s.value, options.cycle->j.value / options.cycle->s.value,
                          0.0};
-    // The stem jumps by so much that no play does.
+    // A jump of this size excludes backlash and hysteresis.
     if (options.cycle->j.low > kClearJump * options.cycle->s.value) {
       out.search.without.insert(out.search.without.end(), {"backlash", "hysteresis"});
     }
@@ -163,7 +164,7 @@ gap::Options search_options(const GapOptions& options) {
   return out;
 }
 
-// The options that change the answer, for the command in the report.
+// Returns the options that change the answer, for the command in the report.
 std::string used_options(const GapOptions& options) {
   std::string text;
   const auto add = [&](const std::string& option) { text += (text.empty() ? "" : " ") + option; };
@@ -182,7 +183,7 @@ std::string used_options(const GapOptions& options) {
   return text;
 }
 
-// The reason as a page too, unless it would hide the results of an earlier run.
+// Writes the reason as a page, unless it would replace the results of an earlier run.
 void write_refusal(OutputFiles& files, const gap::Result& result, const GapReportContext& context) {
   const std::filesystem::path out(context.out);
   if (std::filesystem::exists(out / "gap.json")) {
@@ -193,7 +194,8 @@ void write_refusal(OutputFiles& files, const gap::Result& result, const GapRepor
   files.commit();
 }
 
-// The columns between --from and --to. `first_s` is the time of the first sample in the file.
+// Returns the columns between --from and --to. `first_s`: receives the time of the file's first
+// sample.
 gap::Record stretch_of(const record::Record& file, const GapOptions& options, double& first_s,
                        std::vector<double>* mode = nullptr) {
   const auto& time = file.time_s;
@@ -221,7 +223,7 @@ gap::Record stretch_of(const record::Record& file, const GapOptions& options, do
 
 double output_span(const plant::LoopModel& model) { return model.controller.pid.output_span(); }
 
-// A long record takes minutes and most of it says nothing: the part in which most moves.
+// A long record takes minutes and is mostly uninformative. Uses the part with most movement.
 constexpr std::size_t kLongestGap = 12000;  // samples
 
 void choose_stretch(record::Imported& imported, GapOptions& options) {
@@ -237,7 +239,8 @@ void choose_stretch(record::Imported& imported, GapOptions& options) {
              options.record, r.size(), options.to_s - options.from_s, options.from_s);
 }
 
-// --pv-range, --co-range: these values of the record are the ends of the model's ranges.
+// Applies --pv-range and --co-range: record values that correspond to the ends of the model's
+// ranges.
 void convert_units(record::Record& r, const plant::LoopModel& model, const GapOptions& options) {
   const auto& pid = model.controller.pid;
   const auto unit = [](const std::vector<double>& told, double low, double high) {
@@ -255,7 +258,8 @@ void convert_units(record::Record& r, const plant::LoopModel& model, const GapOp
   for (double& v : r.co) v = std::clamp(v, pid.output_low, pid.output_high);
 }
 
-// The units that the record looks like, as a question with its options; empty: the model's.
+// Asks whether the record has other units, with the options for both answers. Empty: the model's
+// units fit.
 std::string unit_question(const gap::Record& record, const plant::LoopModel& model) {
   const std::optional<gap::OtherUnit> found = gap::other_unit(record, model);
   if (!found) return {};
@@ -272,15 +276,14 @@ std::string unit_question(const gap::Record& record, const plant::LoopModel& mod
   add(found->co, "--co-range", model.controller.pid.output_low, model.controller.pid.output_high);
   return fmt::format(
       "PV or CO looks like another unit ({}): converted, the model misses PV by {:.3g} instead of "
-      "{:.3g}. No effect is named. If it is so:{}; if it is not:{} says so",
+      "{:.3g}. No effect is named. To confirm:{}; to deny:{}",
       names, found->rmse_converted, found->rmse_as_it_stands, yes, no);
 }
 
-// The stem in the place of PV; what SP is to PV it is not to the stem.
+// Replaces PV by the stem. SP is removed, because it does not apply to the stem.
 void take_stem(record::Record& r, const std::string& name) {
   if (!r.has_stem) {
-    fail(kExitData, "{}: has no column stem; --map pv=NAME,co=NAME,stem=NAME says which it is",
-         name);
+    fail(kExitData, "{}: has no column stem. Name it: --map pv=NAME,co=NAME,stem=NAME", name);
   }
   if (!r.has_co) fail(kExitData, "{}: has no column co, which the stem should follow", name);
   r.pv = r.stem;
@@ -289,8 +292,9 @@ void take_stem(record::Record& r, const std::string& name) {
   r.has_sp = false;
 }
 
-// What an archive kept PV and CO to. Of a CO of which that can't be told, the share of the span that PV was kept to:
-// historians are set up so.
+// Returns the deviations within which an archive kept PV and CO. If that of CO is undecidable, it
+// is assumed to be the same share of the span as that of PV, because historians are usually
+// configured so.
 gap::Deviations deviations_of(const record::ImportNotes& notes, const plant::LoopModel& model,
                               bool pv_as_stored) {
   const auto told = [](const analysis::ArchivedSignal& signal) {
@@ -304,14 +308,14 @@ gap::Deviations deviations_of(const record::ImportNotes& notes, const plant::Loo
   return out;
 }
 
-// Between stored values PV is not known.
+// Removes interpolated values of PV.
 void leave_out_guesses(record::Imported& imported) {
   for (std::size_t k = 0; k < imported.pv_drawn.size(); ++k) {
     if (imported.pv_drawn[k]) imported.record.pv[k] = std::numeric_limits<double>::quiet_NaN();
   }
 }
 
-// Tag, units and clock of the export; empty for the fixed format, which has none.
+// Returns tag, units and clock of the export; empty for the fixed format, which does not have them.
 std::string source_text(const record::ImportNotes& notes) {
   if (notes.layout.empty()) return {};
   std::string text = "Loop " + notes.tag;
@@ -340,7 +344,7 @@ record::Imported read_loop(const GapOptions& options) {
 struct Found {
   gap::Result result;
   record::ImportNotes notes;
-  std::optional<double> sees_from_percent;  // where an archive compressed the record
+  std::optional<double> sees_from_percent;  // if an archive compressed the record
 };
 
 Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
@@ -384,7 +388,7 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
     found.notes = std::move(imported.notes);
     if (options.stem) {
       found.result.check.notes.push_back(
-          {"stem", "The stem stands in the place of PV: the valve alone, in CO units."});
+          {"stem", "The stem replaces PV: only the valve is examined, in CO units."});
     }
     if (options.late > 0) {
       found.result.check.notes.push_back(
@@ -453,7 +457,7 @@ int run_gap(const GapOptions& options) {
   return kExitOk;
 }
 
-// Without a model: the one that the record itself suggests, written beside the results.
+// Without --model: identifies a model from the record and writes it with the results.
 int run_gap_on_assumed_model(GapOptions options) {
   const std::filesystem::path out(options.out);
   OutputFiles files({options.record});
@@ -506,7 +510,7 @@ int run_gap_on_assumed_model(GapOptions options) {
   return run_gap(options);
 }
 
-// In place of the file the longest stretch that the recorder holds, kept beside the results.
+// Takes the recorder's longest stretch in place of a file and keeps it with the results.
 void take_from_recorder(GapOptions& options, OutputFiles& files) {
   const std::filesystem::path folder = std::filesystem::path(options.out) / "records";
   files.make_folder(folder);
@@ -534,9 +538,8 @@ int run_any_gap(const GapOptions& given) {
 
 void add_gap(Program& program) {
   auto [command, o] = program.command(
-      "gap", "where a model and a record disagree, the missing effect, the corrected model",
-      run_any_gap);
-  command.option("record", o.record, "measured record, CSV: time, pv, and where known sp, co");
+      "gap", "find the effect that a model lacks, and correct the model", run_any_gap);
+  command.option("record", o.record, "measured record, CSV: time, pv, and if known sp, co");
   o.recorder.add_options(command,
                          "; a model that is identified gets PV's and CO's range from the daemon's "
                          "loop. The record is kept in the folder records of --out");
@@ -544,8 +547,8 @@ void add_gap(Program& program) {
                  "loop model as its engineers believe it, YAML; without it, one is identified from "
                  "the record itself and written to model.assumed.yaml");
   command.required("--out", o.out, "folder for gap.json, model.corrected.yaml, report.html");
-  command.option("--from", o.from_s, "leave out what lies before, s of the record");
-  command.option("--to", o.to_s, "leave out what lies behind, s of the record");
+  command.option("--from", o.from_s, "start of the used part, s of the record");
+  command.option("--to", o.to_s, "end of the used part, s of the record");
   command.setting("--largest-load", o.largest_load_percent,
                   "unmeasured load up to here is no gap, % of PV span per root second",
                   between(0.0, 100.0));
@@ -557,14 +560,15 @@ void add_gap(Program& program) {
   command.flag("--json", o.json, "print gap.json");
   command
       .option("--pv-range", o.pv_range,
-              "what PV and SP in the record are at the ends of the model's range, where units "
-              "differ: 0 100 for %")
+              "PV and SP of the record at the ends of the model's range, if the units differ: "
+              "0 100 for %")
       .takes(2);
   command.option("--co-range", o.co_range, "the same for CO: 0 1 for a share, 4 20 for mA")
       .takes(2);
   command.flag(
       "--stem", o.stem,
-      "the valve alone: column stem in the place of pv; without --model, a stem that follows co");
+      "use column stem in place of pv, to examine only the valve; without --model, a stem that "
+      "follows co");
   command.flag("--clip-co", o.clip_co, "CO was logged before its limits: take it at the model's");
   o.input.add_options(command);
   command.footer(

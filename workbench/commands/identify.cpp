@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden identify: process models from a record, in open or in closed loop.
+// loopwarden identify: identifies process models from a record, in open or in closed loop.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@
 namespace loopwarden::workbench {
 namespace {
 
-// A long record takes minutes, and most of it says nothing.
+// A long record takes minutes and is mostly uninformative.
 constexpr std::size_t kLongestIdentified = 50000;  // samples
 
 struct IdentifyOptions {
@@ -48,7 +48,7 @@ IdentifyFindings look_at(const record::Record& record) {
                                   .stem = record.stem,
                                   .sample_time_s = record.period_s});
   if (f.process.closed_loop) {
-    f.no_tangent = "it needs CO stepped by hand";
+    f.no_tangent = "it needs a manual step of CO";
     return f;
   }
   try {
@@ -255,14 +255,14 @@ int run_identify(const IdentifyOptions& options) {
 
 void add_identify(Program& program) {
   auto [command, o] = program.command(
-      "identify", "process model from a record, in open or closed loop, with intervals",
+      "identify", "identify a process model from a record, in open or closed loop, with intervals",
       run_identify);
   command.required("record", o.record, "record with co and pv, CSV; in closed loop also sp");
   command.option("--out", o.out, "picture to write, SVG");
   command.flag("--json", o.json, "print the result as JSON");
   o.input.add_options(command);
   command.footer(
-      "Where the record can't tell, there is no number but the reason and what would help, and the "
+      "If a result can't be determined, the reason and a remedy are printed instead, and the "
       "exit code is 65.\n"
       "Example: loopwarden identify step.csv --out step.svg");
 }

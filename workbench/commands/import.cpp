@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden import: any historian's export as records.
+// loopwarden import: converts any historian's export to records.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -71,7 +71,7 @@ void print_list(const record::Importer& importer) {
     }
     if (!loop.signals.has(Role::pv)) signals += "; no PV: can't be used";
     if (loop.signals.has(Role::pv) && !loop.signals.has(Role::co))
-      signals += "; no CO: nothing can be said of the valve";
+      signals += "; no CO: the valve can't be judged";
     if (loop.files.size() > 1) signals += fmt::format("; in {} files", loop.files.size());
     fmt::print("{:<{}}  {}\n", loop.tag, width, signals);
   }
@@ -87,7 +87,7 @@ void print_list(const record::Importer& importer) {
   }
 }
 
-// Takes what the importer reads: a record a loop, and the note of what was done. With --check nothing is written.
+// Writes one record per loop and notes the corrections. With --check, the output is not written.
 class ImportedLoops {
  public:
   ImportedLoops(const record::Importer& importer, const ImportCommand& options, OutputFiles& files)
@@ -118,7 +118,7 @@ class ImportedLoops {
     if (!options_.check && !options_.json) fmt::print("{}\n", path.string());
   }
   void fail(std::size_t loop, std::size_t file, const record::RecordError& error) {
-    // What is wrong with a row is said once, not once a loop.
+    // An error of a row is printed once, not once per loop.
     if (failures_.insert(error.what()).second) fmt::print(stderr, "{}\n", error.what());
     broken_.insert(loop);
     broken_files_.emplace(loop, file);
@@ -170,7 +170,8 @@ struct Counts {
   std::size_t files_lost = 0;  // besides those that are no exports
 };
 
-// "20 of 29 files read, 31 of 33 loops; 9 files and 2 loops could not be read: see above; 3 files passed over"
+// Returns "20 of 29 files read, 31 of 33 loops; 9 files and 2 loops could not be read: see above; 3
+// files passed over".
 std::string count_text(const record::Importer& importer, const Counts& counts) {
   const auto of = [](std::size_t count, const char* what) {
     return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
@@ -193,7 +194,7 @@ std::string count_text(const record::Importer& importer, const Counts& counts) {
   return text;
 }
 
-// What was not read, with the reasons.
+// Prints the files and loops that were not read, with the reasons.
 void print_left_out(const record::Importer& importer) {
   if (const std::string others = importer.passed_over_text(); !others.empty())
     fmt::print(stderr, "{}\n", others);
@@ -293,18 +294,19 @@ int run_import(const ImportCommand& options) {
 }  // namespace
 
 void add_import(Program& program) {
-  auto [command, o] = program.command("import", "any historian's export as records", run_import);
+  auto [command, o] =
+      program.command("import", "convert any historian's export to records", run_import);
   command.required(
       "file", o.files,
       "exports: text, also gzip; .xlsx; .zip and folders of them; - for standard input");
   command.option("--out", o.out, "folder for a record a loop, import.json and import.txt");
-  command.flag("--list", o.list, "print the loops that were found, write nothing");
-  command.flag("--check", o.check, "read all of it, say what would be done, write nothing");
+  command.flag("--list", o.list, "print the loops that were found, without output files");
+  command.flag("--check", o.check, "read all of it and report, without output files");
   command.flag("--json", o.json, "print what --list or import.json has");
   o.input.add_options(command);
   o.input.add_rules(command);
   command.footer(
-      "What an export looks like is found out and said; every command that takes a record reads "
+      "The layout of an export is detected and reported; every command that takes a record reads "
       "such exports by itself. ARCHIVE.zip/MEMBER and BOOK.xlsx/SHEET are files as well. Exit code "
       "65: something could not be read; the rest was.\n"
       "Example: loopwarden import export.csv --list");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden limit-cycle: what the describing function predicts for a loop, and what the simulation does.
+// loopwarden limit-cycle: compares the describing function's prediction for a loop with a
+// simulation.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,11 +37,12 @@ struct LimitCycleOptions {
 struct Simulated {
   bool cycles = false;
   double co_amplitude = 0.0;  // CO units
-  double pv_amplitude = 0.0;  // PV units, half of what PV goes through
+  double pv_amplitude = 0.0;  // PV units, half of PV's range
   double period_s = 0.0;
 };
 
-// The model's loop on this valve, without noise and converter steps, after a step of the set point.
+// Simulates the model's loop with this valve, without noise and converter steps, after a set-point
+// step.
 Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlinearity& valve) {
   model.scenario.faults.clear();
   std::erase_if(model.valve_effects, [](const effects::EffectSpec& spec) {
@@ -64,7 +66,7 @@ Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlineari
   if (model.controller.pid.gains.ki > 0.0) {
     answer_s += 1.0 / (model.controller.pid.gains.ki * linear.gain);
   }
-  // Slow cycles take about 2 S / (ki K J); a sixth of the run is some ten of them.
+  // Slow cycles take about 2 S / (ki K J). A sixth of the run contains about ten of them.
   const double slow_s =
       valve.backlash ? 0.0 : 2.0 * valve.s / std::max(valve.j, 0.02 * valve.s) * answer_s;
   const double duration_s = std::clamp(60.0 * (answer_s + slow_s), 0.0, 2e6 * model.sample_time_s);
@@ -80,7 +82,7 @@ Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlineari
     return (*most - *least) / 2.0;
   };
   Simulated s{.co_amplitude = half_range(co), .pv_amplitude = half_range(pv)};
-  // What still dies away is no limit cycle.
+  // A decaying oscillation is not a limit cycle.
   const std::vector<double> last(pv.end() - static_cast<std::ptrdiff_t>(pv.size() / 3), pv.end());
   s.cycles =
       half_range(last) > 0.02 * linear.gain * valve.s && half_range(last) > 0.5 * s.pv_amplitude;
@@ -95,7 +97,7 @@ struct Row {
   analysis::ValveNonlinearity valve;
   std::optional<analysis::LimitCycle> predicted;  // stable
   Simulated simulated;
-  bool out_of_reach = false;  // -1/N begins beyond where L crosses its axis: none can be predicted
+  bool out_of_reach = false;  // -1/N begins beyond the axis crossing of L: no prediction possible
 };
 
 std::optional<analysis::LimitCycle> stable_cycle(const std::vector<analysis::LimitCycle>& cycles) {
@@ -113,7 +115,8 @@ Row compared(const std::string& name, const plant::LoopModel& model,
           reach.loop < reach.valve && std::isfinite(reach.valve)};
 }
 
-// The model's loop with its own settings and those of the rules, with valves of several kinds.
+// Simulates the model's loop with its own settings and those of the rules, with several kinds of
+// valves.
 std::vector<Row> grid_of(const plant::LoopModel& model) {
   std::vector<Row> rows;
   const double span = model.controller.pid.output_span();
@@ -248,19 +251,19 @@ std::string nyquist(const analysis::LinearLoop& loop, const analysis::ValveNonli
   return chart_svg(chart);
 }
 
-// What a prediction of none is worth where the simulation cycles; empty elsewhere.
+// Returns why the prediction missed a simulated cycle; empty in all other cases.
 std::string missed_why(const analysis::AxisReach& reach, const Row& row) {
   if (row.predicted || !row.simulated.cycles) return {};
   if (reach.loop < reach.valve && std::isfinite(reach.valve)) {
     return fmt::format(
         "           L(jw) crosses the negative imaginary axis at {:.3g}, below {:.3g} = pi S/(4 J) "
         "where -1/N begins:\n           they don't meet. The describing function takes CO for a "
-        "sinusoid; here it is a triangle\n           with steps, so that this none is no evidence "
-        "of rest",
+        "sinusoid; here it is a triangle\n           with steps, so a cycle is possible without "
+        "a prediction",
         reach.loop, reach.valve);
   }
-  return "           the describing function takes CO for a sinusoid: its none is no evidence of "
-         "rest";
+  return "           the describing function takes CO for a sinusoid: a cycle is possible without "
+         "a prediction";
 }
 
 void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, const Row& row,
@@ -347,7 +350,7 @@ int run_limit_cycle(const LimitCycleOptions& options) {
 
 void add_limit_cycle(Program& program) {
   auto [command, o] = program.command(
-      "limit-cycle", "the limit cycle that stiction or backlash makes: predicted and simulated",
+      "limit-cycle", "predict and simulate the limit cycle due to stiction or backlash",
       run_limit_cycle);
   command.required("model", o.model, "loop model, YAML");
   Option s = command.option("--s", o.s, "CO units, stiction of this S instead of the model's",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden outcome: what a fitter found at a loop that a survey named.
+// loopwarden outcome: stores a fitter's finding at a loop that a survey named.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ struct OutcomeCommand {
   bool json = false;
 };
 
-// Of survey.json; upper or lower case where only one is called so.
+// Returns the loop of survey.json with this tag. The case is ignored if that selects one loop.
 const json& surveyed_loop(const json& survey, const std::string& tag, const fs::path& folder) {
   std::vector<std::string> tags;
   const json* like = nullptr;
@@ -97,10 +97,10 @@ int list_outcomes(const OutcomeCommand& options) {
     return kExitOk;
   }
   if (outcomes.empty()) {
-    fmt::print("nothing was answered yet\n");
+    fmt::print("no answers yet\n");
     return kExitOk;
   }
-  fmt::print("{:<10}  {:<24} {:<10} {:<24} {}\n", "answered", "loop", "found", "the survey said",
+  fmt::print("{:<10}  {:<24} {:<10} {:<24} {}\n", "answered", "loop", "found", "survey's finding",
              "note");
   for (const FitterAnswer& o : outcomes) {
     constexpr std::size_t kDay = 10;
@@ -112,7 +112,7 @@ int list_outcomes(const OutcomeCommand& options) {
   return kExitOk;
 }
 
-// --- a loop of the daemon ---
+// --- loops of the daemon ---
 
 int keep_in_journal(const OutcomeCommand& options) {
   DaemonClient daemon(options.socket);
@@ -124,12 +124,12 @@ int keep_in_journal(const OutcomeCommand& options) {
     show_json(answer);
     return kExitOk;
   }
-  fmt::print("{}: {} found; the daemon said {}{}\n", options.tag, options.found, answer.said,
+  fmt::print("{}: {} found; the daemon's finding: {}{}\n", options.tag, options.found, answer.said,
              answer.on_disk ? "" : "; the journal can't write: a restart may not remember it");
   return kExitOk;
 }
 
-// The newest ones.
+// Prints the newest answers.
 int list_journal(const OutcomeCommand& options) {
   constexpr std::size_t kMost = 1000;
   DaemonClient daemon(options.socket);
@@ -149,10 +149,10 @@ int list_journal(const OutcomeCommand& options) {
     show_json(lines);
     return kExitOk;
   }
-  if (lines.empty()) fmt::print("nothing was answered yet\n");
+  if (lines.empty()) fmt::print("no answers yet\n");
   for (const json& line : lines) {
     const auto part = [&](const char* key) { return line.at(key).get<std::string>(); };
-    fmt::print("{}  {:<16} {:<10} the daemon said {}; {}\n", part("answered"), part("tag"),
+    fmt::print("{}  {:<16} {:<10} the daemon's finding: {}; {}\n", part("answered"), part("tag"),
                part("found"), part("said"), part("note"));
   }
   return kExitOk;
@@ -160,7 +160,7 @@ int list_journal(const OutcomeCommand& options) {
 
 // --- anonymous records ---
 
-// The first sample at or after, and behind the last at or before, what the survey had judged.
+// Returns the range of samples that the survey judged, with its end excluded.
 std::pair<std::size_t, std::size_t> judged_part(const record::Imported& imported,
                                                 const FitterAnswer& o) {
   const std::vector<double>& time_s = imported.record.time_s;
@@ -201,7 +201,7 @@ struct Anonymous {
   bool pv_by_range = false;  // else by the least and the greatest value of PV and SP
 };
 
-// Times from 0, values in % of their ranges; no tag, no unit, no clock.
+// Returns a record with times from 0 and values in % of their ranges, without tag, unit and clock.
 Anonymous anonymous(record::Imported imported, const FitterAnswer& outcome,
                     const record::SignalRange& co_range) {
   const auto [from, to] = judged_part(imported, outcome);
@@ -234,7 +234,7 @@ class Export {
     files_.make_folder(out_);
   }
 
-  // Loops are numbered as they were answered.
+  // Numbers the loops in the order of the answers.
   void take(const record::Imported& imported) {
     for (std::size_t k = 0; k < outcomes_.size(); ++k) {
       if (outcomes_[k].tag == imported.notes.tag) take(imported, k);
@@ -248,7 +248,7 @@ class Export {
     files_.commit();
   }
   std::size_t records() const noexcept { return lines_.size(); }
-  // Answered loops of which the exports have nothing.
+  // Returns the loops with an answer but without data in the exports.
   std::vector<std::string> missing() const {
     std::vector<std::string> tags;
     for (std::size_t k = 0; k < outcomes_.size(); ++k) {
@@ -295,8 +295,7 @@ int export_records(const OutcomeCommand& options) {
   if (options.from.empty()) require("outcome --export: --from with the exports that were surveyed");
   const fs::path folder(options.survey);
   const std::vector<FitterAnswer> outcomes = read_outcomes(folder / kOutcomesFile);
-  if (outcomes.empty())
-    fail(kExitData, "{}: nothing was answered yet", (folder / kOutcomesFile).string());
+  if (outcomes.empty()) fail(kExitData, "{}: no answers yet", (folder / kOutcomesFile).string());
   const json survey = read_survey(folder);
   record::Importer importer({options.from.begin(), options.from.end()}, options.input.options(),
                             true);
@@ -344,7 +343,7 @@ int keep_answer(const OutcomeCommand& options) {
     show_json(outcome_json(outcome));
     return kExitOk;
   }
-  fmt::print("{}: {} found; the survey said {}{}\n{}\n", outcome.tag, to_text(outcome.found),
+  fmt::print("{}: {} found; the survey's finding: {}{}\n{}\n", outcome.tag, to_text(outcome.found),
              outcome.effect.empty() ? outcome.verdict : outcome.effect, size_said(outcome),
              file.string());
   return kExitOk;
@@ -359,20 +358,20 @@ int run_outcome(const OutcomeCommand& options) {
 
 void add_outcome(Program& program) {
   auto [command, o] = program.command(
-      "outcome", "what a fitter found at a loop that a survey named, for the next survey",
+      "outcome", "record what a fitter found at a loop that a survey named, for the next survey",
       run_outcome);
   command.option("tag", o.tag, "tag of the loop");
   command.option("--found", o.found, "what was found at the valve; other: not the valve",
                  one_of(found_words()));
   command.option("--note", o.note, "in the fitter's words");
   const Option survey = command.setting(
-      "--survey", o.survey, "folder of the survey; the answer goes to outcomes.csv in it");
+      "--survey", o.survey, "folder of the survey, whose outcomes.csv receives the answer");
   command
       .option("--socket", o.socket,
-              "of a loop of the daemon, such as /run/loopwardend/control.sock: the answer goes to "
-              "its journal")
+              "of a loop of the daemon, such as /run/loopwardend/control.sock: its journal "
+              "receives the answer")
       .excludes(survey);
-  command.flag("--list", o.list, "print what was answered, and how often the survey was right");
+  command.flag("--list", o.list, "print the answers, and how often the survey was right");
   command.option(
       "--export", o.out,
       "folder for an anonymous record a loop (times from 0, values in % of their ranges, no "

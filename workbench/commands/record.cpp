@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden record: a CSV record of a running loop on demand.
+// loopwarden record: starts and stops a CSV record of a running loop.
 #include <fmt/format.h>
 
 #include <optional>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden register-map: the Modbus map as a document, an address list or a master's configuration.
+// loopwarden register-map: writes the Modbus map as a document, an address list or a master's
+// configuration.
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -61,8 +62,9 @@ int run_register_map(const RegisterMapOptions& options) {
 }  // namespace
 
 void add_register_map(Program& program) {
-  auto [command, o] = program.command(
-      "register-map", "the daemon's Modbus map, for people and for masters", run_register_map);
+  auto [command, o] =
+      program.command("register-map", "print the daemon's Modbus map, for people and for masters",
+                      run_register_map);
   command.setting(
       "--format", o.format, "markdown, csv, mbpoll, pymodbus, javascript, telegraf or node-red",
       one_of({"markdown", "csv", "mbpoll", "pymodbus", "javascript", "telegraf", "node-red"}));

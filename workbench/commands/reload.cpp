@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden reload: has the running daemon read its files again, and prints what became of each loop.
+// loopwarden reload: makes the running daemon read its files again, and prints the result per loop.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -23,7 +23,7 @@ struct ReloadOptions {
   bool json = false;
 };
 
-// What the daemon says once it is done; its last state where it is not within the patience.
+// Waits for the result of the reload. Returns the last state if the daemon does not finish in time.
 protocol::ReloadState outcome_of(DaemonClient& daemon, std::uint64_t number) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
@@ -53,8 +53,8 @@ void print(const protocol::ReloadOutcome& result, bool dry_run) {
     fmt::print(stderr, "loopwarden: not now; {}\n",
                dry_run ? "nothing would change" : "nothing has changed yet");
   } else if (refused) {
-    fmt::print(stderr, "loopwarden: the files {} refused; nothing {}\n",
-               dry_run ? "would be" : "were", dry_run ? "would change" : "has changed");
+    fmt::print(stderr, "loopwarden: the files {} refused; the configuration {}\n",
+               dry_run ? "would be" : "were", dry_run ? "would stay" : "has not changed");
   } else if (result.outcome == "in_force") {
     fmt::print("everything in the files {} in force\n", dry_run ? "would be" : "is");
   } else {
@@ -79,7 +79,7 @@ int run_reload(const ReloadOptions& options) {
   if (!result.outcome) {
     fail(kExitTryAgain,
          "loopwarden: the daemon has not finished within {} s ({}); the loops run on as before, "
-         "and its log says what comes of it",
+         "and its log will show the result",
          kPatience.count(), result.state);
   }
   if (!options.json) {
@@ -95,20 +95,19 @@ int run_reload(const ReloadOptions& options) {
 
 void add_reload(Program& program) {
   auto [command, o] =
-      program.command("reload", "have the running daemon read its configuration again", run_reload);
+      program.command("reload", "make the running daemon read its configuration again", run_reload);
   command.socket(o.socket);
-  command.flag("--dry-run", o.dry_run, "print what would become of it; changes nothing");
+  command.flag("--dry-run", o.dry_run, "print the result that a reload would have");
   command.flag("--take-file", o.take_file,
-               "take the files' gains also where a person has set others, which no file has");
+               "take the files' gains even if a person has set others, which no file has");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
-      "Each loop takes all that can be applied, or nothing where a unit, a range, the sample time "
-      "or\n"
-      "io differs; the valve does not move by it. Exit code 0: everything in the files is in "
-      "force;\n"
-      "75: something waits for a restart, or for CO to come inside new limits; 78: the files have\n"
-      "errors, nothing has changed; 65: the files would change gains that a person has set and no\n"
-      "file has, nothing has changed without --take-file; or a loop is being commissioned, and "
+      "Each loop takes all that can be applied. A loop whose unit, range, sample time or io\n"
+      "differs is not changed. A reload does not move the valve.\n"
+      "Exit code 0: everything in the files is in force;\n"
+      "75: something waits for a restart, or for CO to be inside new limits; 78: the files have\n"
+      "errors and were refused; 65: the files would change gains that a person has set and no\n"
+      "file has, so they were refused without --take-file; or a loop is being commissioned, and "
       "the\n"
       "daemon reads the files when that has ended.\n"
       "Example: loopwarden reload --dry-run");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden replay: the daemon's monitor and alarms over a record, faster than real time; or the window
-// that raised an alarm, once more.
+// loopwarden replay: runs the daemon's monitor and alarms over a record, faster than real time. It
+// can also judge the window that raised an alarm again.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,7 +58,7 @@ struct TimedTransition {
 
 struct ToldIncident {
   alarm::Incident incident;
-  nlohmann::json explanation = nullptr;  // the newest; null: there is none
+  nlohmann::json explanation = nullptr;  // the newest; null: no explanation
 };
 
 struct Replay {
@@ -67,10 +67,11 @@ struct Replay {
   std::size_t windows = 0;
   std::size_t suppressed = 0;
   std::size_t routine_windows = 0;  // minutes or hours that were judged
-  nlohmann::json twin{};            // what it said beside its alarm; null: there is none
+  nlohmann::json twin{};            // results in addition to its alarm; null: no twin
 };
 
-// As in the journal: whether an alarm that is off could have come is no news.
+// Returns whether the journal has a line for this. Changes between normal and suppressed have no
+// line.
 bool worth_a_line(const alarm::AlarmTransition& t) {
   const auto quiet = [](AlarmState s) {
     return s == AlarmState::normal || s == AlarmState::suppressed;
@@ -99,7 +100,7 @@ watch::WindowSettings settings_of(const record::Record& record, const ReplayOpti
   return settings;
 }
 
-// Explains alarms as they are raised; what explained one alarm explains the next of the same stretch.
+// Explains alarms when they are raised. Alarms of the same stretch share one explanation.
 class Explainer {
  public:
   Explainer(const record::Record& record, const plant::LoopModel& twin, unsigned jobs)
@@ -127,7 +128,8 @@ class Explainer {
   std::optional<twin::Explanation> newest_;
 };
 
-// The monitor and the alarms over a record. `team` may be null: routine evidence alone; so may `twin`.
+// Runs the monitor and the alarms over a record. If `team` is null, only routine evidence is used.
+// `twin` may be null.
 class Replayer {
  public:
   Replayer(const record::Record& record, const specialist::Team* team, const plant::LoopModel* twin,
@@ -142,7 +144,7 @@ class Replayer {
 
   Replay run() {
     for (std::size_t k = 0; k < record_.size(); ++k) {
-      // A cycle that left nothing behind is missing, as in the daemon.
+      // A cycle without PV and CO counts as missing, as in the daemon.
       if (std::isfinite(record_.pv[k]) || std::isfinite(record_.co[k])) cycle(k);
     }
     if (loop_.twin() != nullptr) result_.twin = twin_log_.json(loop_);
@@ -182,7 +184,7 @@ class Replayer {
     if (step.twin) keep(k, alarms_.judged(now_ms, step.conditions, alarm::AlarmReason::twin));
   }
 
-  // Nothing changes while no window is judged, so that is when time passes.
+  // Updates the incident. Changes occur only when a window is judged, so time advances then.
   void follow(std::int64_t now_ms) {
     for (const alarm::IncidentChange& change : incident_.follow(now_ms, alarms_)) {
       if (change.kind == alarm::IncidentChange::Kind::opened) result_.incidents.emplace_back();
@@ -234,7 +236,7 @@ class Replayer {
         result_.transitions.push_back(std::move(line));
         continue;
       }
-      // Under its final name only, and only where that alarm was not there already.
+      // Reports the alarm only under its final name, and only if that alarm was not on already.
       const double size = twin::size_percent(e);
       for (const alarm::AlarmTransition& then :
            alarms_.explained(now_ms, t.kind, name, size).view()) {
@@ -342,8 +344,7 @@ int run_replay(const ReplayOptions& options) {
   try {
     const record::Record record = options.input.read(options.record).record;
     if (!record.has_co) {
-      fail(kExitData, "{}: no column 'co': without it nothing can be said of the valve",
-           options.record);
+      fail(kExitData, "{}: no column 'co', which a judgement of the valve needs", options.record);
     }
     if (folder) {
       const double sample_s = folder->team->facts.period_s;
@@ -373,16 +374,17 @@ int run_replay(const ReplayOptions& options) {
 
 void add_replay(Program& program) {
   auto [command, o] =
-      program.command("replay", "the daemon's monitor and alarms over a record", run_replay);
+      program.command("replay", "run the daemon's monitor and alarms over a record", run_replay);
   command.required(
       "record", o.record,
-      "record, CSV: time, pv, co, and where known sp, stem; or the folder of an alarm's evidence");
+      "record, CSV: time, pv, co, and if known sp, stem; or the folder of an alarm's evidence");
   command.option("--specialists", o.specialists,
                  "folder with manifest.yaml; evidence has its own. Without it only routine "
-                 "evidence is weighed");
-  command.option("--twin", o.twin,
-                 "twin.yaml of `loopwarden commission`: the alarm model_gap is watched for, and "
-                 "every alarm is explained");
+                 "evidence is used");
+  command.option(
+      "--twin", o.twin,
+      "twin.yaml of `loopwarden commission`: adds the alarm model_gap and an explanation "
+      "of every alarm");
   command.flag("!--no-explain", o.explain, "leave the explanations out");
   command.setting("--jobs", o.jobs, "threads of the explanations; 0: one a core");
   command.option("--pv-range", o.pv_range, "PV units, without specialists").takes(2);
@@ -392,7 +394,7 @@ void add_replay(Program& program) {
   command.flag("--json", o.json, "print the transitions as JSON");
   o.input.add_options(command);
   command.footer(
-      "A row without pv and co is a missing cycle; one without pv alone is a bad PV.\n"
+      "A row without pv and co is a missing cycle; a row with co but without pv is a bad PV.\n"
       "Of evidence: exit code 0 if the verdict is the same, 65 if it is not.\n"
       "Example: loopwarden replay run.csv --specialists examples/specialists/plant1 --json");
 }

@@ -29,7 +29,8 @@ using alarm::WindowMeasures;
 using Judgement = watch::RoutineWatch::Judgement;
 using nlohmann::json;
 
-// Another compiler or machine may round the last digits otherwise; the same one gives the same bits.
+// Another compiler or machine may round the last digits differently. The same one gives identical
+// bits.
 constexpr double kTolerance = 1e-6;  // relative
 
 bool same(double a, double b) {
@@ -49,7 +50,7 @@ std::string name_of(const WindowJudgement& j) {
                                                     : alarm::to_text(j.result);
 }
 
-// NaN where the verdict has no size.
+// NaN if the verdict has no size.
 double severity_of(const WindowJudgement& j) {
   const bool known = j.result != WindowJudgement::Result::fault || alarm::has_size(j.fault);
   return known ? j.severity_percent : std::nan("");
@@ -75,7 +76,7 @@ void print_alarm(const Evidence& e) {
 void print_text(const Evidence& e, const WindowJudgement& now, const WindowMeasures& measures) {
   print_alarm(e);
   fmt::print(
-      "{} samples each {:g} s, {} cycles of them stood in for; configuration {:08x} ({}), "
+      "{} samples each {:g} s, {} cycles of them replaced; configuration {:08x} ({}), "
       "specialists {:08x} ({})\n\n",
       e.pv.size(), e.sample_time_s, e.measures.bridged_cycles, e.config_hash, e.loop_file,
       e.specialists_hash, e.specialists_folder);
@@ -176,11 +177,13 @@ int replay_routine(const Evidence& e, bool as_json) {
   return conclude(agree, as_json);
 }
 
-// The watch over the same minutes. It began earlier in the daemon: what it holds in the end may differ a little.
+// Runs the twin's watch over the same minutes. It began earlier in the daemon, so its final state
+// may differ a little.
 int replay_twin(const Evidence& e, const std::filesystem::path& folder, bool as_json) {
   const plant::LoopModel twin = load_model((folder / "twin.yaml").string());
   watch::TwinWatch watch(twin);
-  // Of a loop that ran here nobody watched it, and its gains, jacket or compensator may have moved CO.
+  // The controller of a loop that ran here was not watched. Its gains, jacket or compensator may
+  // have moved CO.
   const bool controller_watched = std::isfinite(e.by_twin->controller);
   watch::ControllerWatch controller(twin);
   for (std::size_t k = 0; k < e.pv.size(); ++k) {
@@ -193,7 +196,7 @@ int replay_twin(const Evidence& e, const std::filesystem::path& folder, bool as_
     print_json(e, to_text(e.alarm), now, std::nan(""), on);
   } else {
     print_alarm(e);
-    fmt::print("the twin beside the {:.0f} min before it; configuration {:08x} ({})\n\n",
+    fmt::print("the twin over the {:.0f} min before it; configuration {:08x} ({})\n\n",
                static_cast<double>(e.pv.size()) * e.sample_time_s / 60.0, e.config_hash,
                e.loop_file);
     const Table table;

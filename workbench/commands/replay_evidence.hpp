@@ -5,8 +5,8 @@
 
 namespace loopwarden::workbench {
 
-// Judges the window of an alarm's evidence once more, by the specialists that are kept with it, and prints
-// what was found then and what is found now. Returns the exit code: kExitData if the two differ.
+// Judges the window of an alarm's evidence again with the specialists that are stored with it.
+// Prints the earlier and the present result. Returns the exit code, kExitData if they differ.
 int replay_evidence(const std::filesystem::path& folder, bool json);
 
 }  // namespace loopwarden::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden set: an operator's hand on a running loop.
+// loopwarden set: sends an operator's command to a running loop.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -30,7 +30,7 @@ struct SetOptions {
   bool json = false;
 };
 
-// Both words for a mode, in any case, as the daemon is told; empty if it is neither.
+// Returns the mode in the daemon's spelling for either word in any case; empty if it is invalid.
 std::string mode_word(const std::string& word) {
   const std::string lower = base::lower_case(word);
   if (lower == "auto" || lower == "automatic") return "auto";
@@ -38,7 +38,7 @@ std::string mode_word(const std::string& word) {
   return {};
 }
 
-// What is wrong with the word; empty: nothing.
+// Returns the error of the word; empty: the word is valid.
 std::string no_mode(const std::string& word) {
   return mode_word(word).empty() ? "is auto or man (got '" + config::quotable(word) + "')" : "";
 }
@@ -82,7 +82,7 @@ int run_set(const SetOptions& options) {
   } catch (const OrderNotTaken& e) {
     fail(kExitTryAgain, "loopwarden: {}", e.what());
   }
-  // The loop takes it over at its next cycle; the state printed must be from after that.
+  // The loop takes the command at its next cycle. The printed state must be newer than that.
   protocol::LoopStatus after = before;
   for (int i = 0; i < 100 && period_of(after) < period_of(before) + 2; ++i) {
     std::this_thread::sleep_for(std::chrono::duration<double>(std::min(before.sample_time_s, 0.1)));
@@ -103,8 +103,8 @@ int run_set(const SetOptions& options) {
 }  // namespace
 
 void add_set(Program& program) {
-  auto [command, o] =
-      program.command("set", "set point, mode, output or jacket of a running loop", run_set);
+  auto [command, o] = program.command(
+      "set", "set the set point, mode, output or jacket of a running loop", run_set);
   command.required("loop", o.loop, "tag of the loop");
   command.socket(o.socket);
   command.option("--sp", o.set_point, "set point, PV units");
@@ -113,7 +113,7 @@ void add_set(Program& program) {
   command.option("--jacket", o.jacket, "off, shadow or on", one_of({"off", "shadow", "on"}));
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
-      "What is ordered together takes effect in one cycle, mode first. An order that can't act is\n"
+      "The given values take effect together in one cycle, mode first. An order that can't act is\n"
       "refused with exit code 65: an output in automatic, a set point that follows PV in manual,\n"
       "a value beyond its limits.\n"
       "Example: loopwarden set FIC-101 --mode man --output 30");

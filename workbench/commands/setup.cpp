@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden setup: from a new loop to a commissioned one, in steps that go on where they were.
+// loopwarden setup: takes a new loop to a commissioned one in steps that can be interrupted.
 #include "workbench/setup/setup.hpp"
 
 #include <fcntl.h>
@@ -67,7 +67,7 @@ int run_child(const std::vector<std::string>& words, const fs::path& output) {
   }
 }
 
-// Before there is a file to keep it in.
+// Used before the file for the answers exists.
 std::string ask_tag(setup::Person& person, const setup::Answers& answers) {
   if (const auto written = answers.find("tag"); written != answers.end()) {
     return written->second.text;
@@ -120,7 +120,7 @@ int talk(const SetupOptions& options) {
   if (state.is_new()) dialogue.say("`back` in place of an answer asks the question before.");
   const int exit_code = setup::run_steps(all);
   if (exit_code != kExitOk) {
-    dialogue.say(fmt::format("\n`loopwarden setup {}` goes on with what is left.", tag));
+    dialogue.say(fmt::format("\n`loopwarden setup {}` continues with the remaining steps.", tag));
     return exit_code;
   }
   if (const std::string waits = setup::what_waits(all); !waits.empty()) {
@@ -130,7 +130,7 @@ int talk(const SetupOptions& options) {
   }
   dialogue.say(all.elsewhere()
                    ? fmt::format("\n{} is set up, and watched.", tag)
-                   : fmt::format("\n{} is set up. It stands in manual: `loopwarden set {} --mode "
+                   : fmt::format("\n{} is set up and in manual: `loopwarden set {} --mode "
                                  "auto` closes the loop.",
                                  tag, tag));
   return exit_code;
@@ -140,7 +140,7 @@ int run_setup(const SetupOptions& options) {
   try {
     return talk(options);
   } catch (const setup::Paused&) {
-    fail(kExitTryAgain, "\nleft here; the same command goes on where it was");
+    fail(kExitTryAgain, "\nleft here; the same command continues at this step");
   } catch (const DaemonRefused& e) {
     fail(kExitTryAgain, "loopwarden: {}", e.what());
   } catch (const protocol::DaemonError& e) {
@@ -152,24 +152,23 @@ int run_setup(const SetupOptions& options) {
 
 void add_setup(Program& program) {
   auto [command, o] = program.command(
-      "setup", "from a new loop to a commissioned one, step by step, at a terminal", run_setup);
-  command.option("tag", o.tag, "tag of the loop; asked for where it is not given");
+      "setup", "set up and commission a new loop, step by step, at a terminal", run_setup);
+  command.option("tag", o.tag, "tag of the loop; setup asks for it if it is missing");
   command.setting("--config", o.config, "the daemon's configuration folder");
   command.socket(o.socket);
   command.option("--answers", o.answers,
-                 "answers, YAML, `question: answer` a line, to what moves nothing");
+                 "answers, YAML, `question: answer` a line, to questions that move no valve");
   std::vector<std::string> steps;
   for (const auto& step : protocol::kSetupSteps) steps.emplace_back(step.name);
   command.option("--again", o.again, "this step once more, with its questions", one_of(steps));
   command.setting("--minutes", o.minutes, "of the record", between(1.0, 120.0));
-  command.flag("--show", o.show, "print how far it has come; asks nothing");
+  command.flag("--show", o.show, "print the progress, without questions");
   command.flag("--json", o.json, "with --show as JSON");
   command.footer(
-      "What is answered is kept in DIR/setup/TAG.json; interrupted, it goes on where it was. What "
-      "moves\n"
-      "a valve asks each time for the tag and the limits, and refuses if the daemon does not run "
-      "the\n"
-      "file as it is. `back` asks the question before. Lines of a loop file that setup did not "
+      "Answers are kept in DIR/setup/TAG.json; after an interruption, setup continues there.\n"
+      "Every step that moves a valve asks each time for the tag and the limits. It refuses if the\n"
+      "daemon does not run the file as it is. `back` asks the question before. Lines of a loop "
+      "file that setup did not "
       "write\n"
       "stay, unless you agree. Exit code 75: steps are left, or something waits for a restart.\n"
       "Example: loopwarden setup FIC-101");

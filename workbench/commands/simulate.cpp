@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden simulate: a closed-loop run of a loop model into a record.
+// loopwarden simulate: simulates a loop model in closed loop and writes a record.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -39,7 +39,7 @@ struct Run {
   double seconds_of_work = 0.0;
 };
 
-// CO units per step of a converter with `bits`, 0 for none.
+// Returns the CO units per step of a converter with `bits`; 0 without a converter.
 double resolution_of(const plant::LoopModel& model, std::optional<double> bits) {
   if (!bits) return 0.0;
   const control::PidSettings& pid = model.controller.pid;
@@ -119,8 +119,8 @@ int run_simulate(const SimulateOptions& options) {
 }  // namespace
 
 void add_simulate(Program& program) {
-  auto [command, o] =
-      program.command("simulate", "closed-loop run of a loop model into a record", run_simulate);
+  auto [command, o] = program.command(
+      "simulate", "simulate a loop model in closed loop and write a record", run_simulate);
   command.required("model", o.model, "loop model, YAML");
   command.required("--out", o.out, "record to write, CSV");
   command.option("--duration", o.duration_s, "s, instead of the scenario's", between(0.0, 1e9));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every subcommand is a file that registers itself with its options.
+// The registration functions of all subcommands. Each subcommand has one file, which adds its
+// options.
 #pragma once
 
 #include "workbench/command_line/command.hpp"

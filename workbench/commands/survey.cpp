@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden survey: all loops of a plant, ranked.
+// loopwarden survey: ranks all loops of a plant.
 #include "workbench/command_line/frame.hpp"
 #include "workbench/survey/changes.hpp"
 #include "workbench/survey/outcomes.hpp"
@@ -48,7 +48,7 @@ struct SurveyCommand {
 
 constexpr std::size_t kLinesShown = 20;
 
-// Each with the file it is about, once.
+// Prints each problem once, with its file.
 void print_failed(const nlohmann::json& failed) {
   std::set<std::string> said;
   for (const auto& problem : failed) {
@@ -61,7 +61,7 @@ void print_failed(const nlohmann::json& failed) {
   }
 }
 
-// Where something could not be read: the rest was done.
+// Returns 65 if a file or loop could not be read, even though all others were judged.
 int exit_code_of(const nlohmann::json& failed) {
   const bool lost = std::any_of(failed.begin(), failed.end(), [](const nlohmann::json& problem) {
     return problem.value("lost", "loop") != "signals";
@@ -69,8 +69,10 @@ int exit_code_of(const nlohmann::json& failed) {
   return lost ? kExitData : kExitOk;
 }
 
-// "29 files: 27 read, 2 could not be read; 12 loops: 8 judged, 3 from an earlier run, 1 could not be read; 4 files passed
-// over": of files and of loops the parts make the sum, what stands behind it is besides.
+// Returns "29 files: 27 read, 2 could not be read; 12 loops: 8 judged, 3 from an earlier run, 1
+// could not be read;
+// 4 files passed over". The parts of files and of loops add up to their totals. The last part is
+// additional.
 std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
   const auto names_of = [&](const char* lost, const char* key) {
     std::set<std::string> names;
@@ -132,7 +134,8 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
   fmt::print("{}\n", (out / "survey.html").string());
 }
 
-// What --against asks for, read before the long work: an earlier survey may lie where this one is written.
+// Reads the earlier survey of --against before the long work, because it may be in the folder of
+// the new one.
 class Against {
  public:
   explicit Against(const SurveyCommand& options)
@@ -147,7 +150,7 @@ class Against {
       }
       if (how_.area->wildcards() == 0) {
         fail(kExitUsage,
-             "--area: the area is what stands at the first of *, ? and [...]; none is in {}",
+             "--area: the area is the text at the first of *, ? and [...], which {} lacks",
              base::in_quotes(options.area));
       }
     }
@@ -180,7 +183,7 @@ class Against {
   Comparing how_;
 };
 
-// In place of exports the longest stretch that the recorder holds of a loop, under the loop's name.
+// Takes the recorder's longest stretch of a loop in place of exports, under the loop's name.
 void take_from_recorder(SurveyCommand& options) {
   OutputFiles files;
   const fs::path folder = fs::path(options.out) / "records";
@@ -196,7 +199,7 @@ void take_from_recorder(SurveyCommand& options) {
   }
 }
 
-// Of a survey of one loop, in one sentence.
+// Returns the result of a survey of one loop as one sentence.
 std::string sentence_of(const nlohmann::json& survey) {
   if (survey.at("loops").empty()) {
     fail(kExitData, "{}", survey.at("failed").at(0).at("why").get<std::string>());
@@ -210,7 +213,7 @@ int run_survey(const SurveyCommand& given) {
   SurveyCommand options = given;
   const RecorderInput& recorder = options.recorder;
   if (!options.input.loop().empty() && !recorder.given()) {
-    fail(kExitUsage, "--loop: only beside --last or --since");
+    fail(kExitUsage, "--loop: add --last or --since");
   }
   const bool files = !options.paths.empty() || !options.merge.empty();
   if ((recorder.given() || recorder.background()) && recorder.asked(files, options.input.loop())) {
@@ -254,7 +257,7 @@ int run_survey(const SurveyCommand& given) {
     fmt::print(stderr, "{}\n", count_text(count, count.failed));
     fail(count.exit_code,
          "no loop with PV and CO was found; 'loopwarden import --list' shows what was, --map "
-         "pv=NAME,co=NAME says which columns or tags are one");
+         "pv=NAME,co=NAME names the columns or tags of one");
   }
   const nlohmann::json survey = write_survey({out}, out, options.outcomes);
   if (options.recorder.background()) {
@@ -272,28 +275,28 @@ int run_survey(const SurveyCommand& given) {
 
 void add_survey(Program& program) {
   auto [command, o] = program.command(
-      "survey", "all loops of a plant, ranked: which are sick, and what to do next", run_survey);
+      "survey", "rank all loops of a plant by need of attention, with the next step for each",
+      run_survey);
   command.option("path", o.paths,
                  "exports with any number of loops, .xlsx, .zip and folders of them");
   command.required(
       "--out", o.out,
-      "folder for survey.html, survey.csv, survey.json; an earlier run in it is gone on with");
+      "folder for survey.html, survey.csv, survey.json; an earlier run in it is continued");
   command.setting("--window", o.window_h,
                   "hours that each row of figures is about; verdicts do not depend on it",
                   between(0.01, 10000.0));
   const Option shard = command.option("--shard", o.shard, "k/N: of N shares the k-th, by loop");
   command.option("--merge", o.merge, "folders of shares, to be joined");
   command
-      .option(
-          "--co-range", o.co_range,
-          "lower and upper end of CO; else by --rules, or 0 100, 0 1 or 4 20 as the values suggest")
+      .option("--co-range", o.co_range,
+              "lower and upper end of CO; default: --rules, or 0 100, 0 1 or 4 20 by the values")
       .takes(2);
-  command.option("--kind", o.kind, "what the loops control; else from their tags",
+  command.option("--kind", o.kind, "what the loops control; default: from their tags",
                  one_of({"flow", "pressure", "level", "temperature", "unknown"}));
   command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
   command.flag("--json", o.json, "print survey.json");
   command.option("--outcomes", o.outcomes,
-                 "what fitters found (loopwarden outcome); else outcomes.csv in --out");
+                 "what fitters found (loopwarden outcome); default: outcomes.csv in --out");
   Command comparing = command.group("Against an earlier survey");
   Option against = comparing.option(
       "--against", o.against,
@@ -302,8 +305,8 @@ void add_survey(Program& program) {
   against.excludes(shard);
   comparing
       .option("--area", o.area,
-              "pattern of tags, such as U*-*: the area is what stands at its first wildcard; else "
-              "what stands before the function letters, or the number without its last two digits")
+              "pattern of tags, such as U*-*: the area is the text at its first wildcard; default: "
+              "the text before the function letters, or the number without its last two digits")
       .needs(against);
   comparing
       .option("--loops", o.weights,

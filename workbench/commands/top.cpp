@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden top: live view of a running daemon.
+// loopwarden top: shows a live view of a running daemon.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -22,7 +22,7 @@ namespace loopwarden::workbench {
 namespace {
 
 struct TopOptions {
-  std::string loop;  // empty: none in particular
+  std::string loop;  // empty: no loop given
   std::string socket;
   bool json = false;
   bool once = false;
@@ -45,7 +45,7 @@ void print_once(const protocol::Status& status, const std::string& loop) {
   }
 }
 
-// `trouble`: why there is nothing newer than `status`; empty while the daemon answers.
+// `trouble`: why there is no status newer than `status`; empty while the daemon answers.
 std::string page(const protocol::Status& status, std::size_t selected, const protocol::Trend& trend,
                  double window_s, const std::string& trouble) {
   const TerminalSize size = terminal_size();
@@ -90,7 +90,7 @@ void watch(const std::string& socket, const std::string& first) {
     try {
       if (!daemon) {
         daemon = std::make_unique<DaemonClient>(socket);
-        trend.reset();  // another run counts its periods anew
+        trend.reset();  // another run counts its periods from 0 again
       }
       status = status_of(*daemon);
       selected = std::min(selected, status.loops.size() - 1);
@@ -137,7 +137,7 @@ int run_top(const TopOptions& options) {
 }  // namespace
 
 void add_top(Program& program) {
-  auto [command, o] = program.command("top", "live view of a running daemon", run_top);
+  auto [command, o] = program.command("top", "show a live view of a running daemon", run_top);
   command.option("loop", o.loop, "tag of the loop to begin with; with --once, to say more of");
   command.socket(o.socket);
   command.flag("--once", o.once, "print the state once, without the live view");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden train: specialists from the simulated loop, or from measured signatures.
+// loopwarden train: trains specialists on the simulated loop, or on measured signatures.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -68,7 +68,7 @@ std::vector<double> read_signature(const fs::path& path) {
   return record.pv;
 }
 
-// labels.csv: file, class, plant, role; the role may be empty: then it goes 3 : 1 : 1 by order.
+// Reads labels.csv: file, class, plant, role. Files without a role are divided 3 : 1 : 1 in order.
 std::vector<specialist::Signature> read_signatures(const fs::path& folder,
                                                    const std::string& plant) {
   const fs::path path = folder / "labels.csv";
@@ -186,7 +186,7 @@ TrainingListener listener_of(bool quiet) {
   return listener;
 }
 
-// Effects of the model between CO and PV that the explaining form does not have.
+// Returns the model's effects between CO and PV that the explaining form does not have.
 void warn_of_effects(const plant::LoopModel& model) {
   std::string names;
   if (model.process.second_time_constant_s > 0.0) names += " second_time_constant";
@@ -202,7 +202,8 @@ void warn_of_effects(const plant::LoopModel& model) {
   }
 }
 
-// A folder is written again only where the manifest is one of ours: its user may need what it holds.
+// A folder is replaced only if its manifest is ours, because other folders may contain the user's
+// files.
 void check_replaceable(const fs::path& folder) {
   const fs::path manifest = folder / "manifest.yaml";
   std::ifstream in(manifest);
@@ -284,12 +285,12 @@ int run_train(const TrainOptions& options) {
 
 void add_train(Program& program) {
   auto [command, o] =
-      program.command("train", "specialists that tell valve faults apart", run_train);
+      program.command("train", "train specialists that distinguish valve faults", run_train);
   command.option("model", o.model, "loop model, YAML: train on its simulation");
   command.option("--signatures", o.signatures,
                  "folder of measured signatures with labels.csv: file, class, plant, role");
   command.required("--out", o.out, "folder for the specialists");
-  command.setting("--plant", o.plant, "what their names begin with; of --signatures, which to use",
+  command.setting("--plant", o.plant, "prefix of their names; with --signatures, the plant to use",
                   checked([](const std::string& name) {
                     const bool good = !name.empty() && name.size() <= 16 &&
                                       std::all_of(name.begin(), name.end(), [](char c) {
@@ -309,7 +310,7 @@ void add_train(Program& program) {
   command.option("--restarts", o.restarts,
                  "starts of each network; default 2, of the signature form 1", between(1, 32));
   command.setting("--components", o.components,
-                  "principal components that the signature form reduces its inputs to; 31: none",
+                  "principal components that the signature form reduces its inputs to; 31: all",
                   between(1, 31));
   command.setting("--epochs", o.most_epochs, "most epochs of the signature form",
                   between(1, 100000));
@@ -322,9 +323,9 @@ void add_train(Program& program) {
   command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
-      "A run that was interrupted or killed goes on when it is started again the same way: what is "
-      "in DIR/unfinished\nis not made again, a network that was in training begins anew.\n"
-      "Example: loopwarden train examples/models/plant1-believed.yaml --out specialists");
+      "After an interruption, the same command continues the run: finished parts in "
+      "DIR/unfinished\nare reused, and a network that was in training starts again.\n"
+      "Example: loopwarden train config/examples/models/plant1-believed.yaml --out specialists");
 }
 
 }  // namespace loopwarden::workbench

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden tune: controller settings for a loop model by named rules, with what each would do.
+// loopwarden tune: computes controller settings for a loop model by named rules, with their
+// predicted effects.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -162,7 +163,7 @@ int run_tune(const TuneOptions& options) {
 
 void add_tune(Program& program) {
   auto [command, o] = program.command(
-      "tune", "controller settings by named rules, and what each would do", run_tune);
+      "tune", "compute controller settings by named rules, with their predicted effects", run_tune);
   command.required("model", o.model, "loop model, YAML");
   command.option("--lambda", o.lambda_s, "s, closed-loop time constant of the lambda rule",
                  above_zero());

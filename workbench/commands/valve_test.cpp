@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden valve-test: tests of a valve with its loop in manual.
+// loopwarden valve-test: tests a valve with its loop in manual.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
@@ -33,7 +33,7 @@ struct ValveTestOptions {
   BenchOptions bench;
   std::vector<std::string> tests;
   std::optional<double> hold_s;
-  std::optional<double> gain;  // PV units / CO unit, where there is no read-back
+  std::optional<double> gain;  // PV units / CO unit, for a valve without read-back
   std::string out;
   std::string commissioning;
   bool json = false;
@@ -67,7 +67,7 @@ TestResult run_test(TestBench& bench, ValveTest test, const ValveTestOptions& op
       result.co.push_back(row.co);
       result.position.push_back(at);
     }
-    // Noise by neighbours at the end of a hold.
+    // Estimates the noise from neighbouring samples at the end of a hold.
     for (std::size_t k = held.position.size() - held.position.size() / 3;
          k > 0 && k < held.position.size(); ++k) {
       const double change = held.position[k] - held.position[k - 1];
@@ -77,7 +77,7 @@ TestResult run_test(TestBench& bench, ValveTest test, const ValveTestOptions& op
     holds.push_back(std::move(held));
   }
   const double deviation = count > 0.0 ? std::sqrt(noise / count) : 0.0;
-  // Half of the smallest step of the study, or what noise makes of a mean.
+  // Half of the smallest step of the study, or the effect of noise on a mean.
   const double moved = std::max(0.0005 * settings.span, 1.5 * deviation);
   result.figures = analysis::figures(test, settings, holds, moved);
   return result;
@@ -91,7 +91,7 @@ Chart chart_of(const TestResult& r) {
               .width = 560.0,
               .height = 260.0};
   if (scan) {
-    // From the first turn on: the way there is no branch.
+    // Starts at the first reversal, because the way there belongs to no branch.
     chart.lines.push_back({"signature", palette::kBlue, r.co, r.position});
     chart.lines.push_back({"CO", palette::kGrey, r.co, r.co, true});
   } else {
@@ -117,7 +117,7 @@ json as_json(const std::vector<TestResult>& results, const ValveTestOptions& opt
           {"tests", std::move(tests)}};
 }
 
-// The figure of the commissioning run, if it has one.
+// Returns the figure of the commissioning run, if it has one.
 std::optional<double> before_of(const json& commissioning, ValveTest test,
                                 const std::string& name) {
   const json& tests = commissioning.value("tests", json::object());
@@ -204,7 +204,7 @@ int run_valve_test(const ValveTestOptions& options) {
 
 void add_valve_test(Program& program) {
   auto [command, o] = program.command(
-      "valve-test", "step, ramp, resolution, scans and sines on a valve, simulated or live",
+      "valve-test", "run step, ramp, resolution, scan and sine tests of a valve, simulated or live",
       run_valve_test);
   add_bench_options(command, o.bench);
   std::vector<std::string> names;
@@ -212,7 +212,7 @@ void add_valve_test(Program& program) {
   command.option("--test", o.tests, "which; all without it", one_of(names));
   command.option("--hold", o.hold_s, "s at each point, 20 without it", above_zero());
   command.option("--gain", o.gain,
-                 "PV units/CO unit, to take the position from PV where there is no read-back");
+                 "PV units/CO unit, to derive the position from PV without a read-back");
   command.option("--commissioning", o.commissioning,
                  "valve-test.json of an earlier run to compare with");
   command.option("--out", o.out, "folder for valve-test.json and report.html");

@@ -30,7 +30,7 @@ std::vector<std::pair<std::string, std::vector<effects::EffectSpec>>> faults_of(
           {"hysteresis", {effect("hysteresis", {{"width", size}})}}};
 }
 
-// J over S as it would be told; where nothing sticks, a guess.
+// Returns the ratio J / S that the compensators receive. For faults without stiction it is a guess.
 double jump_share(const std::string& fault) { return fault == "stiction, J = S" ? 1.0 : 0.3; }
 
 struct PlantVariant {
@@ -56,12 +56,12 @@ std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPl
     plant.process.time_constant_s *= variant.lag;
     plant.process.dead_time_s *= variant.dead;
     if (variant.lag != 1.0 || variant.dead != 1.0) {
-      // A process without a dead time has no setting by this rule: any is fast enough.
+      // The lambda rule has no setting for a process without dead time. Any setting is fast enough.
       const auto gains = analysis::tune(analysis::TuningRule::lambda, plant.process, {});
       if (!gains) continue;
       plant.controller.pid.gains = *gains;
     }
-    // Whole samples, so that set points change where they are looked for.
+    // Whole samples, so that set points change at the samples that the measures expect.
     const double wanted_s = 350.0 * plant::answer_s(plant);
     const double hold_s = std::round(wanted_s / plant.sample_time_s) * plant.sample_time_s;
     plant.scenario.set_point.clear();
@@ -90,12 +90,12 @@ std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPl
 
 std::vector<Contender> contenders(const CompareCase& one, double estimate) {
   const double span = co_span(one.model);
-  // On a healthy valve they are set for a fault of 5 %.
+  // On a healthy valve the compensators are set for a fault of 5 %.
   const double true_size = (one.percent > 0.0 ? one.percent : 5.0) / 100.0 * span;
   const double size = estimate * true_size;
   const plant::ProcessParameters& p = one.model.process;
   const double answer = plant::answer_s(one.model);  // s
-  // Four standard deviations of what noise makes of CO.
+  // Four standard deviations of CO due to noise.
   const double band = 4.0 * one.noise * one.model.controller.pid.gains.kp + 1e-3 * size;
   const auto jacket = [&](JacketForm form) {
     return [form, span](control::ControllerSettings& c) {
@@ -166,7 +166,7 @@ CompareResult compare_one(const CompareCase& one, const Contender& contender) {
     const double before = model.scenario.set_point[i - 1].second;
     const double after = model.scenario.set_point[i].second;
     double beyond = 0.0;
-    // From the next sample on: rounding may bring the change one later.
+    // Starts one sample later, because rounding may delay the change by one sample.
     for (std::size_t k = i * hold + 1; k < (i + 1) * hold; ++k) {
       beyond = std::max(beyond, (r.true_pv[k] - after) / (after - before));
     }

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every compensator on a grid of valve faults, severities, plants, noise and set-point moves, against the
-// same loop without one.
+// Compares every compensator with the same loop without one, on a grid of valve faults, severities,
+// plants, noise levels and set-point moves.
 //
-//   faults      stiction with J = 0.3 S and with J = S, backlash, hysteresis (width), none
+//   faults      stiction with J = 0.3 S and with J = S, backlash, hysteresis (width), no fault
 //   severities  2, 5 and 10 % of the CO range
-//   plants      the model's own with its settings; in the study also four times its lag, and twice its dead time,
-//               with the lambda rule's
-//   noise       none, and 0.1 % of the PV range
+//   plants      the model's plant with its settings; the study adds four times its lag and twice
+//               its dead time, both tuned by the lambda rule
+//   noise       0 and 0.1 % of the PV range
 //   set points  50, 52, 60 and 55 % of the PV range, each held for 350 (T + L)
 //
-// Compensators are sized by `estimate` times the true severity. The jacket has the true stem as read-back.
-// Measures are of SP - true PV; settled: without the first third of each set point.
+// Compensators are sized by `estimate` times the true severity. The jacket has the true stem as
+// read-back. Measures use SP - true PV. "Settled" leaves out the first third of each set point.
 #pragma once
 
 #include <cstddef>
@@ -51,7 +51,7 @@ struct CompareResult {
 
 enum class ComparedPlants { own, own_and_others };
 std::vector<CompareCase> compare_cases(const plant::LoopModel& model, ComparedPlants plants);
-// The first is "none".
+// Returns the compensators to compare. The first one is named "none" and has no compensator.
 std::vector<Contender> contenders(const CompareCase& one, double estimate);
 CompareResult compare_one(const CompareCase& one, const Contender& contender);
 

@@ -28,7 +28,7 @@ constexpr double kShownPercent = 5.0;  // severity of the pictures
 struct Outcome {
   CompareCase one;
   std::vector<std::string> names;
-  std::vector<CompareResult> results;  // the first: none
+  std::vector<CompareResult> results;  // the first is without compensator
 };
 
 std::vector<Outcome> run_all(const plant::LoopModel& model, ComparedPlants plants,
@@ -54,7 +54,7 @@ double median_or_none(std::vector<double> values) {
   return values.empty() ? std::nan("") : numeric::median(std::move(values));
 }
 
-// One line of a table: factors against none, medians over the cases of a fault.
+// One line of a table: factors relative to no compensator, medians over the cases of a fault.
 struct Line {
   std::string name;
   double falls = 0.0;  // share of cases whose variability falls by more than 5 %
@@ -70,7 +70,7 @@ double factor(double value, double base, double least) {
 
 std::vector<Line> lines_of(const std::vector<Outcome>& outcomes, const std::string& fault,
                            double pv_span) {
-  // Below this a variability is nothing: a healthy loop's would give factors of nothing by nothing.
+  // A smaller variability counts as zero. On a healthy loop the factors would be 0 / 0.
   const double least = 1e-4 * pv_span;
   std::vector<Line> lines;
   const Outcome& any = outcomes.front();
@@ -187,7 +187,7 @@ void print_json(const std::vector<Outcome>& outcomes) {
   show_json(nlohmann::json{{"cases", std::move(list)}});
 }
 
-// PV of each compensator at the second and third set point, on the model's own plant.
+// Draws PV with each compensator at the second and third set point, on the model's own plant.
 std::string trends(const Outcome& outcome, double estimate) {
   std::vector<Chart> charts;
   for (const Contender& contender : contenders(outcome.one, estimate)) {
@@ -218,7 +218,7 @@ std::string trends(const Outcome& outcome, double estimate) {
       fmt::format("{}, {:g} % of the CO range", outcome.one.fault, outcome.one.percent), charts, 3);
 }
 
-// Variability and stem travel of each compensator, as factors on a logarithmic scale.
+// Draws variability and stem travel of each compensator as factors on a logarithmic scale.
 std::string overview(const std::vector<Outcome>& outcomes, double pv_span) {
   std::vector<Chart> charts;
   for (const std::string& fault : faults_in(outcomes)) {

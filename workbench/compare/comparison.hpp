@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The valve compensators side by side: tables, JSON, and a page with pictures.
+// Compares the valve compensators in tables, JSON, and a page with pictures.
 #pragma once
 
 #include <string>

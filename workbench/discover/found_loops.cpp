@@ -24,14 +24,14 @@ using record::LoopSignals;
 using record::Role;
 using record::SignalRange;
 
-// The numbers that a mode has where no rule says them, as record::parse_mode reads them.
+// Numbers of a mode if no rule gives them, as record::parse_mode reads them.
 constexpr double kAutomatic = 1.0;
 constexpr double kManual = 0.0;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-// A loop on the way: its folders, its tag and perhaps a block are `path`.
+// A loop under construction. `path` holds its folders, its tag and perhaps a block.
 struct Candidate {
   std::vector<std::string> path;
   Found<std::string> tag{};
@@ -40,7 +40,7 @@ struct Candidate {
 
   bool has(Role role) const { return signals.has(role); }
   bool is_whole() const { return has(Role::pv) && has(Role::co); }
-  // Takes `role` of `other`.
+  // Takes `role` from `other`.
   void take(const Candidate& other, Role role, const std::string& guess) {
     const std::size_t k = index_of(role);
     signals.names[k] = other.signals.names[k];
@@ -68,7 +68,7 @@ std::string joined(const std::vector<std::string>& path, const char* between) {
   return fmt::format("{}", fmt::join(path, between));
 }
 
-// PID, PID1, PIDE_02, CTRL: a block within a loop, not its tag.
+// Returns whether a name is a block within a loop, such as PID, PID1, PIDE_02 or CTRL.
 bool is_block(std::string_view name) {
   while (!name.empty() && (is_digit(name.back()) || name.back() == '_')) name.remove_suffix(1);
   const std::string word = base::lower_case(name);
@@ -81,7 +81,7 @@ bool has_letter(const std::string& text) {
   return std::any_of(text.begin(), text.end(), is_letter);
 }
 
-// As a loop file takes it (config/loop_reader.cpp).
+// Returns a text in the form that a loop file accepts (config/loop_reader.cpp).
 std::string usable(const std::string& text) {
   std::string tag;
   for (char c : text) {
@@ -131,7 +131,7 @@ class LoopFinder {
   void find_by_name() {
     std::unordered_map<std::string, std::size_t> by_loop;
     for (LoopSignals& loop : loops_in(names_, use_)) {
-      if (loop.tag.empty()) continue;  // PV and nothing else
+      if (loop.tag.empty()) continue;  // only a PV
       by_loop.emplace(loop.tag, candidates_.size());
       for (const std::string& name : loop.names) used_.insert(name);
       const bool by_rule = std::any_of(loop.ruled_by.begin(), loop.ruled_by.end(),
@@ -158,7 +158,7 @@ class LoopFinder {
       if (tag.role) continue;
       const auto instrument = record::instrument_name(tag.loop);
       if (!instrument || !(instrument->is_transmitter() || instrument->is_valve())) continue;
-      // Without what is read of it, such as .Value.
+      // Removes a suffix such as .Value.
       const std::string_view number = instrument->number;
       const auto length = static_cast<std::size_t>(number.data() + number.size() - tag.loop.data());
       Candidate candidate{.path = split_path(tag.loop.substr(0, length))};
@@ -174,7 +174,7 @@ class LoopFinder {
     }
   }
 
-  // Signals of FIC205/PID1 and of FIC205 are those of one loop, unless one signal is in both.
+  // Joins the signals of FIC205/PID1 and FIC205 to one loop, unless both have the same signal.
   void join_blocks() {
     std::map<std::vector<std::string>, std::vector<std::size_t>> by_folder;
     for (std::size_t k = 0; k < candidates_.size(); ++k) {
@@ -205,7 +205,7 @@ class LoopFinder {
     drop_empty();
   }
 
-  // What a transmitter, a valve and a controller of one loop have in common.
+  // Returns the common part of the names of a loop's transmitter, valve and controller.
   static std::string key_of(const InstrumentName& name) {
     std::string key = std::string(name.before) + '\0' + name.measured;
     for (const char c : name.number) {
@@ -214,7 +214,7 @@ class LoopFinder {
     return key;
   }
 
-  // FT205 and FV205 complete FIC205, or make it.
+  // Adds FT205 and FV205 to FIC205, or makes a loop of them.
   void join_instruments() {
     struct Group {
       std::optional<std::size_t> transmitter, valve, controller;
@@ -277,7 +277,7 @@ class LoopFinder {
     });
   }
 
-  // The last part of the path, with as much of what stands before it as tells two loops apart.
+  // Names each loop by the last part of its path, with as many preceding parts as make it unique.
   void name_loops() {
     std::map<std::string, std::vector<Candidate*>> by_tag;
     for (Candidate& candidate : candidates_) {
@@ -348,7 +348,7 @@ class LoopFinder {
     found.loops.push_back(std::move(loop));
   }
 
-  // A valve's tag alone: FV205 of a valve that no controller moves.
+  // Returns whether a candidate is only a valve's tag, such as FV205 of a valve without controller.
   static bool is_loose_instrument(const Candidate& candidate) {
     const auto instrument = record::instrument_name(joined(candidate.path, "/"));
     return instrument && !instrument->is_controller();

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which tags of a plant are the signals of which loop, and what is known of it.
+// Assigns the tags of a plant to loops and signals, and derives the units, ranges and modes.
 //
-//   by rule, or by a name's ending     FIC205.PV, Area1/FIC205/PID1/OUT.CV       sure     record/import/tag_rules.hpp
+//   by rule, or by the end of a name   FIC205.PV, Area1/FIC205/PID1/OUT.CV       sure
+//                                      (record/import/tag_rules.hpp)
 //   in the folder above a PID block    FIC205/PID1/PV with FIC205/MODE           guessed
-//   the same letter and number         FT205 and FV205, with FIC205.SP if there  guessed  record::instrument_name
+//   the same letter and number         FT205 and FV205, with FIC205.SP if there  guessed
+//                                      (record::instrument_name)
 //
-// Units and ranges: by rule, else as listed. Guessed where nothing says them: those of PV are SP's, a CO in % runs from 0 to
-// 100 and one from 0 to 100 is in %. The numbers of a mode are the rules', else guessed as the import reads them, 1 and 0.
+// Units and ranges are taken from a rule, otherwise from the list. If both lack them, they are
+// guessed: PV has those of SP, a CO in % runs from 0 to 100, and a CO from 0 to 100 is in %. The
+// numbers of a mode are those of the rules. Otherwise they are guessed as the import reads them: 1
+// and 0.
 //
-// What it can't do: tell which of two tags with one ending in one loop is the signal (the first is taken, as a guess).
+// Limit: if two tags of one loop have the same ending, the first one is taken as a guess.
 #pragma once
 
 #include <array>
@@ -21,7 +25,7 @@
 
 namespace loopwarden::workbench::discover {
 
-// A value, and why it is a guess; an empty `guess`: it is sure.
+// A value with the reason why it is a guess. An empty `guess` means that the value is sure.
 template <class T>
 struct Found {
   T value{};
@@ -49,13 +53,13 @@ struct FoundLoop {
 
 struct FoundLoops {
   std::vector<FoundLoop> loops;
-  // "FIC207: no CO": what has a set point, a mode or CO, and not both of PV and CO.
+  // "FIC207: no CO": loops with a set point, a mode or CO, but without PV or without CO.
   std::vector<std::string> incomplete;
-  std::vector<std::string> other_names;  // no loop's
-  std::vector<std::string> idle_rules;   // decide of no name, each with the reason
+  std::vector<std::string> other_names;  // names that belong to no loop
+  std::vector<std::string> idle_rules;   // rules without effect, each with the reason
 };
 
-// Throws CommandError where two names are one signal of one loop by rule.
+// Throws CommandError if rules assign two names to one signal of one loop.
 FoundLoops find_loops(const std::vector<ListedTag>& tags,
                       const std::vector<record::TagRule>& rules);
 

@@ -18,12 +18,12 @@ using record::Role;
 
 constexpr double kUsualSampleTime_s = 1.0;
 
-// JSON's double quotes are YAML's, too.
+// JSON's double quotes are valid in YAML.
 std::string yaml_text(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-// For a comment.
+// Returns a text for a comment, without line breaks.
 std::string one_line(std::string text) {
   for (char& c : text) {
     const auto byte = static_cast<unsigned char>(c);
@@ -41,7 +41,7 @@ class Writer {
   explicit Writer(LoopFile& file) : file_(file) {}
 
   void line(const std::string& text) { body_ += text + "\n"; }
-  // `path`: what the key is called in the answer.
+  // `path`: name of the key in the result.
   void key(const std::string& path, const std::string& text, const std::string& guess) {
     line(guess.empty() ? text : text + "  # guessed: " + one_line(guess));
     if (guess.empty()) {
@@ -91,7 +91,7 @@ void write_signals(Writer& out, const FoundLoop& loop, const std::string& feeder
   }
 }
 
-// What check says of the file as it stands.
+// Returns the errors that `loopwarden check` finds in the text.
 std::vector<std::string> refusals(const std::string& text, const std::string& feeder) {
   config::DaemonConfig daemon;
   daemon.feeders.emplace(feeder, config::FeederUser{});
@@ -103,7 +103,8 @@ std::vector<std::string> refusals(const std::string& text, const std::string& fe
   return found;
 }
 
-// Of a node GROUP/EDGE/DEVICE/METRIC; the device may be empty, the metric have a / as well.
+// Returns the rule for a node GROUP/EDGE/DEVICE/METRIC. The device may be empty, and the metric may
+// contain "/".
 std::string metric_rule(const LoopSignal& signal) {
   std::array<std::string, 3> places;
   std::string rest = signal.node;

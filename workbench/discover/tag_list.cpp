@@ -33,7 +33,7 @@ const std::vector<CsvColumn> kColumns{{"tag"},     {"name"},       {"address"}, 
                                       {"node_id"}, {"data_type"},  {"unit"},    {"low"},
                                       {"high"},    {"description"}};
 const auto kNames = {kTag, kName, kAddress, kNode, kNodeId};
-// Of OPC UA; loopwarden-opcua brings numbers alone.
+// Data types of OPC UA that are not numbers. loopwarden-opcua reads only numbers.
 constexpr std::array<std::string_view, 8> kNoNumbers{"string",        "localizedtext", "datetime",
                                                      "bytestring",    "guid",          "xmlelement",
                                                      "qualifiedname", "nodeid"};
@@ -103,7 +103,7 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
     if (is_new) {
       list.tags.push_back(std::move(tag));
     } else {
-      note(row, fmt::format("{} stands in line {} as well, which counts", base::in_quotes(tag.name),
+      note(row, fmt::format("{} is already in line {}, which is used", base::in_quotes(tag.name),
                             known->second));
     }
   }

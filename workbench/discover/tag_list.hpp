@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plant's tags as a server or a spreadsheet lists them.
+// Reads the tags of a plant from a list of a server or a spreadsheet.
 #pragma once
 
 #include <cstddef>
@@ -14,23 +14,28 @@
 namespace loopwarden::workbench::discover {
 
 struct ListedTag {
-  std::string name;  // what loops are found by, and what its feeder calls it
-  std::string node;  // where a server has it; may be empty
+  std::string name;  // the feeder's name for the tag; loops are found by it
+  std::string node;  // node id on the server; may be empty
   std::string unit, description;
   std::optional<record::SignalRange> range;
 };
 
 struct TagList {
-  std::vector<ListedTag> tags;     // each name once
-  std::vector<std::string> notes;  // FILE:LINE and what was passed over
+  std::vector<ListedTag> tags;     // each name occurs once
+  std::vector<std::string> notes;  // FILE:LINE with each skipped entry
 };
 
-// Columns in any order: tag or name, address, node or node_id, data_type, unit, low, high, description; others are passed
-// over. The name is the first of tag, name, address and node that tells a loop and a signal, else the first that is filled
-// in. What is no number by its data type (text, times) is left out. A range that has one end only, or no span, counts as not known. Throws
-// CommandError with FILE:LINE:COLUMN: no tag in it, an end that is no number, a quote that is not closed.
+// Reads columns in any order: tag or name, address, node or node_id, data_type, unit, low, high,
+// description. Other columns are ignored.
+// The name is the first of tag, name, address and node that contains a loop and a signal.
+// Otherwise it is the first of them that is filled in.
+// Tags whose data type is not a number (text, times) are left out. A range with only one end, or
+// without a span, counts as missing.
+// Throws CommandError with FILE:LINE:COLUMN if the list has no tag, an end is not a number, or a
+// quote is not closed.
 TagList read_tag_list(const std::string& file, std::string_view text);
-// Of a file that may be packed or encoded as exports are, or BOOK.xlsx/SHEET. Throws record::RecordError, too.
+// Reads a file, which may be packed or encoded like an export, or BOOK.xlsx/SHEET. Also throws
+// record::RecordError.
 TagList read_tag_list(const std::filesystem::path& path);
 
 }  // namespace loopwarden::workbench::discover

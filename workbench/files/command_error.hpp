@@ -8,7 +8,7 @@
 
 namespace loopwarden::workbench {
 
-// What ends a command: its message and its exit code.
+// An error that ends a command, with its message and exit code.
 class CommandError : public std::runtime_error {
  public:
   CommandError(ExitCode code, const std::string& what) : std::runtime_error(what), code_(code) {}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Documents and help name files of the source tree: examples/gap-example/record.csv,
-// examples/models/plant1.yaml. On a machine that has the package instead they are found where
-// it put them.
+// Finds files of the source tree that documents and help name, such as examples/gap-example/record.csv
+// or config/examples/models/plant1.yaml. On a machine with the package, they are in the package's
+// folders.
 #pragma once
 
 #include <string>
@@ -10,7 +10,8 @@ namespace loopwarden::workbench {
 
 inline constexpr const char* kShare = "/usr/share";
 
-// `path` itself if it is there, or if the package has nothing for it either.
+// Returns `path` if it exists or if the package has no file for it. Otherwise returns the path of
+// the package's file.
 std::string installed(const std::string& path, const std::string& share = kShare);
 
 }  // namespace loopwarden::workbench

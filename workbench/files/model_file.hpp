@@ -13,7 +13,7 @@
 
 namespace loopwarden::workbench {
 
-// What was read, after its warnings are printed; throws CommandError with all that is wrong.
+// Returns the loaded value and prints its warnings. Throws CommandError that lists all errors.
 template <class T>
 T usable(config::Loaded<T> loaded) {
   std::string text = config::to_text(loaded.diagnostics);
@@ -25,13 +25,13 @@ T usable(config::Loaded<T> loaded) {
   throw CommandError(kExitConfiguration, text);
 }
 
-// Throws CommandError.
+// Loads a model file. Throws CommandError.
 plant::LoopModel load_model(const std::string& path);
 
-// The file as it is, for reports; empty where it can't be read.
+// Returns the text of a file for reports, or an empty text if the file is not readable.
 std::string text_of(const std::string& path);
 
-// In one line: kind where it integrates, gain, lags, dead time.
+// Returns the process in one line: its kind if it integrates, gain, lags, dead time.
 std::string process_text(const plant::ProcessParameters& process);
 
 }  // namespace loopwarden::workbench

@@ -21,8 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What goes when a signal ends the program. Entries are only ever added, at the front, so that the handler
-// can walk the list at any moment; files therefore go before the folders made for them.
+// Files and folders to delete if a signal ends the program. Entries are only added, at the front,
+// so the handler can walk the list at any time. So files are deleted before the folders that were
+// made for them.
 struct Passing {
   std::string path;
   bool folder = false;
@@ -44,7 +45,7 @@ void remove_passing() noexcept {
 
 void on_end(int signal) {
   remove_passing();
-  // The handler has been reset: this ends the program as the signal would have.
+  // The default action is restored, so this ends the program as the signal would have.
   raise(signal);
 }
 
@@ -52,7 +53,7 @@ void watch_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction before {};
     sigaction(signal, nullptr, &before);
-    // Commands that end in order upon a signal, and nohup, keep their way.
+    // Keeps the handlers of commands that end cleanly on a signal, and the setting of nohup.
     if (before.sa_handler != SIG_DFL) continue;
     struct sigaction action {};
     action.sa_handler = on_end;
@@ -80,7 +81,8 @@ void forget(const fs::path& path) {
                                  std::generic_category().message(error));
 }
 
-// What follows its own name again and again (a file in /proc, standard output) is no file to replace.
+// Returns whether a path is a stream. A file whose links never end (in /proc, standard output)
+// can't be replaced.
 bool is_stream(const fs::path& path) {
   struct stat of {};
   if (::stat(path.c_str(), &of) != 0 || S_ISDIR(of.st_mode)) return false;
@@ -90,7 +92,7 @@ bool is_stream(const fs::path& path) {
   return !S_ISREG(of.st_mode) || own;
 }
 
-// Returns errno, 0 when all was written.
+// Returns errno, or 0 if all was written.
 int write_to(int fd, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(fd, text.data(), text.size());
@@ -127,7 +129,7 @@ int copy_to_stream(const fs::path& from, const fs::path& stream) {
   return error;
 }
 
-// Between the first and the last name given no signal comes through.
+// Blocks signals from the first rename to the last.
 class SignalsHeld {
  public:
   SignalsHeld() {
@@ -169,7 +171,7 @@ OutputFiles::~OutputFiles() {
     remove_file(staged.temporary.string() + ".tmp");
   }
   for (auto folder = folders_.rbegin(); folder != folders_.rend(); ++folder) {
-    ::rmdir(folder->c_str());  // stays where something else is in it by now
+    ::rmdir(folder->c_str());  // fails if it contains other files by now
     forget(*folder);
   }
 }
@@ -214,7 +216,7 @@ fs::path OutputFiles::stage(const fs::path& path) {
     staged.temporary = beside(fs::temp_directory_path() / "loopwarden", ".tmp");
     staged.temporary += std::to_string(staged_.size());
   } else {
-    // Through links, also those that lead to nothing yet: the link stays.
+    // Follows links, including dangling ones, so that the link is kept.
     std::error_code error;
     if (fs::is_symlink(path)) staged.target = fs::weakly_canonical(path, error);
     if (error) fail(path, "can't be written", error.value());
@@ -256,7 +258,7 @@ int OutputFiles::give_names(std::vector<Named>& done, fs::path& failed) const {
   fs::path last_folder;
   const auto sync = [&] { return last_folder.empty() || base::sync_folder(last_folder); };
   for (const Staged& staged : staged_) {
-    // Staged before the work, and not needed after it.
+    // The file was staged, but the command did not write it.
     if (::access(staged.temporary.c_str(), F_OK) != 0) continue;
     failed = staged.asked;
     if (staged.stream) {
@@ -265,7 +267,7 @@ int OutputFiles::give_names(std::vector<Named>& done, fs::path& failed) const {
       done.push_back({.staged = &staged, .replaced = false, .earlier = {}});
       continue;
     }
-    // Names in one folder reach the disk in their order; the last is given when it has all others.
+    // Renames in one folder reach the disk in their order. The last rename waits for all others.
     const fs::path folder = staged.target.has_parent_path() ? staged.target.parent_path() : ".";
     if ((folder != last_folder || &staged == &staged_.back()) && !sync()) return errno;
     last_folder = folder;
@@ -294,7 +296,7 @@ void OutputFiles::commit() {
   int error = sync_data(failed);
   if (error == 0) error = give_names(done, failed);
   if (error != 0) {
-    // The last first, so that what is there stays in order.
+    // Restores the last file first, so that the set stays consistent.
     for (auto one = done.rbegin(); one != done.rend(); ++one) {
       if (!one->earlier.empty()) {
         ::rename(one->earlier.c_str(), one->staged->target.c_str());

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files that a command writes.
+// Writes the output files of a command so that they appear only when the command succeeds.
 //
-// Each is written under a temporary name in the folder where it belongs; commit() gives all of them their names. Until
-// then what stood there stays, and whatever ends the command before (an error, a full disk, Ctrl-C) leaves no
-// trace. An output that is one of the command's inputs, by whatever name, is refused.
+// Each file is written under a temporary name in its target folder. commit() renames all of them.
+// Until then, existing files keep their content. An error, a full disk or Ctrl-C before commit()
+// removes the temporary files. An output that is also an input of the command is refused, whatever
+// name it has.
 //
-// A kill or a power failure can come between two names. commit() gives them in the order in which
-// the files were added, after the disk has all of their data, so that the caller decides what is
-// there then: a file that another one refers to is added before it, and the file that says that all
-// is there is added last.
+// A kill or a power failure can happen between two renames. commit() renames the files in the order
+// in which they were added, after all of their data is on the disk. Add a file before the files
+// that refer to it. Add the file that marks the set as complete last.
 #pragma once
 
 #include <deque>
@@ -28,27 +28,28 @@ class OutputError : public CommandError {
 
 class OutputFiles {
  public:
-  // `inputs`: the files that the command reads; empty names are passed over. Throws OutputError as all do here:
-  // usage where an output is an input, else I/O.
+  // `inputs`: the files that the command reads; empty names are ignored. All functions throw
+  // OutputError: a usage error if an output is an input, otherwise an I/O error.
   explicit OutputFiles(std::vector<std::string> inputs = {});
   OutputFiles(const OutputFiles&) = delete;
   OutputFiles& operator=(const OutputFiles&) = delete;
   ~OutputFiles();
 
-  // Makes the folder now where it is missing; gone again without commit().
+  // Creates the folder now if it is missing. It is removed again without commit().
   void make_folder(const std::filesystem::path& folder);
-  // A folder of the user's own for what stands between and is never committed: it goes with this.
+  // Creates a temporary folder for intermediate files. The destructor removes it.
   std::filesystem::path make_scratch_folder();
-  // The name under which to write what becomes `path`; the same for the same path. What a RecordCsvWriter
-  // leaves beside it is removed as well. Counts as added now, unless it is added later.
+  // Returns the temporary name for `path`; the same path returns the same name. Removes the
+  // additional files of a RecordCsvWriter as well. The file counts as added now, unless add()
+  // follows.
   std::filesystem::path stage(const std::filesystem::path& path);
-  // Refuses now what would be refused after the work.
+  // Refuses a path now instead of after the work.
   void expect(const std::filesystem::path& path) { stage(path); }
   void add(const std::filesystem::path& path, std::string_view text);
-  // Waits for the disk.
+  // Waits until the data is on the disk, then renames the files.
   void commit();
 
-  // `message` with the temporary names replaced by those that the user knows.
+  // Returns `message` with the user's file names in place of the temporary ones.
   std::string in_users_words(std::string message) const;
 
  private:
@@ -62,13 +63,13 @@ class OutputFiles {
   struct Named {
     const Staged* staged;
     bool replaced = false;
-    // The file that was there; empty: there was none, or the file system keeps no second name.
+    // The file that existed before. Empty if no file existed or the file system has no hard links.
     std::filesystem::path earlier;
   };
 
   void refuse_input(const std::filesystem::path& path) const;
   int sync_data(std::filesystem::path& failed) const;
-  // Returns errno, with the file in `failed`.
+  // Returns errno. `failed` receives the file.
   int give_names(std::vector<Named>& done, std::filesystem::path& failed) const;
 
   std::vector<std::filesystem::path> inputs_;
@@ -76,7 +77,7 @@ class OutputFiles {
   std::vector<std::filesystem::path> folders_;
 };
 
-// One file alone.
+// Writes a single output file.
 void write_output(const std::filesystem::path& path, std::string_view text,
                   std::vector<std::string> inputs = {});
 

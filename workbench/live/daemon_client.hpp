@@ -13,7 +13,8 @@
 
 namespace loopwarden::workbench {
 
-// The daemon answers and does not do it: usage where a tag is unknown, data where it can't be done now.
+// The daemon answered with a refusal: a usage error if the tag is unknown, a data error if the
+// request is not possible now.
 class DaemonRefused : public protocol::DaemonError {
  public:
   DaemonRefused(ExitCode code, const std::string& what)
@@ -29,19 +30,20 @@ class OrderNotTaken : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The daemon on this box, over one connection: a command ends where the daemon does. daemon/protocol/ask.hpp has it with structs.
+// A connection to the daemon on this machine. A command ends if the daemon ends. daemon/protocol/ask.hpp
+// offers the same requests as structs.
 class DaemonClient final : public protocol::Daemon {
  public:
   static constexpr const char* kDefaultSocket = "/run/loopwardend/control.sock";
 
-  // Throws std::runtime_error if nobody answers there.
+  // Throws std::runtime_error if no daemon answers on the socket.
   explicit DaemonClient(const std::string& socket_path) : client_(socket_path) {}
 
-  // Throws DaemonRefused with the daemon's own words, std::runtime_error if there is no answer.
+  // Throws DaemonRefused with the daemon's text, or std::runtime_error without an answer.
   nlohmann::json ask(const nlohmann::json& request) override;
-  // Comes back when the loop's cycle has taken the order and it is in the journal on the disk, for which it waits no
-  // longer than `for_disk`; false: it is not there yet. Throws DaemonRefused where the order can't act, OrderNotTaken
-  // where no cycle took it.
+  // Sends a command and returns after the loop's cycle has taken it. Waits up to `for_disk` for the
+  // entry in the journal on the disk; returns false if the entry is not there yet. Throws
+  // DaemonRefused if the command has no effect, and OrderNotTaken if no cycle took it.
   bool set(const protocol::SetRequest& request,
            std::chrono::milliseconds for_disk = std::chrono::milliseconds(0));
 

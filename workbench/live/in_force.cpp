@@ -19,12 +19,12 @@ using protocol::ReloadOutcome;
 
 constexpr const char* kReload = "Run `loopwarden reload`.";
 constexpr const char* kRestart =
-    "Restart the daemon (`systemctl restart loopwardend`): every loop goes to its stop action for "
-    "that moment.";
+    "Restart the daemon (`systemctl restart loopwardend`). Every loop takes its stop action "
+    "meanwhile.";
 
 std::optional<ReloadOutcome> dry_run(protocol::Daemon& daemon) {
   using Clock = std::chrono::steady_clock;
-  constexpr std::chrono::seconds kPatience{10};  // with the daemon's disk
+  constexpr std::chrono::seconds kPatience{10};  // for the daemon's disk
   const auto until = Clock::now() + kPatience;
   const std::uint64_t number =
       protocol::ask(daemon, protocol::ReloadRequest{.dry_run = true}).reload;
@@ -36,7 +36,7 @@ std::optional<ReloadOutcome> dry_run(protocol::Daemon& daemon) {
   }
 }
 
-// Gains of an order, over a file that is in force otherwise.
+// Returns whether a change is a gain that a command set, over a file that is otherwise in force.
 bool is_ordered_gain(const KeyChange& change, const std::optional<protocol::LoopGains>& gains) {
   if (!gains || !gains->not_in_file) return false;
   const auto is = [&](const char* key, double file) {
@@ -57,7 +57,7 @@ std::string in_words(const std::vector<KeyChange>& changes) {
   return text;
 }
 
-// What differs of a loop whose file was read, and what to do.
+// Returns the differences of a loop whose file was read, with the action to take.
 std::string difference(const LoopPlan& plan, const std::optional<protocol::LoopGains>& gains) {
   std::vector<KeyChange> by_reload = plan.applied;
   by_reload.insert(by_reload.end(), plan.waiting_for_output.begin(), plan.waiting_for_output.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the daemon runs a loop as the loop's file is now.
+// Compares the configuration in force with the present files of the daemon.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,15 @@
 
 namespace loopwarden::workbench {
 
-// Returns what differs between the configuration in force and the loop's file, and what to do;
-// empty if nothing differs. The daemon reads its files as in `reload --dry-run` and changes
-// nothing. Gains that were ordered and that no file has are no difference. `file_hash`: CRC-32 of
-// the file that the caller judges by, if it has one. Throws DaemonError.
+// Returns the differences between the configuration in force and the loop's file, with the action
+// to take. Returns an empty text if both are equal. The daemon reads its files as in `reload
+// --dry-run` and keeps its configuration. Gains that were set by a command, and that no file has,
+// are no difference. `file_hash`: CRC-32 of the file that the caller used, if any. Throws
+// DaemonError.
 std::string not_in_force(protocol::Daemon& daemon, const std::string& tag,
                          std::optional<std::uint32_t> file_hash = {});
 
-// The same of loopwardend.yaml.
+// Returns the same for loopwardend.yaml.
 std::string box_not_in_force(protocol::Daemon& daemon);
 
 }  // namespace loopwarden::workbench

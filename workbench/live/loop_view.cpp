@@ -36,7 +36,7 @@ std::string duration(double seconds) {
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
-// "value unit", or a dash where there is none.
+// Returns "value unit", or a dash without a value.
 std::string quantity(double value, const std::string& unit) {
   return std::isfinite(value) ? fmt::format("{:.3f} {}", value, unit) : std::string("-");
 }
@@ -62,7 +62,7 @@ std::string record_and_bus_line(const protocol::LoopStatus& loop) {
       io.device_exceptions, io.invalid_replies, io.reconnects);
 }
 
-// What the monitor says of the loop's valve.
+// Returns the monitor's result for the loop's valve.
 std::string valve_line(const protocol::LoopStatus& loop) {
   const protocol::Monitor& m = loop.monitor;
   return fmt::format(
@@ -87,7 +87,7 @@ std::string commissioning_line(const protocol::Commissioned& holder) {
           : std::string("no sign of life: goes to its stop action"));
 }
 
-// The condition indices, 100 good and 0 bad.
+// Returns the condition indices, from 0 (bad) to 100 (good).
 std::string condition_line(const protocol::LoopStatus& loop) {
   const protocol::Condition& c = loop.monitor.condition;
   return fmt::format(
@@ -97,15 +97,15 @@ std::string condition_line(const protocol::LoopStatus& loop) {
       rounded(c.positioner, 0), rounded(c.environment, 0));
 }
 
-// "12 min", "3.5 h", "4.0 d"
+// Returns "12 min", "3.5 h" or "4.0 d".
 std::string age(double seconds) {
   if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);
   if (seconds < 172'800.0) return fmt::format("{:.1f} h", seconds / 3600.0);
   return fmt::format("{:.1f} d", seconds / 86'400.0);
 }
 
-// State of routine evidence and its next judgement: of the shortest windows, and of those that were
-// judged.
+// Returns the state of routine evidence and its next judgement, for the shortest windows and for
+// those that were judged.
 std::vector<std::string> routine_lines(const protocol::LoopStatus& loop) {
   std::vector<std::string> lines;
   for (const protocol::RoutineLevel& level : loop.monitor.routine) {
@@ -125,7 +125,7 @@ std::vector<std::string> routine_lines(const protocol::LoopStatus& loop) {
   return lines;
 }
 
-// Kinds of change that would not have shown for an hour or more.
+// Returns the kinds of change that could not have been detected for an hour or more.
 std::string untested_text(const protocol::TwinRemarks& twin) {
   constexpr double kWorthSaying_s = 3600.0;
   std::string text;
@@ -156,7 +156,7 @@ std::string twin_line(const protocol::LoopStatus& loop) {
   return untested.empty() ? line : line + "   last tested: " + untested;
 }
 
-// The loop's alarms that are on, wait, or lie on the shelf, in words; empty: none.
+// Returns the loop's alarms that are on, delayed or shelved; empty if all are normal.
 std::string alarm_summary(const protocol::LoopStatus& loop) {
   std::string text;
   for (const auto& [name, alarm] : loop.alarms) {
@@ -170,7 +170,7 @@ std::string alarm_summary(const protocol::LoopStatus& loop) {
   return text;
 }
 
-// Fault, quality of PV, limits, jacket and compensator, in words.
+// Returns fault, quality of PV, limits, jacket and compensator as text.
 std::string state_of(const protocol::Cycle& cycle, const std::string& co_unit) {
   std::string state = cycle.fault == "none" ? std::string("ok") : cycle.fault;
   if (cycle.pv_quality != "good") {
@@ -321,7 +321,7 @@ std::vector<std::string> trend_view(const protocol::LoopStatus& loop, const prot
   const double samples = window_s / std::max(trend.sample_time_s, 1e-3);
   const int per_dot = std::max(static_cast<int>(std::ceil(samples / dots)), 1);
   const auto shown = static_cast<std::size_t>(dots) * static_cast<std::size_t>(per_dot);
-  // The range that is on the screen, at least a tenth of the span.
+  // Uses the range of the shown values, at least a tenth of the span.
   const auto scale = [&](const std::vector<double>& a, const std::vector<double>& b, double low,
                          double high) {
     double least = high;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture of one loop in a terminal: state line, trend of SP, PV, CO and stem.
+// Shows one loop in a terminal: a state line and the trend of SP, PV, CO and stem.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@
 
 namespace loopwarden::workbench {
 
-// The last samples of one loop, fetched piece by piece.
+// The last samples of one loop, fetched in several requests.
 class TrendBuffer {
  public:
   explicit TrendBuffer(std::string loop) : loop_(std::move(loop)) {}
 
-  // Fetches what is new. Throws std::runtime_error.
+  // Fetches the new samples. Throws std::runtime_error.
   void update(protocol::Daemon& daemon);
   const std::string& loop() const noexcept { return loop_; }
   const protocol::Trend& rows() const noexcept { return rows_; }
@@ -29,18 +29,19 @@ class TrendBuffer {
 };
 
 std::string daemon_line(const protocol::Status& status);
-// What does not reach the disk, and why; none: all does.
+// Returns the data that does not reach the disk, with the reasons. Empty: all data does.
 std::vector<std::string> disk_troubles(const protocol::DaemonStatus& daemon);
-// What it means that some of those that are off can't come at present; empty where all can.
+// Returns a note if some of the alarms are suppressed at present, otherwise an empty text.
 std::string suppressed_note(const std::vector<protocol::Alarm>& alarms);
-// One line a loop; the selected one is marked.
+// Returns one line per loop; the selected one is marked.
 std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loops,
                                     std::size_t selected);
-// What the monitor says of the valve, the condition indices, and how record and bus do.
+// Returns the monitor's result for the valve, the condition indices, and the state of record and
+// bus.
 std::vector<std::string> loop_details(const protocol::LoopStatus& loop);
-// Its place among the loops. Throws DaemonRefused, with the nearest tag, if there is none of that name.
+// Returns the index of the loop. If the name is unknown, throws DaemonRefused with the nearest tag.
 std::size_t loop_index(const std::vector<protocol::LoopStatus>& loops, const std::string& name);
-// The last `window_s` seconds in a frame of `columns` x `rows`: PV and SP above, CO and stem below.
+// Draws the last `window_s` seconds in `columns` x `rows`: PV and SP above, CO and stem below.
 std::vector<std::string> trend_view(const protocol::LoopStatus& loop, const protocol::Trend& trend,
                                     double window_s, int columns, int rows);
 

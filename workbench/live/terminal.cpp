@@ -56,7 +56,7 @@ std::size_t cell_index(int row, int column, int columns) {
          static_cast<std::size_t>(column);
 }
 
-// Draws one series into the cells; later series win the colour of a shared cell.
+// Draws one series into the cells. Later series set the colour of a shared cell.
 void draw(const Series& series, double low, double high, int columns, int rows, int samples_per_dot,
           std::vector<Cell>& cells) {
   const int width = columns * 2;

@@ -17,7 +17,7 @@
 namespace loopwarden::workbench {
 namespace {
 
-// As the newest cycle says; empty before the first one.
+// Returns the requested mode of the newest cycle; empty before the first one.
 std::string requested_mode(const protocol::LoopStatus& loop) {
   return loop.cycle ? loop.cycle->requested_mode : std::string();
 }
@@ -26,7 +26,7 @@ bool has_fault(const protocol::LoopStatus& loop) {
   return loop.cycle && loop.cycle->fault != "none";
 }
 
-// Does not throw where the terminal is gone.
+// Prints to standard error. Does not throw if the terminal is gone.
 void say(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 }  // namespace
@@ -73,8 +73,8 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
   }
   if (start_ < limits_.co_low || start_ > limits_.co_high || start_pv_ < limits_.pv_low ||
       start_pv_ > limits_.pv_high) {
-    throw TestAborted(fmt::format("{} stands outside of the limits given: CO {:.4g}, PV {:.4g}",
-                                  loop_, start_, start_pv_));
+    throw TestAborted(fmt::format("{} is outside of the limits given: CO {:.4g}, PV {:.4g}", loop_,
+                                  start_, start_pv_));
   }
   watch_interrupts();
   next_period_ = cycle.period + 1;
@@ -84,7 +84,8 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
     order({.mode = "man"});
     if (!order_taken()) throw TestAborted(loop_ + " does not go to manual");
   } catch (const std::exception&) {
-    // The order may have been taken though its answer was lost, and a constructor that throws has no destructor.
+    // The daemon may have taken the command although its answer was lost. A constructor that throws
+    // has no destructor, so the loop is restored here.
     put_back();
     throw;
   }
@@ -100,7 +101,7 @@ control::Action LiveBench::action_in_force() {
       return *loop.action == "direct" ? control::Action::direct : control::Action::reverse;
     }
   }
-  throw TestAborted(loop_ + ": the daemon does not tell the action of its controller");
+  throw TestAborted(loop_ + ": the daemon does not report the action of its controller");
 }
 
 bool LiveBench::order_taken() {
@@ -133,11 +134,11 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
   }
   const auto wanted_rows =
       static_cast<std::size_t>(std::max(1L, std::lround(seconds / sample_time_s_)));
-  // Three times the time that this takes, and five seconds, without a row: the daemon hangs.
+  // The daemon hangs if there is no row for three times the expected time plus five seconds.
   const auto patience = std::chrono::duration<double>(3.0 * seconds / accelerate_ + 5.0);
   const auto deadline = std::chrono::steady_clock::now() + patience;
   std::vector<BenchRow> rows;
-  // By absolute periods, so that a late answer does not stretch the test.
+  // Counts absolute periods, so that a late answer does not stretch the test.
   due_period_ = std::max(due_period_, next_period_) + wanted_rows;
   while (next_period_ < due_period_ || rows.empty()) {
     if (interrupted()) throw TestAborted("interrupted");
@@ -184,8 +185,8 @@ void LiveBench::order_output(double co) {
   }
 }
 
-// Whether it was for the mode that an output was refused. The daemon judges by orders that are on their way,
-// the status shows them a little later.
+// Returns whether an output was refused because the loop left manual. The daemon already considers
+// commands that are on their way. The status shows them a little later.
 bool LiveBench::out_of_manual() {
   using Clock = std::chrono::steady_clock;
   const auto patience = std::chrono::duration<double>(3.0 * sample_time_s_ / accelerate_ + 1.0);
@@ -199,7 +200,7 @@ bool LiveBench::out_of_manual() {
 }
 
 bool LiveBench::restore() {
-  // An order still on its way would take the loop to manual behind our back.
+  // A command that is still on its way would take the loop to manual after the restore.
   if (!in_manual_ && !order_taken()) return false;
   if (requested_mode(status()) != "MAN") return false;
   std::string refused;
@@ -207,7 +208,7 @@ bool LiveBench::restore() {
     order({.output = start_});
   } catch (const DaemonRefused& e) {
     if (out_of_manual()) return false;
-    refused = e.what();  // a fault's action has the output; the mode is put back all the same
+    refused = e.what();  // the action for a fault has the output; the mode is restored anyway
   }
   // In manual the set point may have followed PV.
   if (was_automatic_) order({.set_point = start_sp_, .mode = "auto"});

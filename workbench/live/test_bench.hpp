@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop in manual whose output a test moves: a simulated one, or one of a running daemon.
+// A loop in manual whose output a test moves: a simulated loop or a loop of a running daemon.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace loopwarden::workbench {
 
-// The test must end now; the text says why. The output is restored by ~LiveBench.
+// The test must end now, for the reason in the text. ~LiveBench restores the output.
 class TestAborted : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -34,11 +34,12 @@ class TestBench {
   TestBench& operator=(const TestBench&) = delete;
   virtual ~TestBench() = default;
 
-  // Holds `co` for `seconds` of the loop's time; the rows of that time. Throws TestAborted.
+  // Holds `co` for `seconds` of the loop's time and returns the rows of that time. Throws
+  // TestAborted.
   virtual std::vector<BenchRow> hold(double co, double seconds) = 0;
   virtual double sample_time_s() const = 0;
-  virtual double output() const = 0;            // CO units, where the test began
-  virtual double process_variable() const = 0;  // PV units, where the test began
+  virtual double output() const = 0;            // CO units, at the start of the test
+  virtual double process_variable() const = 0;  // PV units, at the start of the test
   virtual double output_low() const = 0;
   virtual double output_high() const = 0;
   virtual control::Action action() const = 0;  // of the controller
@@ -67,18 +68,18 @@ class SimulatedBench : public TestBench {
 
 struct LiveLimits {
   double co_low, co_high;                  // CO units
-  double pv_low, pv_high;                  // PV units: beyond them the test ends
-  std::optional<std::uint64_t> session{};  // of who commissions the loop
-  // Asked again and again while the test lasts: what it says ends the test; empty: go on.
+  double pv_low, pv_high;                  // PV units; the test ends outside of them
+  std::optional<std::uint64_t> session{};  // the commissioning session that holds the loop
+  // Called repeatedly during the test. A text ends the test with that reason; empty: continue.
   std::function<std::string()> watch{};
-  // Told where the loop could not be put back.
+  // Called if the loop could not be restored.
   std::function<void()> not_put_back{};
 };
 
-// Takes the loop to manual. However it ends (limit of PV, Ctrl-C, SIGTERM, SIGHUP, an error), the destructor puts the
-// output back to where it was, and then mode and set point. Where somebody else took the loop out of
-// manual, it is left to him. What it can't do: kill -9 of the workbench leaves the loop in manual, at the last
-// output of the test.
+// Takes the loop to manual. The destructor restores the output, then mode and set point. It does so
+// however the test ends: a limit of PV, Ctrl-C, SIGTERM, SIGHUP or an error. If somebody else took
+// the loop out of manual, the destructor leaves the loop as it is. Limit: after kill -9 of the
+// workbench, the loop stays in manual at the last output of the test.
 class LiveBench : public TestBench {
  public:
   // Throws TestAborted if the loop is not fit for a test or its file is not in force,
@@ -97,14 +98,14 @@ class LiveBench : public TestBench {
  private:
   protocol::LoopStatus status();
   control::Action action_in_force();
-  // Waits for the loop to take our order for manual; false: it had the time and did not.
+  // Waits until the loop takes our command for manual. Returns false if it did not in time.
   bool order_taken();
   void order(protocol::SetRequest request);
   void order_output(double co);  // throws TestAborted
   bool out_of_manual();
-  // False: somebody else has the loop now.
+  // Returns false if somebody else controls the loop now.
   bool restore();
-  void put_back() noexcept;  // restores, and says whether it could
+  void put_back() noexcept;  // calls restore() and reports a failure
 
   DaemonClient daemon_;
   std::string loop_;
@@ -118,12 +119,12 @@ class LiveBench : public TestBench {
   double start_pv_ = 0.0;
   double start_sp_ = 0.0;
   bool was_automatic_ = false;
-  bool taken_ = false;      // in manual by us, or ordered to be
-  bool in_manual_ = false;  // and seen there
+  bool taken_ = false;      // in manual by us, or commanded to manual
+  bool in_manual_ = false;  // the loop's status confirmed manual
   bool given_up_ = false;   // somebody else took it
   double last_sent_ = 0.0;
   bool sent_ = false;
-  std::uint64_t next_period_ = 0;  // not yet seen
+  std::uint64_t next_period_ = 0;  // first period that was not read yet
   std::uint64_t due_period_ = 0;   // end of the present hold
 };
 

@@ -29,12 +29,12 @@ record::ImportOptions read_format(MapReader in) {
                                    Delimiter{"space", ' '}};
   std::vector<std::string> words{"auto"};
   for (const Delimiter& d : kDelimiters) words.emplace_back(d.word);
-  const std::string delimiter = in.word_of("delimiter", words, "what stands between the cells");
+  const std::string delimiter = in.word_of("delimiter", words, "character between the cells");
   for (const Delimiter& d : kDelimiters) {
     if (delimiter == d.word) options.delimiter = d.character;
   }
   const std::string decimal =
-      in.word_of("decimal", {"auto", "point", "comma"}, "what stands before the decimals");
+      in.word_of("decimal", {"auto", "point", "comma"}, "decimal separator");
   if (decimal == "point") options.decimal = '.';
   if (decimal == "comma") options.decimal = ',';
   const std::string encoding =
@@ -65,7 +65,7 @@ record::ImportOptions read_format(MapReader in) {
     }
   }
   for (const std::string& word :
-       in.maybe_texts("bad_values", "words that stand for a bad value, besides the known ones")
+       in.maybe_texts("bad_values", "words for a bad value, in addition to the built-in ones")
            .value) {
     options.bad_words.push_back(base::lower_case(word));
   }
@@ -79,7 +79,7 @@ record::ImportOptions read_format(MapReader in) {
   if (fill == "held") options.filling = record::Filling::held;
   if (fill == "linear") options.filling = record::Filling::linear;
   for (MapReader& loop :
-       in.maybe_list("loops", "which columns or tags make which loop; else found by their names")) {
+       in.maybe_list("loops", "columns or tags of each loop; default: found by their names")) {
     record::LoopSignals signals;
     signals.tag = loop.text("tag", "what the loop is called", "").value;
     signals.names[index_of(Role::pv)] =

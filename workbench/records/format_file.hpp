@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How an export is laid out, as a small YAML beside it (docs/import.md lists every key).
+// Reads the layout of an export from a small YAML file (docs/import.md lists every key).
 #pragma once
 
 #include <filesystem>

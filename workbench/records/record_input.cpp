@@ -31,7 +31,7 @@ std::vector<std::string> split_at(const std::string& text, char at) {
   return parts;
 }
 
-// pv=FIC101.PV,co=FIC101.OP. A name may hold a comma where no role stands behind it.
+// Parses pv=FIC101.PV,co=FIC101.OP. A name may contain a comma if no role follows it.
 record::LoopSignals signals_from(const std::string& map) {
   record::LoopSignals signals;
   std::optional<Role> last;
@@ -80,7 +80,7 @@ void RecordInput::add_options(Command& command, bool one_loop) {
   reading.option(
       "--map", map_,
       "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)");
-  reading.option("--format", format_, "YAML that says how the export is laid out (docs/import.md)");
+  reading.option("--format", format_, "YAML with the layout of the export (docs/import.md)");
   reading.option(
       "--time", time_,
       "form of the times: seconds, milliseconds, microseconds, nanoseconds, minutes or "
@@ -96,9 +96,8 @@ void RecordInput::add_options(Command& command, bool one_loop) {
                  one_of({"utf-8", "utf-16", "latin-1"}));
   reading.option("--header-rows", header_rows_, "lines before the first row of data",
                  between(0, 1000));
-  reading.option("--bad-value", bad_values_,
-                 "a word that stands for a bad value; may be given several times");
-  reading.option("--period", period_s_, "s, of the samples; else chosen from the data",
+  reading.option("--bad-value", bad_values_, "a word for a bad value; may be given several times");
+  reading.option("--period", period_s_, "s, of the samples; default: chosen from the data",
                  between(1e-6, 1e7));
   reading.option("--fill", fill_, "between values that an archive stored: held or linear",
                  one_of({"held", "linear"}));
@@ -260,7 +259,7 @@ std::string rules_text(const record::Importer& importer, bool with_rules) {
       if (shown++ < kMost) text += (shown > 1 ? ", " : "") + base::in_quotes(name);
     }
     if (shown > kMost) text += ", ...";
-    text += with_rules ? "\n" : "; --rules RULES.yaml tells whose they are (docs/import.md)\n";
+    text += with_rules ? "\n" : "; --rules RULES.yaml assigns them to loops (docs/import.md)\n";
   }
   for (const std::string& rule : importer.idle_rules()) text += rule + "\n";
   return text;

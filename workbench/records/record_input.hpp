@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How every command takes records: the strict format and any historian's export (record/import/importer.hpp), with the
-// same options everywhere, and a line on the error output that says what was found and done.
+// Reads records for every command: the strict format and any historian's export
+// (record/import/importer.hpp). All commands have the same options. A line on standard error
+// reports the findings and corrections.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +16,7 @@
 
 namespace loopwarden::workbench {
 
-// What is wrong with the options or the format file.
+// An error of the options or the format file.
 class RecordInputError : public CommandError {
  public:
   using CommandError::CommandError;
@@ -23,9 +24,9 @@ class RecordInputError : public CommandError {
 
 class RecordInput {
  public:
-  // `one_loop`: the command takes one loop, by --loop where a file has several.
+  // `one_loop`: the command takes one loop. --loop selects it if a file has several.
   void add_options(Command& command, bool one_loop = true);
-  // For commands that take whole folders: after add_options.
+  // Adds the options of commands that take whole folders. Call after add_options.
   void add_rules(Command& command);
   // Throws RecordInputError.
   record::ImportOptions options() const;
@@ -34,7 +35,7 @@ class RecordInput {
 
   const std::string& loop() const noexcept { return loop_; }
   bool has_rules() const noexcept { return !rules_.empty(); }
-  bool takes(const std::string& tag) const;  // no --loop, or this one
+  bool takes(const std::string& tag) const;  // true for --loop TAG or without --loop
 
  private:
   std::string loop_;
@@ -47,34 +48,38 @@ class RecordInput {
   double period_s_ = 0.0;
 };
 
-// Values that were stored by exception, drawn as they may have been instead of held: for judging, not for keeping.
+// Replaces held values of an archive that stores by exception with interpolated ones. Use it for
+// judging only, not for files.
 void draw_for_judging(record::Imported& imported);
-// Samples in manual become missing ones; how many. A record without a mode stays as it is.
+// Marks samples in manual as missing and returns their number. A record without a mode is
+// unchanged.
 std::size_t leave_out_manual(record::Record& record);
 
-// First sample of the part of this length in which most moves, in automatic and complete.
+// Returns the first sample of the stretch of this length that has most moves in automatic and is
+// complete.
 std::size_t telling_part(const record::Record& record, std::size_t length);
 
-// Of a record of more than twice `most` samples that part only; says so on the error output.
+// Cuts a record of more than twice `most` samples to that stretch. Reports this on standard error.
 void keep_telling_part(record::Record& record, std::size_t most, const std::string& name);
 
-// That names belong to no loop, with some of them and the option that helps; empty where all do. Then each of the rules
-// that decides of no name.
+// Returns a text about names that belong to no loop, with examples and the option that helps. The
+// text also lists each rule without effect. May be empty.
 std::string rules_text(const record::Importer& importer, bool with_rules);
 
-// What was found and done, in lines; empty where the record is in the fixed format and nothing is to be said. Words that
-// were taken as bad values are left to record::bad_words_text(), since several loops may have them.
+// Returns the findings and corrections as lines. Empty if the record is in the fixed format and
+// there is no finding. record::bad_words_text() reports words that were read as bad values, because
+// several loops may have them.
 std::string import_text(const record::Imported& imported);
 
-// Of the files of an importer those that gave some loop, and those that failed one.
+// The files of an importer that yielded a loop, and the files for which a loop failed.
 struct FilesRead {
   std::set<std::size_t> good, bad;
 
-  std::size_t lost() const;  // that gave none
+  std::size_t lost() const;  // number of files that yielded no loop
 };
 
-// The exit code of what reads many loops: 0 where all was read, else 65, also where the rest was done; 74 where nothing
-// was read since the system refused a file.
+// Returns the exit code of commands that read many loops: 0 if all was read, otherwise 65, even if
+// the other loops were processed. 74 if the system refused a file and no loop was read.
 ExitCode reading_exit_code(bool something_failed, bool nothing_read,
                            const record::Importer& importer);
 

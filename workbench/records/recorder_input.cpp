@@ -54,7 +54,7 @@ void RecorderInput::add_options(Command& command, const char* kept) {
   });
   const Option last = command.option(
       "--last", last_,
-      std::string("no files: so much of what the daemon's recorder holds of --loop, such as 4h, "
+      std::string("in place of files: this much of the daemon's record of --loop, such as 4h, "
                   "90min, 2d") +
           kept,
       checked([](const std::string& text) {
@@ -62,11 +62,11 @@ void RecorderInput::add_options(Command& command, const char* kept) {
                                 : "must be a time such as 4h, 90min or 2d (got '" + text + "')";
       }));
   Option since = command.option("--since", since_,
-                                "in place of --last: what was recorded from then on, such as "
+                                "in place of --last: start of the time, such as "
                                 "2026-11-26T10:00:00Z",
                                 is_utc);
   since.excludes(last);
-  command.option("--until", until_, "beside --since: up to then", is_utc).needs(since);
+  command.option("--until", until_, "end of the time that starts at --since", is_utc).needs(since);
   command.socket(socket_);
   add_background(command, background_);
 }
@@ -78,7 +78,7 @@ bool RecorderInput::asked(bool files, const std::string& loop) const {
     return false;
   }
   if (files) require("either records or --last or --since");
-  if (loop.empty()) require("--loop beside --last or --since");
+  if (loop.empty()) require("--loop with --last or --since");
   return true;
 }
 
@@ -107,7 +107,7 @@ Recorded RecorderInput::take(
     recorded.records.push_back({one.path.string(), one.rows});
   }
   if (recorded.records.empty()) {
-    fail(kExitData, "{}: the recorder holds nothing of {} in this time{}", found->folder, loop,
+    fail(kExitData, "{}: the recorder has no samples of {} in this time{}", found->folder, loop,
          found->recording ? "" : "; its recording is not enabled");
   }
   const Recorded::Record longest = recorded.longest();

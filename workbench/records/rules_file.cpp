@@ -24,7 +24,7 @@ std::shared_ptr<const record::ModeWords> mode_words(MapReader& in, const std::st
     const auto texts = in.maybe_texts(key, meaning);
     for (const std::string& text : texts.value) list.push_back(base::lower_case(text));
     if (texts.given && signal != "mode" && signal != "as named")
-      in.error(key, fmt::format("stands with signal: mode (here it is {})", signal));
+      in.error(key, fmt::format("is only valid with signal: mode (here it is {})", signal));
     given = given || texts.given;
   };
   read("automatic", "of a mode: words for automatic, besides the known ones", words.automatic);
@@ -47,13 +47,13 @@ void read_pattern(MapReader& in, TagRule& rule) {
 
 void read_loop(MapReader& in, const std::string& signal, TagRule& rule) {
   const auto loop = in.text(
-      "loop", "tag of the loop: text, with $1 for what stands at the first of *, ?, [...]", "");
+      "loop", "tag of the loop: text, with $1 for the text at the first of *, ?, [...]", "");
   rule.loop = loop.value;
   if (in.describing()) return;
   if (rule.role && !loop.given) {
     in.error("is missing the key 'loop', the tag of the loop whose " + signal + " it is");
   } else if (!rule.role && loop.given) {
-    in.error("loop", "needs signal: pv, sp, co, stem or mode beside it");
+    in.error("loop", "needs signal: pv, sp, co, stem or mode in the same rule");
   }
   if (!rule.role || !loop.valid || rule.pattern.text().empty()) return;
   const std::vector<std::string> found(rule.pattern.wildcards(), "x");
@@ -74,7 +74,7 @@ TagRule read_rule(MapReader& in, const std::string& file) {
   read_pattern(in, rule);
   const std::string signal =
       in.word_of("signal", {"as named", "pv", "sp", "co", "stem", "mode", "none"},
-                 "which signal of its loop; none: the name is no loop's");
+                 "which signal of its loop; none: the name belongs to no loop");
   rule.role = record::role_from_text(signal);
   rule.unused = signal == "none";
   read_loop(in, signal, rule);
@@ -84,10 +84,10 @@ TagRule read_rule(MapReader& in, const std::string& file) {
   if (range.given && range.valid) rule.range = range.value;
   const std::string kind =
       in.word_of("kind", {"from the tag", "flow", "pressure", "level", "temperature", "unknown"},
-                 "what the loop controls; stands with its pv");
+                 "what the loop controls; only in the rule of its pv");
   if (kind != "from the tag") rule.kind = kind;
   if (!rule.kind.empty() && rule.role && *rule.role != Role::pv)
-    in.error("kind", fmt::format("stands with signal: pv (here it is {})", signal));
+    in.error("kind", fmt::format("is only valid with signal: pv (here it is {})", signal));
   rule.mode_words = mode_words(in, signal);
   return rule;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A site's rules for the names of its columns and tags, for all that has any of them (docs/import.md lists every key).
+// Reads the rules of a site for the names of its columns and tags (docs/import.md lists every key).
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Styles and scripts of the pages, as their files have them (CMakeLists.txt puts them into the program).
+// The styles and scripts of the pages. CMakeLists.txt embeds their files in the program.
 #pragma once
 
 namespace loopwarden::workbench {

@@ -22,7 +22,7 @@ constexpr double kBottom = 34.0;
 constexpr double kLegendLine = 15.0;
 constexpr std::size_t kMostPoints = 1400;  // of a line; the least and the greatest of more
 
-// Of the path in tenths of the picture's unit: what is off the drawn line by less is not kept.
+// Paths use tenths of the picture's unit. Points within kTolerance of the drawn line are dropped.
 constexpr double kTenths = 10.0;
 constexpr double kTolerance = 2.0;
 
@@ -36,7 +36,7 @@ std::string style() {
       palette::kSoft);
 }
 
-// The text of a tick where the axis has logarithms.
+// Returns the text of a tick at a logarithmic axis.
 std::string power_text(double logarithm) {
   return fmt::format("{:.3g}", std::pow(10.0, logarithm));
 }
@@ -47,7 +47,8 @@ PlotRange range_over(const Chart& chart, bool across) {
   return range_of(columns, across ? 0.0 : 0.06);
 }
 
-// Of each stretch of samples the least and the greatest, in their order; all samples where x is no time.
+// Returns the indices of the least and the greatest sample of each stretch, in order. Keeps all
+// samples if x is not time.
 std::vector<std::size_t> kept(const ChartLine& line) {
   const std::vector<double>& y = line.y;
   std::vector<std::size_t> indices;
@@ -67,7 +68,7 @@ std::vector<std::size_t> kept(const ChartLine& line) {
       if (least == to || y[k] < y[least]) least = k;
       if (most == to || y[k] > y[most]) most = k;
     }
-    // Nothing but a gap.
+    // The stretch is only a gap.
     const std::size_t first = least == to ? from : std::min(least, most);
     const std::size_t last = least == to ? from : std::max(least, most);
     indices.push_back(first);
@@ -81,7 +82,7 @@ struct Legend {
   std::size_t lines = 0;
 };
 
-// `first_y`: where its first line stands.
+// `first_y`: position of the first line of the legend.
 Legend legend(const Chart& chart, double first_y) {
   Legend made;
   double at = kLeft;
@@ -106,7 +107,7 @@ Legend legend(const Chart& chart, double first_y) {
 
 using Names = std::vector<std::pair<double, std::string>>;
 
-// What stands at an axis: the chart's own names, else numbers.
+// Returns the texts at an axis: the chart's own names, otherwise numbers.
 Names names_at(const Names& given, const PlotRange& range, int count, bool logarithmic) {
   if (!given.empty()) return given;
   Names names;
@@ -176,7 +177,7 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
         gap = true;
         continue;
       }
-      // What lies outside is drawn at the rim's height, just beyond it.
+      // Points outside are clamped to a short distance beyond the frame.
       const double x = std::clamp(x_of(line.x[k]), left - 1e4, left + width + 1e4);
       const double y = std::clamp(y_of(line.y[k]), kTop - 1e4, kTop + height + 1e4);
       if (line.dots) {
@@ -191,7 +192,7 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
       gap = false;
     }
     if (points.empty()) continue;
-    // The nested picture cuts off what lies outside of the frame.
+    // The nested picture clips the line at the frame.
     fmt::format_to(out,
                    "<svg x=\"{:g}\" y=\"{:g}\" width=\"{:.1f}\" height=\"{:.1f}\" "
                    "viewBox=\"0 0 {:.0f} {:.0f}\" preserveAspectRatio=\"none\"><path class=\"l\" "

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The chart kit: a chart with axes, grid and a legend as SVG, several on one sheet, and the frame of an HTML page
-// around them. Every picture of the programs is made of it, in the colours of palette.hpp.
+// Draws charts as SVG with axes, grid and legend, several on one sheet, and the frame of an HTML
+// page. All pictures of the programs use these functions and the colours of palette.hpp.
 #pragma once
 
 #include <optional>
@@ -14,14 +14,14 @@
 namespace loopwarden::workbench {
 
 struct ChartLine {
-  std::string name;  // empty: not in the legend
+  std::string name;  // empty: no entry in the legend
   std::string colour = palette::kBlue;
-  std::vector<double> x{}, y{};  // of one length; NaN: a gap
+  std::vector<double> x{}, y{};  // equal lengths; NaN: a gap
   bool dashed = false;
   bool dots = false;  // points instead of a line
 };
 
-// A stretch of x over the full height.
+// A stretch of x that is shaded over the full height.
 struct ChartBand {
   double from = 0.0;
   double to = 0.0;
@@ -37,32 +37,32 @@ struct Chart {
   std::vector<ChartLine> lines{};
   double width = 560.0;
   double height = 260.0;
-  std::optional<PlotRange> x_range{}, y_range{};  // else what the lines cover
-  bool logarithmic_x = false;                     // x are then their decimal logarithms
+  std::optional<PlotRange> x_range{}, y_range{};  // empty: the range of the lines
+  bool logarithmic_x = false;                     // x then holds decimal logarithms
   bool logarithmic_y = false;
-  // Instead of numbers at the axis.
+  // Names at the axis in place of numbers.
   std::vector<std::pair<double, std::string>> x_names{}, y_names{};
   std::vector<ChartBand> bands{};
-  std::vector<double> levels{};  // dotted lines across
+  std::vector<double> levels{};  // dotted horizontal lines
 };
 
-// `at_x`, `at_y`: where the chart stands in a larger picture.
+// Returns a chart as a group of a larger picture. `at_x`, `at_y`: its position there.
 std::string chart_group(const Chart& chart, double at_x = 0.0, double at_y = 0.0);
-// With its legend.
+// Returns the height of the chart with its legend.
 double chart_height(const Chart& chart);
-// A picture of its own.
+// Returns the chart as a separate picture.
 std::string chart_svg(const Chart& chart);
-// A larger picture of groups, with a title above them; `kSheetTitle` of its height are the title's.
+// Height of the title that sheet_svg draws above the groups.
 inline constexpr double kSheetTitle = 26.0;
 std::string sheet_svg(const std::string& title, double width, double height,
                       const std::string& groups);
-// Charts in rows of `columns` under one title; all of one width.
+// Returns charts of equal width in rows of `columns` under one title.
 std::string chart_sheet(const std::string& title, const std::vector<Chart>& charts,
                         std::size_t columns);
-// A self-contained page.
+// Returns a self-contained page.
 std::string html_page(const std::string& title, const std::string& body);
 
-// k h for k = 0 to count - 1, s.
+// Returns k h for k = 0 to count - 1, in s.
 std::vector<double> time_axis(std::size_t count, double sample_time_s);
 
 }  // namespace loopwarden::workbench

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kDrawnSamples = 1600;
 
-// Every n-th value, so that a page of an hour stays small.
+// Returns every n-th value, so that a page of an hour stays small.
 std::vector<double> thinned(const std::vector<double>& values, std::size_t every) {
   std::vector<double> out;
   for (std::size_t k = 0; k < values.size(); k += every) out.push_back(values[k]);

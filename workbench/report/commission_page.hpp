@@ -8,7 +8,8 @@
 
 namespace loopwarden::workbench {
 
-// A self-contained page: measured PV against the model after each step, and what can be seen on the loop.
+// Returns a self-contained page: the measured PV against the model after each step, and the effects
+// that the loop can detect.
 std::string commission_page(const twin::Commissioning& made, const CommissionSight& sight,
                             const gap::Record& record, double seconds);
 

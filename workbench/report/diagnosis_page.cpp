@@ -102,7 +102,7 @@ std::string diagnosis_page(const DiagnosedLoop& loop) {
                               .colour = chart_colour(2),
                               .x = time,
                               .y = view.standing});
-      trend.lines.push_back({.name = "PV behind the fitted band",
+      trend.lines.push_back({.name = "PV predicted by the fitted band",
                              .colour = chart_colour(2),
                              .x = time,
                              .y = view.followed});

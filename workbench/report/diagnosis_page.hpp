@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `diagnose --report`: a page with pictures.
+// Writes the page of `diagnose --report`.
 #pragma once
 
 #include <cstddef>
@@ -11,16 +11,19 @@
 
 namespace loopwarden::workbench {
 
-// When the samples that the diagnosis used were taken, s: what gates cut off at the front counts.
+// Returns the times of the samples that the diagnosis used, in s. Samples that gates cut off at the
+// front count.
 std::vector<double> sample_times(const DiagnosedWindow& window);
 
-// Trend with the stuck stretches marked, and PV over CO with the fitted band, for every window.
+// Returns a page with one section per window: the trend with the stuck stretches marked, and PV
+// over CO with the fitted band.
 std::string diagnosis_page(const DiagnosedLoop& loop);
 
-// What a valve with this band does behind CO, for the pictures. PV comes later than the valve, by the process' dead time and lag:
-// so the stretches in which the valve stands are marked on CO, and PV is drawn behind both, as they fit best.
+// The response of a valve with this band to CO, for the pictures. PV follows the valve after the
+// process' dead time and lag. So the stuck stretches are marked on CO, and PV is drawn with the
+// best-fitting delay.
 struct ValveView {
-  std::vector<double> standing;  // CO where it moves and the valve does not, else NaN
+  std::vector<double> standing;  // CO while it moves and the valve is stuck, otherwise NaN
   std::vector<double> followed;  // PV units, NaN before the dead time
   std::size_t dead_time = 0;     // samples
 };

@@ -24,7 +24,7 @@ constexpr double kTimeWidth = 476.0;
 constexpr double kPhaseWidth = 284.0;
 
 struct LoopRun {
-  Column sp, pv, co, flow;  // flow: CO units, what leaves the valve
+  Column sp, pv, co, flow;  // flow: CO units, flow through the valve
 };
 
 LoopRun run_loop(const plant::LoopModel& model) {
@@ -61,7 +61,7 @@ plant::LoopModel with_effect(plant::LoopModel model, const effects::Example& exa
   return model;
 }
 
-// What the model without the effect makes of the same input, taken from what was measured.
+// Returns the measured signal minus that of the model without the effect for the same input.
 Column residual_of(const LoopRun& run, const plant::LoopModel& model, Block block) {
   Column residual;
   if (block == Block::controller) {
@@ -83,7 +83,7 @@ Column residual_of(const LoopRun& run, const plant::LoopModel& model, Block bloc
   return residual;
 }
 
-// As a curve is called and coloured in all panels.
+// Name and colour of a curve in all panels.
 struct PanelCurve {
   const char* name;
   const char* colour;
@@ -99,7 +99,7 @@ PlotRange range_of_curves(const std::vector<PanelCurve>& curves, double least_sp
   std::vector<std::span<const double>> columns;
   for (const PanelCurve& curve : curves) columns.emplace_back(*curve.values);
   PlotRange range = range_of(columns, 0.06);
-  // What is all but nothing must look like it.
+  // A negligible difference must look negligible.
   if (const double lacks = least_span - range.span(); lacks > 0.0) {
     range.low -= lacks / 2.0;
     range.high += lacks / 2.0;

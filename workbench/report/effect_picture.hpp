@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The signature of an effect: the same loop with and without it, simulated and drawn.
+// Draws the signature of an effect: the same loop with and without it, simulated.
 #pragma once
 
 #include <string>
@@ -10,18 +10,19 @@
 
 namespace loopwarden::workbench {
 
-// Of every effect in the vocabulary.
+// Returns one example of every effect in the vocabulary.
 std::vector<effects::Example> effect_examples();
 
-// Flow plant 1 of the thesis, without noise, stepping through three set points.
+// Returns flow plant 1 of the thesis, without noise, with steps through three set points.
 plant::LoopModel effect_example_model();
 
-// As text: "stiction, s 1, j 0.4".
+// Returns a text such as "stiction, s 1, j 0.4".
 std::string example_text(const effects::Example& example);
 
-// PV, CO and the residual over time, and for an effect of the valve the flow over CO, for others PV
-// over CO. The residual is PV less that of a model without the effect driven by the same CO; for
-// the controller it is CO less that of the model's controller given the same SP and PV.
+// Draws PV, CO and the residual over time. For an effect of the valve it also draws the flow over
+// CO, for other effects PV over CO. The residual is PV minus the PV of a model without the effect,
+// driven by the same CO. For the controller it is CO minus the CO of the model's controller with
+// the same SP and PV.
 std::string effect_picture_svg(const effects::Example& example);
 
 }  // namespace loopwarden::workbench

@@ -32,7 +32,7 @@ std::string percent(double value) {
 
 std::string percent_of(double value, double span) { return percent(100.0 * value / span); }
 
-// A parameter as a share of the span of CO or PV; "-" where it is of another unit.
+// Returns a parameter as a share of the span of CO or PV; "-" if it has another unit.
 std::string of_span(double value, std::string_view unit, const plant::LoopModel& model) {
   if (unit == "CO units") {
     return percent_of(value, model.controller.output.high - model.controller.output.low);
@@ -52,7 +52,7 @@ std::string span_text(double from_s, double to_s) {
   return fmt::format("{} to {} s", plain_number(from_s), plain_number(to_s));
 }
 
-// Names read as words.
+// Returns a name as words.
 std::string words(std::string_view name) { return escaped(base::in_words(name)); }
 
 std::string join_words(const std::vector<std::string>& names) {
@@ -70,7 +70,7 @@ const char* verdict_words(gap::Outcome outcome) {
   return "Unexplained";
 }
 
-// What stands first where the result brings no sentence of its own.
+// Returns the first sentence of the page if the result has no sentence.
 std::string lead(const gap::Result& result) {
   if (!result.sentence.empty()) return escaped(result.sentence);
   if (!result.check.usable) return "The record can't be compared with the model.";
@@ -113,7 +113,7 @@ std::string short_spec(const effects::EffectSpec& spec) {
   return text;
 }
 
-// A bar of `share` of the full width, with a line where the noise floor is.
+// Draws a bar of `share` of the full width, with a line at the noise floor.
 std::string bar(double share, const char* style, double floor_share = -1.0) {
   const double width = std::isfinite(share) ? std::clamp(share, 0.0, 1.0) * 100.0 : 0.0;
   std::string text = fmt::format(
@@ -217,7 +217,7 @@ class Page {
     if (result_.remainder) {
       tile("Left on the held-back part", plain_number(result_.remainder->rmse),
            result_.remainder->depends_on.empty()
-               ? "PV units; nothing is seen to follow SP or CO"
+               ? "PV units; not seen to follow SP or CO"
                : "PV units; it follows " + depends_on_words(*result_.remainder));
     }
     if (result_.load_intensity > 0.0) {
@@ -241,7 +241,7 @@ class Page {
       return "PV units; what is left can't be tested for a load: " + escaped(floor.why_not_tested);
     }
     return floor.load_rmse > 0.0 ? "PV units; what is left does not follow SP or CO"
-                                 : "PV units; nothing that is left passes for a load";
+                                 : "PV units; the remaining error does not look like a load";
   }
 
   static std::string depends_on_words(const gap::Remainder& remainder) {
@@ -272,7 +272,7 @@ class Page {
       }
       if (!effect.evidence.empty()) add("<p>{}</p>", escaped(effect.evidence));
       if (!effect.alternatives.empty()) {
-        add("<p>This record can't tell it from: {}.</p>", join_words(effect.alternatives));
+        add("<p>This record can't distinguish it from: {}.</p>", join_words(effect.alternatives));
       }
       if (info != nullptr) add("<p><b>What to do.</b> {}</p>", escaped(info->remedy));
       add("</div>\n");
@@ -285,7 +285,7 @@ class Page {
     add("<h2>Measured, before and after</h2>\n{}\n", plots);
   }
 
-  // Rows by block are told apart by the block itself.
+  // Rows by block are distinguished by the block itself.
   static std::string place_of(const gap::Located& row) {
     std::string block = effects::to_text(row.block);
     if (row.what.empty() || row.what == block) return block;
@@ -353,7 +353,7 @@ class Page {
     if (!(most > 0.0)) most = 1.0;
     const double floor = result_.floor.rmse() / most;
     add("<h2>The gap, step by step</h2>\n<p class=\"note\">RMS error of PV, PV units. The line in "
-        "the bars is the noise floor, {}: nothing can close more.</p>\n"
+        "the bars is the noise floor, {}: a model can't close more.</p>\n"
         "<div class=\"wide\"><table><thead><tr><th>model</th><th>fitted part</th><th class=\"n\">"
         "RMS</th><th>held-back part</th><th class=\"n\">RMS</th></tr></thead><tbody>",
         plain_number(result_.floor.rmse()));
@@ -380,8 +380,9 @@ class Page {
     };
     std::stable_sort(rows.begin(), rows.end(),
                      [&](const auto* a, const auto* b) { return rank(a) > rank(b); });
-    add("<h2>What was tried</h2>\n<p class=\"note\">Each effect of the catalogue, fitted alone to "
-        "what the model lacks. Score: log likelihood less a penalty for its parameters, over the "
+    add("<h2>Tried effects</h2>\n<p class=\"note\">Each effect of the catalogue, fitted separately "
+        "to "
+        "the error of the model. Score: log likelihood less a penalty for its parameters, over the "
         "model as given.</p>\n<div class=\"wide\"><table "
         "class=\"tried\"><thead><tr><th>effect</th><th>block</th>"
         "<th>fitted</th><th class=\"n\">RMS</th><th>score</th><th class=\"n\"></th>"
@@ -481,7 +482,7 @@ class Page {
     };
     const char* how = "Lines taken out and put in.";
     if (2 * changes(lines) > lines.size()) {
-      // Another layout drowns what changed: compare what the files say.
+      // A different layout would hide the changes, so the contents are compared.
       std::vector<DiffLine> same_layout =
           line_diff(config::write_model(result_.model), config::write_model(result_.corrected));
       if (const std::size_t n = changes(same_layout); n > 0 && n < changes(lines)) {

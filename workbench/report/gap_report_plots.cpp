@@ -21,13 +21,13 @@ namespace {
 
 using Column = std::vector<double>;
 
-// Points for so many stretches of time show no step at the width of the page, and keep the page of a record of any
-// length below a megabyte.
+// Number of stretches of time per curve. No step is visible at the width of the page, and the page
+// stays below a megabyte for records of any length.
 constexpr std::size_t kMostStretches = 1200;
 constexpr std::size_t kMostPhasePoints = 2000;
 constexpr double kStillWidth = 760.0;  // of a picture on paper
 constexpr std::size_t kTableRows = 25;
-// A controller that holds less of the gap than this is not worth two more curves.
+// If the controller causes a smaller share of the gap than this, its two curves are left out.
 constexpr double kControllerShare = 0.1;
 
 struct Curve {
@@ -51,11 +51,11 @@ struct TimePlot {
   double height;     // of the drawing
   std::vector<Curve> curves;
   bool zero_line = false;
-  double floor = 0.0;  // lines at plus and minus this
+  double floor = 0.0;  // draws lines at plus and minus this value
   std::vector<Shade> shades{};
 };
 
-// Where the pictures stand on their time axis.
+// Position of the pictures on their time axis.
 struct TimeAxis {
   std::size_t samples = 0;
   double first_s = 0.0;
@@ -99,7 +99,7 @@ const char* colour_of(std::string_view style) {
 }
 bool is_dashed(std::string_view style) { return style == "before" || style == "sp"; }
 
-// A number of JSON; what is not finite is null there.
+// Appends a number to JSON, or null if it is not finite.
 void put(nlohmann::json& list, double value) {
   if (std::isfinite(value)) {
     list.push_back(std::stod(fmt::format("{:.6g}", value)));
@@ -137,7 +137,7 @@ std::string value_table(const TimePlot& plot, const TimeAxis& axis) {
   return text + "</tbody></table></div></details>";
 }
 
-// For people who read by ear.
+// Returns a description of the plot for screen readers.
 std::string described(const TimePlot& plot, const TimeAxis& axis, const PlotRange& range) {
   std::string names;
   for (const Curve& curve : plot.curves) {
@@ -153,7 +153,7 @@ bool holds_back(const TimeAxis& axis, double holdout_from_s) {
   return from > 0.0 && from < axis.last();
 }
 
-// What stands where no script runs, and on paper.
+// Returns the static picture, for paper and for browsers without scripts.
 std::string still(const TimePlot& plot, const TimeAxis& axis, double holdout_from_s) {
   Chart chart{.title = plot.title,
               .x_label = "s",
@@ -204,7 +204,8 @@ std::string time_plot(const TimePlot& plot, const TimeAxis& axis, double holdout
                 still(plot, axis, holdout_from_s), value_table(plot, axis));
 }
 
-// Points of the curves by sample: the least and the greatest of every stretch, so that no peak is lost.
+// Returns the points of the curves by sample: the least and the greatest of every stretch, so that
+// no peak is lost.
 nlohmann::json time_data(const TimePlot& plot) {
   nlohmann::json curves = nlohmann::json::array();
   for (const Curve& curve : plot.curves) {
@@ -213,7 +214,7 @@ nlohmann::json time_data(const TimePlot& plot) {
     const Column& values = *curve.values;
     std::int64_t last = -1;
     for (const PlotPoint& point : decimated(values, range_of_curves({curve}), kMostStretches)) {
-      // A gap before this point: one sample without a value tells of it.
+      // One sample without a value marks the gap before this point.
       if (point.starts && last >= 0 && point.x > last + 1) {
         k.push_back(last + 1);
         y.push_back(nullptr);
@@ -231,7 +232,7 @@ nlohmann::json time_data(const TimePlot& plot) {
           {"curves", curves},      {"shades", shades}};
 }
 
-// Moments, not the whole record: shading everything shows nothing.
+// Shades short stretches only, because shading the whole record would not help the reader.
 std::vector<Shade> shades_of(const gap::Result& result, const TimeAxis& axis) {
   const double most_s = 0.9 * axis.last() * axis.period_s;
   std::vector<Shade> shades;
@@ -271,7 +272,7 @@ std::string tools(const gap::Result& result, const TimeAxis& axis) {
          "<output id=\"span\"></output></div>";
 }
 
-// The same curve twice would hide that nothing was changed.
+// Returns whether two curves differ. Drawing equal curves would hide that no change was made.
 bool differ(const Column& a, const Column& b) { return !a.empty() && !b.empty() && a != b; }
 
 struct PhasePlot {
@@ -304,8 +305,7 @@ std::string phase_plot(const PhasePlot& plot, const TimeAxis& axis) {
     chart.lines.push_back(line_of({curve.name, curve.style, &up}, thinned(*plot.across_values)));
   }
   return figure(plot.id, plot.title, plot.text,
-                fmt::format("{} against {}. What is plotted over time has its values in the tables "
-                            "there.",
+                fmt::format("{} against {}. For values over time, see the tables of those plots.",
                             plot.up, plot.across),
                 "<div class=\"still\">" + chart_svg(chart) + "</div>", "");
 }
@@ -327,7 +327,7 @@ nlohmann::json phase_data(const PhasePlot& plot, const TimeAxis& axis) {
   return {{"id", plot.id}, {"up", plot.up}, {"across", plot.across}, {"curves", curves}};
 }
 
-// The plots of one result. They point into it and to the residuals.
+// The plots of one result. They refer to it and to the residuals.
 class Plots {
  public:
   explicit Plots(const gap::Result& result)
@@ -346,7 +346,7 @@ class Plots {
   bool drawable() const { return axis_.drawable() && has_values(result_.series.pv, axis_); }
   const TimeAxis& axis() const { return axis_; }
 
-  // Those that have a curve.
+  // Returns the plots that have a curve.
   std::vector<TimePlot> over_time() const {
     std::vector<TimePlot> plots{trend()};
     for (TimePlot plot : {residual(), output()}) {
@@ -371,7 +371,7 @@ class Plots {
     if (changed_) add(phase.curves, "corrected model", "after", s.pv_after);
     phases.push_back(std::move(phase));
     if (!has_values(s.stem, axis_)) return phases;
-    // The read-back parts the valve from what comes after it.
+    // The read-back separates the valve from the process after it.
     phases.push_back({"stem",
                       "Stem over CO",
                       "the valve up to its stem, as measured.",
@@ -489,7 +489,7 @@ std::string gap_plots_html(const gap::Result& result) {
     text += phase_plot(plot, axis);
     data["phases"].push_back(phase_data(plot, axis));
   }
-  // Only names of this file and numbers stand in it, so that no text can end the element.
+  // The data has only names of this file and numbers, so no text can end the element.
   return text + "</div>\n<script type=\"application/json\" id=\"data\">" + data.dump() +
          "</script>\n";
 }

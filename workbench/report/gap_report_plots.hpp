@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plots of the gap report over time, and of one quantity over another.
+// Draws the plots of the gap report: over time, and one quantity over another.
 #pragma once
 
 #include <string>
@@ -8,10 +8,11 @@
 
 namespace loopwarden::workbench {
 
-// Each as a picture, and its points as JSON for gap_report.js. Empty where the result holds no series to draw.
+// Returns each plot as a picture, with its points as JSON for gap_report.js. Empty if the result
+// has no series.
 std::string gap_plots_html(const gap::Result& result);
 
-// Whether the disagreement lies in the controller as well, or the record does not tell.
+// Returns whether the controller deviates from its model as well, or the record cannot show it.
 bool has_controller_gap(const gap::Result& result);
 
 }  // namespace loopwarden::workbench

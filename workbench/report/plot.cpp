@@ -33,7 +33,7 @@ void add(std::vector<PlotPoint>& points, const PlotPoint& point) {
   points.push_back(point);
 }
 
-// From `p` to the stretch between `a` and `b`.
+// Returns the distance of `p` from the line segment from `a` to `b`.
 double distance(const PlotPoint& p, const PlotPoint& a, const PlotPoint& b) {
   const auto dx = static_cast<double>(b.x - a.x);
   const auto dy = static_cast<double>(b.y - a.y);
@@ -57,7 +57,7 @@ PlotRange range_of(std::span<const std::span<const double>> columns, double marg
     }
   }
   if (low > high) return {};
-  // Below this the ticks would all read the same.
+  // With a smaller step, all ticks would have the same text.
   const double least = std::max(1e-9, 1e-6 * std::max(std::abs(low), std::abs(high)));
   if (high - low < least) {
     const double room = std::max(0.5 * std::abs(low) * 0.1, 10.0 * least);
@@ -160,7 +160,7 @@ std::string path_data(std::span<const PlotPoint> points) {
       text += fmt::format("M{} {}", point.x, point.y);
       first_step = true;
     } else {
-      // A minus sign parts numbers as well as a blank does.
+      // A minus sign separates numbers as well as a blank does.
       const std::int64_t dx = point.x - last.x;
       const std::int64_t dy = point.y - last.y;
       text += fmt::format("{}{}{}{}", first_step ? "l" : (dx < 0 ? "" : " "), dx, dy < 0 ? "" : " ",

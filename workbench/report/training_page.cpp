@@ -21,7 +21,7 @@ struct ErrorCurve {
   std::vector<double> values;  // by epoch
 };
 
-// Errors of one network over the epochs; `best` beyond them is not drawn.
+// Draws the errors of one network over the epochs. `best` is not drawn if it is beyond them.
 std::string picture(const std::string& title, const std::vector<ErrorCurve>& curves,
                     std::size_t best) {
   Chart chart{.title = title, .x_label = "epoch", .y_label = "", .width = 460.0, .height = 240.0};

@@ -7,8 +7,10 @@
 
 namespace loopwarden::workbench {
 
-// The performance plots of a training run (thesis, figures 8.7 to 8.14): errors of training, validation and test
-// over the epochs, on a logarithmic scale, and the best epoch. HTML, nothing else needed.
+// Returns the performance plots of a training run as one self-contained page (thesis, figures 8.7
+// to
+// 8.14): errors of training, validation and test over the epochs on a logarithmic scale, and the
+// best epoch.
 std::string training_page(const TrainingResult& result);
 
 }  // namespace loopwarden::workbench

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `loopwarden commission` makes of the record, and the register map of `loopwarden register-map`: as a person would
-// call them.
+// Runs `loopwarden commission` on the record and writes the register map, with the same commands
+// that a person would use.
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -20,24 +20,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where the daemon keeps what is the loop's.
+// Returns the folder in which the daemon keeps the loop's data.
 fs::path state_directory(const Setup& setup) {
   DaemonClient daemon(setup.socket);
   return protocol::ask(daemon, protocol::DescribeRequest{}).state_directory;
 }
 
-// `file` with more lines at its end, where the daemon would read it so. Written whole, or not at all.
+// Appends lines to `file` if the daemon would accept it. Writes the whole file or leaves it as it
+// is.
 void add_lines(Setup& setup, const fs::path& file, const std::string& lines) {
   std::string text = text_of_file(file);
   text += (text.empty() || text.ends_with('\n') ? "" : "\n") + lines;
   if (!would_be_read(setup, {{file, text}})) {
-    throw TestAborted(fmt::format("{} would not be read with these lines; nothing was written:\n{}",
+    throw TestAborted(fmt::format("{} would be invalid with these lines and was not changed:\n{}",
                                   file.string(), lines));
   }
   write_output(file, text);
 }
 
-// The daemon reads its files again; what has to wait, and why it refuses them, is said by that command.
+// Makes the daemon read its files again. That command prints what must wait, and why files are
+// refused.
 void reload(Setup& setup) {
   const int code = setup.run({"reload", "--socket", setup.socket}, {});
   if (code == kExitOk || code == kExitTryAgain) return;
@@ -46,7 +48,7 @@ void reload(Setup& setup) {
       "that is over.");
 }
 
-// UTC; 0: it is not there.
+// Returns the time of the last change in UTC; 0: the file does not exist.
 std::int64_t written_ms(const fs::path& file) {
   struct stat info {};
   if (::stat(file.c_str(), &info) != 0) return 0;
@@ -70,7 +72,7 @@ Outcome commission(Setup& setup) {
   const fs::path out = state_directory(setup) / "commissioned" / setup.tag;
   if (setup.state().found("commission") == out.string() &&
       loop.monitor.twin == (out / "twin.yaml").string()) {
-    return Outcome::done;  // by a person, who added the lines
+    return Outcome::done;  // a person added the lines
   }
   fs::create_directories(out.parent_path());
   dialogue.say(fmt::format("  This takes minutes. Its result: {}", out.string()));
@@ -142,8 +144,7 @@ std::string what_waits(const Setup& setup) {
     if (!twin.empty() && written_ms(twin) > started_ms) {
       return fmt::format(
           "{}: {} is newer than the daemon's start. Restart the daemon (`systemctl "
-          "restart loopwardend`): every loop goes to its stop action for that "
-          "moment.",
+          "restart loopwardend`). Every loop takes its stop action meanwhile.",
           setup.tag, twin.string());
     }
     return {};

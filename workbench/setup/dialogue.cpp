@@ -13,8 +13,8 @@
 namespace loopwarden::workbench::setup {
 namespace {
 
-// The unit of a question's numbers; empty where it has none, or it is not known. `answer`: to
-// another question, if known.
+// Returns the unit of a question's numbers; empty if it has no unit or the unit is unknown.
+// `answer`: returns the answer to another question, if there is one.
 template <class AnswerTo>
 std::string unit_of(const Question& asked, AnswerTo answer) {
   if (asked.unit == nullptr) return {};
@@ -24,7 +24,7 @@ std::string unit_of(const Question& asked, AnswerTo answer) {
   return known.empty() ? known : known + (unit == "co/s" ? "/s" : "");
 }
 
-// What the document has for a key; empty where it has nothing.
+// Returns the document's text for a key; empty if the key is missing.
 std::string text_at(const config::YamlNode& root, std::string_view key) {
   for (std::size_t i = 0; i < root.keys.size(); ++i) {
     if (root.keys[i].text == key) return root.values[i].text;
@@ -49,8 +49,8 @@ Answers read_answers(const std::string& file) {
       const config::YamlNode& value = root->values[i];
       if (std::find(ids.begin(), ids.end(), key.text) == ids.end()) {
         report.error(key.place, key.text,
-                     "is no question that a file may answer (what moves a valve is asked each "
-                     "time)" +
+                     "is no question that a file may answer (questions that move a valve are asked "
+                     "each time)" +
                          config::suggestion(key.text, ids));
       } else if (value.kind != config::YamlNode::Kind::scalar) {
         report.error(value.place, key.text, "must be text on one line");

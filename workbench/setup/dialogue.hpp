@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The talk with the person who sets a loop up.
+// The dialogue with the person who sets up a loop.
 #pragma once
 
 #include <chrono>
@@ -15,33 +15,33 @@
 
 namespace loopwarden::workbench::setup {
 
-// The person, at a terminal or in a test.
+// The person, who uses a terminal or is simulated by a test.
 class Person {
  public:
   virtual ~Person() = default;
-  virtual void say(const std::string& text) = 0;  // with a line's end
-  // Without the blanks at both ends; nullopt: he has gone.
+  virtual void say(const std::string& text) = 0;  // prints a text and a line end
+  // Returns the answer without leading and trailing blanks; nullopt: the person ended the input.
   virtual std::optional<std::string> line(const std::string& prompt) = 0;
-  // Whether he sits at a terminal: only who can press a key moves a valve.
+  // Returns whether the person uses a terminal. Moving a valve requires a key that can abort.
   virtual bool has_keys() const = 0;
-  // Keys count as they are pressed while this is on.
+  // Turns on the reading of single keys.
   virtual void watch_keys(bool on) = 0;
   virtual std::optional<char> key(std::chrono::milliseconds patience) = 0;
 };
 
-// He has gone; what was answered is kept.
+// The person ended the dialogue. All answers are kept.
 class Paused : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// He wants the question before: its answer is no longer kept.
+// The person returned to the previous question, whose answer is discarded.
 struct Back {
   std::string question;
 };
 inline constexpr const char* kBack = "back";
 
-// Answers that were written down before. Each knows where it stands, for messages.
+// Answers from a file. Each has its place in the file, for messages.
 struct WrittenAnswer {
   std::string text, place;
 };
@@ -54,31 +54,34 @@ class Dialogue {
   Dialogue(Person& person, Answers answers, State& state)
       : person_(person), answers_(std::move(answers)), state_(state) {}
 
-  // The answer to a question: as kept, as written in the file, or as he says now. `about` stands before the question's
-  // text. Throws CommandError where the file's is wrong, Paused, Back.
+  // Returns the answer to a question: the kept one, the one of the file, or one that the person
+  // enters now. `about` is printed before the question. Throws CommandError if the file's answer is
+  // wrong, Paused, Back.
   std::string ask(const std::string& id, const std::string& about = {});
-  // The same of a question that is answered in words each time: Enter is no answer.
+  // Does the same for a question that needs an explicit answer each time: Enter is no answer.
   std::string ask_in_words(const std::string& id);
-  // What the files would refuse is refused when it is said: why, of a question and an answer;
-  // empty: nothing is wrong.
+  // Returns why the configuration files would refuse the answer to a question; empty: they accept
+  // it. Such an answer is refused when the person enters it.
   using Refusal = std::function<std::string(const std::string& id, const std::string& answer)>;
   void check_by(Refusal refusal) { refusal_ = std::move(refusal); }
   std::string why_refused(const std::string& id, const std::string& answer) const {
     return refusal_ ? refusal_(id, answer) : std::string();
   }
-  // Whether a question is answered already, or in the file.
+  // Returns whether a question has an answer, here or in the file.
   bool knows(const std::string& id) const {
     return state_.answers().contains(id) || answers_.contains(id);
   }
-  // Asked anew, of him, with what was answered as the offer; not what is written in the file of
-  // answers.
+  // Discards an answer. The person is asked again, with the earlier answer as the default. The
+  // answer in the file of answers is ignored.
   void forget(const std::string& id);
-  // Of a question whose answer is numbers.
+  // Asks a question whose answer is a number.
   double number(const std::string& id, const std::string& about = {});
   std::pair<double, double> range(const std::string& id);
-  // Asks the question before once more. Returns where there is none. Throws Back.
+  // Discards the previous answer and throws Back to repeat its question. Returns if there is no
+  // such question.
   void back();
-  // Of him alone, each time; until `wrong` says nothing.
+  // Asks the person each time, without the file and the kept answers. Repeats the question until
+  // `wrong` returns an empty text.
   template <class Wrong>
   std::string ask_now(const std::string& text, Wrong wrong) {
     for (;;) {
@@ -90,7 +93,7 @@ class Dialogue {
   }
   std::string ask_now(const std::string& text);
   bool yes_now(const std::string& text);
-  // `unit`: may stand behind the numbers.
+  // `unit`: may follow the numbers in the answer.
   double number_now(const std::string& text, const std::string& unit = {});
   std::pair<double, double> range_now(const std::string& text, const std::string& unit = {});
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices and registers: what was typed is asked, nothing else, and nothing is written to any of them.
+// Finds devices and registers. Only the entered addresses are read, and devices are never written
+// to.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,7 +36,7 @@ std::string in_words(const protocol::Probed& answer) {
   return fmt::format("raw{} = {:.7g}", words, answer.raw);
 }
 
-// Which units answer. A device that answers with an error is there.
+// Prints the units that answer. A device that answers with an error counts.
 void scan(Setup& setup, protocol::Probe probe, const std::string& where,
           const std::vector<unsigned>& units) {
   for (const unsigned unit : units) {
@@ -50,7 +51,7 @@ void scan(Setup& setup, protocol::Probe probe, const std::string& where,
       }
       if (answer.state == "silent") {
         line = answer.why;
-        break;  // a dead unit is not waited for twice
+        break;  // a unit that does not answer is tried only once
       }
       line += fmt::format("{}{} register 0: {}", line.empty() ? "" : ", ", table, in_words(answer));
     }
@@ -58,8 +59,8 @@ void scan(Setup& setup, protocol::Probe probe, const std::string& where,
   }
 }
 
-// Why a value is none that the range lets expect; empty: it may be one. A tenth of the span beyond
-// its ends is no wonder.
+// Returns why a value is implausible for the range; empty: plausible. A tenth of the span beyond
+// the ends is allowed.
 std::string outside(double value, std::pair<double, double> range, const std::string& unit) {
   const double more = 0.1 * (range.second - range.first);
   if (value >= range.first - more && value <= range.second + more) return {};
@@ -67,15 +68,16 @@ std::string outside(double value, std::pair<double, double> range, const std::st
                      range.second);
 }
 
-// A floating-point number that no device measures: the register, its type or the order of its bytes
-// is another one.
+// Returns whether a floating-point number is too extreme for a measurement. Then the register, its
+// type or its byte order is wrong.
 bool is_no_measurement(double raw) {
   constexpr double kLeast = 1e-20;
   constexpr double kMost = 1e20;
   return !std::isfinite(raw) || std::abs(raw) > kMost || (raw != 0.0 && std::abs(raw) < kLeast);
 }
 
-// The scaling by what a person reads off the device's own display. Four numbers, or none.
+// Derives the scaling from the values that a person reads off the device's display. Returns four
+// numbers, or "none".
 std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const std::string& id,
                              const std::string& unit, std::pair<double, double> range) {
   Dialogue& dialogue = setup.dialogue;
@@ -93,9 +95,10 @@ std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const s
     }
     const std::string text = dialogue.ask_now(
         said.empty()
-            ? fmt::format("  The device's display says now ({} or %); r: read again; Enter: the "
-                          "register holds it as it is",
-                          unit)
+            ? fmt::format(
+                  "  Present value on the device's display ({} or %); r: read again; Enter: the "
+                  "register holds it as it is",
+                  unit)
             : fmt::format("  Let it change, then say it once more; r: read again; Enter: raw 0 is "
                           "0 {}",
                           unit),
@@ -110,7 +113,7 @@ std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const s
     if (text.empty() && said.empty()) return "none";
     if (text.empty()) {
       if (said.front().raw == 0.0 || said.front().value == 0.0) {
-        dialogue.say("  Raw 0 alone scales nothing: a second value is needed.");
+        dialogue.say("  Raw 0 does not define a scale: a second value is needed.");
         continue;
       }
       said.push_back({0.0, 0.0});
@@ -148,14 +151,15 @@ struct Point {
   bool in_pv_units;
 };
 
-// What was said of a point.
+// The answers for a point.
 struct SaidPoint {
   std::string where, scale;
   friend bool operator==(const SaidPoint&, const SaidPoint&) = default;
 };
 
-// Asks for a point and reads it. Returns why its value can't be right; empty: it can, nothing can
-// be read, or he has said the same `before` and means it. `said` gets his answers.
+// Asks for a point and reads it. Returns why its value can't be right. Returns an empty text if it
+// can be, if it is not readable, or if the person confirms the answers `before`. `said` receives
+// the answers.
 std::string look_at(Setup& setup, const protocol::Probe& link, const Point& point,
                     const SaidPoint& before, SaidPoint& said) {
   Dialogue& dialogue = setup.dialogue;
@@ -206,8 +210,8 @@ void find_point(Setup& setup, const protocol::Probe& link, const Point& point) {
     const std::string why = look_at(setup, link, point, before, said);
     if (why.empty()) return;
     dialogue.say(fmt::format(
-        "  {}: register, type, order of the bytes or scaling are wrong. What is said once more "
-        "without a change is kept.",
+        "  {}: register, type, order of the bytes or scaling are wrong. Repeat the answers to "
+        "keep them.",
         why));
     before = std::move(said);
     dialogue.forget(std::string(point.name) + ".register");
@@ -255,7 +259,7 @@ void ask_comm_loss(Setup& setup) {
   dialogue.ask("comm_loss.scale");
 }
 
-// The loops of an OPC UA server are found by their tags; their files are complete then.
+// The loops of an OPC UA server are found by their tags. Their files are complete then.
 Outcome find_by_opcua(Setup& setup) {
   if (std::filesystem::exists(setup.loop_file())) return Outcome::done;
   const std::string url = setup.dialogue.ask("opcua.url");
@@ -268,11 +272,11 @@ Outcome find_by_opcua(Setup& setup) {
   if (code != 0) throw TestAborted(fmt::format("discover ended with exit code {}", code));
   if (!std::filesystem::exists(setup.loop_file())) {
     throw TestAborted(setup.loop_file().string() +
-                      " is not among the files: a file TAG.yaml.incomplete says what it lacks, "
+                      " is not among the files: a file TAG.yaml.incomplete lists its missing keys, "
                       "and a loop of another tag is set up by that");
   }
-  setup.dialogue.say(fmt::format("  The feeder asks for what {} lists: it belongs into opcua.yaml",
-                                 nodes.string()));
+  setup.dialogue.say(
+      fmt::format("  {} lists the feeder's requests: add it to opcua.yaml", nodes.string()));
   return Outcome::done;
 }
 
@@ -293,7 +297,7 @@ Outcome find_devices(Setup& setup) {
     return Outcome::done;
   }
   find_point(setup, link, {"co", "The holding register that takes CO", false});
-  find_point(setup, link, {"stem", "The register that tells where the valve stands", false});
+  find_point(setup, link, {"stem", "The register that reads the valve's position", false});
   ask_comm_loss(setup);
   return Outcome::done;
 }

@@ -12,12 +12,12 @@
 namespace loopwarden::workbench::setup {
 namespace {
 
-// JSON's double quotes are YAML's, too.
+// JSON's double quotes are valid in YAML.
 std::string quoted(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-// A double in decimal notation, as the files want it.
+// Returns a double in decimal notation, as the files require.
 std::string plain(double value) {
   std::string text = fmt::format("{:.9f}", value);
   text.erase(text.find_last_not_of('0') + 1);
@@ -42,7 +42,7 @@ std::string register_text(const std::string& where, const std::string& scale, bo
   if (place.order != "abcd") text += ", order: " + place.order;
   if (const auto four = numbers_in(scale, 4)) {
     const std::vector<double>& v = *four;
-    // The raw values rise.
+    // The files need rising raw values.
     const bool rises = v[0] < v[1];
     text += fmt::format(", raw: [{}, {}], eu: [{}, {}]", plain(v[rises ? 0 : 1]),
                         plain(v[rises ? 1 : 0]), plain(v[rises ? 2 : 3]), plain(v[rises ? 3 : 2]));
@@ -149,7 +149,7 @@ std::string loop_text(const Answered& of, const std::string& link) {
   const auto seconds = [](const std::string& answer) {
     return numbers_in(answer, 1).value_or(std::vector{0.0}).front();
   };
-  // If a frozen PV may move the valve, a slow loop has long to answer.
+  // If a frozen PV may move the valve, a slow loop gets more time to respond.
   const double frozen_after_s = hal::usual_frozen_after_s(
       seconds(of("sample_time")), elsewhere ? 0.0 : 3.0 * seconds(of("ti")));
   text += fmt::format(
@@ -190,7 +190,7 @@ std::optional<std::string> with_link(const std::string& text, const std::string&
     if (end == text.size() || (first != std::string_view::npos && rest[first] != '#')) {
       return std::nullopt;
     }
-    // As deep as what follows.
+    // Uses the indentation of the next line.
     std::size_t depth = 2;
     for (std::size_t next = end + 1; next < text.size(); next = end_of_line(next) + 1) {
       const std::string_view line = std::string_view(text).substr(next, end_of_line(next) - next);

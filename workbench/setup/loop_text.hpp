@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From answers to the text of the daemon's files.
+// Writes the text of the daemon's files from the answers.
 #pragma once
 
 #include <functional>
@@ -8,14 +8,16 @@
 
 namespace loopwarden::workbench::setup {
 
-// What was answered to a question; empty: it was not asked.
+// Returns the answer to a question; empty: the question was not asked.
 using Answered = std::function<std::string(const char* id)>;
 
-// `link`: its name in loopwardend.yaml. The text is as good as the answers: the reader of the files has the last word.
+// Returns the text of the loop's file. `link`: the name of its link in loopwardend.yaml. The text
+// may still have errors, so the reader of the files must check it.
 std::string loop_text(const Answered& answered, const std::string& link);
 std::string link_text(const Answered& answered);  // {transport: ...}
 
-// `text` of loopwardend.yaml with the link; nullopt where its links are not written one a line.
+// Returns `text` of loopwardend.yaml with the link added; nullopt if its links are not one per
+// line.
 std::optional<std::string> with_link(const std::string& text, const std::string& name,
                                      const std::string& link);
 

@@ -36,27 +36,27 @@ bool agreed(Setup& setup, const std::string& what_moves) {
   DaemonClient daemon(setup.socket);
   check_in_force(setup, daemon);
   dialogue.say("  " + what_moves);
-  const std::string typed =
-      dialogue.ask_now(fmt::format("  Type {} to go on, or Enter to leave this step", setup.tag),
-                       [&](const std::string& answer) -> std::string {
-                         return answer.empty() || answer == setup.tag ? "" : "the tag, or nothing";
-                       });
+  const std::string typed = dialogue.ask_now(
+      fmt::format("  Type {} to go on, or Enter to leave this step", setup.tag),
+      [&](const std::string& answer) -> std::string {
+        return answer.empty() || answer == setup.tag ? "" : "type the tag, or only Enter";
+      });
   return !typed.empty();
 }
 
 namespace {
 
-constexpr const char* kOutside = "  The loop stands outside of them.";
+constexpr const char* kOutside = "  The present values are outside of these limits.";
 
 std::pair<double, double> ask_pv_limits(Setup& setup, const protocol::LoopStatus& loop, double pv) {
   return setup.dialogue.range_now(
-      fmt::format("  It ends where PV leaves: lowest and highest, {} (now {:.4g})", loop.pv_unit,
-                  pv),
+      fmt::format("  Limits of PV that end the test: lowest and highest, {} (now {:.4g})",
+                  loop.pv_unit, pv),
       loop.pv_unit);
 }
 
-// Of the newest cycle. Throws TestAborted if there is none, or it has a value that no limit can be
-// compared with.
+// Returns the newest cycle. Throws TestAborted without a cycle, or if a value can't be compared
+// with limits.
 const protocol::Cycle& known_cycle(const protocol::LoopStatus& loop) {
   if (!loop.cycle) throw TestAborted("the loop has not run yet");
   if (!std::isfinite(loop.cycle->pv)) {
@@ -74,7 +74,7 @@ const char* word_of(control::Action action) noexcept {
 LiveLimits limits_now(Setup& setup, const protocol::LoopStatus& loop) {
   const protocol::Cycle& cycle = known_cycle(loop);
   if (!std::isfinite(cycle.co)) {
-    throw TestAborted("nothing tells where the output stands: the step `stroke` asks for it");
+    throw TestAborted("the output is not known: run the step `stroke`, which asks for it");
   }
   for (;;) {
     const auto co = setup.dialogue.range_now(
@@ -103,8 +103,8 @@ double check_inside(const protocol::LoopStatus& loop, const LiveLimits& limits) 
   if (cycle.fault != "none") throw TestAborted("the loop has a fault: " + cycle.fault);
   if (!(cycle.co >= limits.co_low && cycle.co <= limits.co_high && cycle.pv >= limits.pv_low &&
         cycle.pv <= limits.pv_high)) {
-    throw TestAborted(fmt::format(
-        "the loop stands outside of the limits by now: CO {:.4g}, PV {:.4g}", cycle.co, cycle.pv));
+    throw TestAborted(fmt::format("the loop is outside of the limits by now: CO {:.4g}, PV {:.4g}",
+                                  cycle.co, cycle.pv));
   }
   return cycle.co;
 }

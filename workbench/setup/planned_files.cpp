@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a question that has no answer yet: what makes no error by itself.
+// Returns a value that causes no error, for a question without an answer yet.
 std::string sample(const std::string& id, const Answered& of) {
   static const std::map<std::string, std::string> kSamples{
       {"tag", "FIC-101"},
@@ -65,7 +65,7 @@ Answered with_samples(const AnswerMap& answers) {
 }
 
 config::DaemonConfig daemon_of(const fs::path& file, const std::string& text) {
-  // It need not be there, but where it is it has to say something.
+  // The file may be missing. An existing file must not be empty.
   if (!fs::exists(file)) return {};
   auto daemon = config::read_daemon_text(file.string(), text);
   if (!daemon) {
@@ -85,7 +85,7 @@ hal::modbus::LinkSettings settings_of(const std::string& link) {
   return read->links.at("setup");
 }
 
-// The link that reaches the same device or line, by whatever name and spelling.
+// Returns the link that reaches the same device or line, in any name and spelling.
 const hal::modbus::LinkSettings* known_link(const config::DaemonConfig& daemon,
                                             const hal::modbus::LinkSettings& wanted) {
   for (const auto& [name, settings] : daemon.links) {
@@ -104,7 +104,7 @@ std::string free_name(const config::DaemonConfig& daemon, const std::string& tag
   return name;
 }
 
-// Answers up to and with this question.
+// Returns the answers up to and including this question.
 AnswerMap answers_to(const AnswerMap& all, const std::string& id) {
   AnswerMap part;
   for (const std::string& one : question_ids()) {
@@ -114,7 +114,7 @@ AnswerMap answers_to(const AnswerMap& all, const std::string& id) {
   return part;
 }
 
-// What the reader refuses of the files that these answers make.
+// Returns the reader's errors for the files that these answers produce.
 std::set<std::string> errors_of(const Setup& setup, const AnswerMap& answers) {
   std::set<std::string> errors;
   const auto add = [&](const std::vector<config::Diagnostic>& diagnostics) {
@@ -135,7 +135,7 @@ bool makes_files(const AnswerMap& answers) {
   return answers.contains("control") && (source == answers.end() || source->second != "opcua");
 }
 
-// All of them at one look.
+// Checks all answers at once.
 bool is_taken(const Setup& setup, const AnswerMap& answers) {
   try {
     return !makes_files(answers) || errors_of(setup, answers).empty();
@@ -155,7 +155,7 @@ std::string why_refused(const Setup& setup, AnswerMap answers, const std::string
                                   [&](const auto& error) { return !without.contains(error); });
     return own == with.end() ? "" : *own;
   } catch (const TestAborted&) {
-    return {};  // the file step says so
+    return {};  // the step `file` reports it
   } catch (const CommandError&) {
     return {};
   }
@@ -183,7 +183,7 @@ PlannedFiles planned_files(const Setup& setup, const AnswerMap& answers) {
     planned.link_name = free_name(daemon, setup.tag);
     std::optional<std::string> with = with_link(text, planned.link_name, planned.link);
     if (!with) {
-      throw TestAborted(fmt::format("{}: its links stand on one line; add there: {}: {}",
+      throw TestAborted(fmt::format("{}: its links are on one line; add there: {}: {}",
                                     file.string(), planned.link_name, planned.link));
     }
     planned.daemon = std::move(*with);

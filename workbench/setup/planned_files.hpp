@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files that the answers make, and whether the daemon would take them.
+// Writes the files for the answers, and checks whether the daemon would accept them.
 #pragma once
 
 #include <map>
@@ -17,21 +17,21 @@ struct PlannedFiles {
   std::string link_name, link;
   // Settings of an existing link to the same device, if they differ from the answers.
   std::string other_settings;
-  std::string daemon;  // text of loopwardend.yaml with the link; empty: it has the link
+  std::string daemon;  // text of loopwardend.yaml with the link; empty: the file has the link
 };
 
-// What has no answer is as harmless as it can be, or left out. Throws TestAborted where the link
-// can't be added, CommandError where loopwardend.yaml has errors.
+// A key without an answer gets a value without risk, or is left out. Throws TestAborted if the link
+// can't be added, CommandError if loopwardend.yaml has errors.
 PlannedFiles planned_files(const Setup& setup, const AnswerMap& answers);
 
-// With the files of the plan in place of those of the folder.
+// Returns drafts that replace the files of the folder with those of the plan.
 config::Drafts drafts_of(const Setup& setup, const PlannedFiles& planned);
 
-// Why the daemon would refuse the files for this answer, by the answers to the questions before it;
-// empty: it would not.
+// Returns why the daemon would refuse the files for this answer, given the answers to the earlier
+// questions. Empty: the daemon would accept them.
 std::string why_refused(const Setup& setup, const std::string& id, const std::string& answer);
 
-// The first kept answer that is refused by those before it; empty: none is.
+// Returns the first kept answer that the earlier answers make invalid; empty: all are valid.
 std::string refused_answer(const Setup& setup);
 
 }  // namespace loopwarden::workbench::setup

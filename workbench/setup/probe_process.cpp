@@ -26,7 +26,7 @@ std::string daemon_program() {
 }
 
 void ProbeProcess::start() {
-  // A socket: writing to a child that has ended is an error, and no signal.
+  // A socket, because writing to a child that has ended is then an error and not a signal.
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
     throw CommandError(kExitIo, "no socket for loopwardend --probe");
@@ -45,7 +45,7 @@ void ProbeProcess::start() {
 }
 
 std::string ProbeProcess::exchange(const std::string& line) {
-  constexpr int kPatience_ms = 20'000;  // with a device that never answers
+  constexpr int kPatience_ms = 20'000;  // for a device that never answers
   if (::send(to_.fd(), line.data(), line.size(), MSG_NOSIGNAL) !=
       static_cast<ssize_t>(line.size())) {
     return {};
@@ -68,7 +68,7 @@ std::string ProbeProcess::exchange(const std::string& line) {
 protocol::Probed ProbeProcess::read(const protocol::Probe& asked) {
   const nlohmann::json request = asked;
   const std::string line = request.dump() + "\n";
-  constexpr int kTries = 2;  // the first may find it ended
+  constexpr int kTries = 2;  // the child may have ended before the first
   for (int i = 0; i < kTries; ++i) {
     if (!child_ || child_->ended()) start();
     const std::string answer = exchange(line);

@@ -11,11 +11,12 @@
 
 namespace loopwarden::workbench::setup {
 
-// `loopwardend --probe` as a child: it ends by itself when nothing is asked for a minute, and is started again then.
+// Runs `loopwardend --probe` as a child process. The child ends after one minute without a request
+// and is restarted by the next request.
 class ProbeProcess final : public Prober {
  public:
   explicit ProbeProcess(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  // Throws CommandError where the program can't be started or does not answer.
+  // Throws CommandError if the program can't be started or does not answer.
   protocol::Probed read(const protocol::Probe& asked) override;
 
  private:
@@ -28,7 +29,7 @@ class ProbeProcess final : public Prober {
   std::string received_;
 };
 
-// loopwardend beside this program, where the package has it, or where PATH has it.
+// Returns the path of loopwardend: next to this program, in the folder of the package, or in PATH.
 std::string daemon_program();
 
 }  // namespace loopwarden::workbench::setup

@@ -104,7 +104,7 @@ std::string scaling(const std::string& answer) {
   if (is_one_of(answer, {"none", "live"})) return {};
   const auto values = numbers_in(answer, 4);
   if (!values || (*values)[0] == (*values)[1] || (*values)[2] == (*values)[3]) {
-    return "none, live, or four numbers: two raw ones and what they mean, such as 0 10000 0 100";
+    return "none, live, or four numbers: two raw ones and their values, such as 0 10000 0 100";
   }
   return {};
 }
@@ -124,14 +124,14 @@ constexpr const char* kPlaceHelp = "UNIT TABLE ADDRESS TYPE [ORDER], such as 1 i
 constexpr std::array kQuestions{
     Question{"tag", "loop", "Tag of the loop, such as FIC-101", nullptr, tag},
     Question{"control", "loop",
-             "Who controls it: here (this box moves the valve) or elsewhere (a PLC or DCS does; "
-             "nothing is ever written)",
+             "Controller of the loop: here (this box moves the valve) or elsewhere (a PLC or DCS "
+             "moves it; this box only reads)",
              nullptr, control_word},
     Question{"source", "loop",
              "Where its values come from: modbus (the PLC's registers) or opcua (an OPC UA server, "
              "by loopwarden-opcua)",
              "modbus", source_word},
-    Question{"description", "loop", "What it is for, in a few words", "", any},
+    Question{"description", "loop", "Purpose of the loop, in a few words", "", any},
     Question{"pv.unit", "loop", "Unit of the process variable PV, such as m3/h", nullptr, there},
     Question{"pv.range", "loop", "Range of PV: lower and upper end", nullptr, range, "pv"},
     Question{"co.unit", "loop", "Unit of the controller output CO", "%", there},
@@ -150,15 +150,15 @@ constexpr std::array kQuestions{
     Question{"link.parity", "devices", "Parity: none, even or odd", "even", parity_word},
     Question{"link.stop_bits", "devices", "Stop bits", "1", whole_number},
     Question{"scan.units", "devices",
-             "Unit numbers to ask, such as 1-5,20. Each is sent two read requests, nothing else. "
+             "Unit numbers to ask, such as 1-5,20. Each receives only two read requests. "
              "none: no scan",
              "none", units_or_none},
     Question{"link.host", "devices", "Which of these addresses has the loop's devices", nullptr,
              there},
     Question{"pv.register", "devices", kPlaceHelp, nullptr, register_place},
     Question{"pv.scale", "devices",
-             "Two raw values and what they mean (0 10000 0 25); none: the register holds it; live: "
-             "you say what the display shows",
+             "Two raw values and their values in units (0 10000 0 25); none: the register holds "
+             "the value itself; live: you enter the value on the display",
              "live", scaling},
     Question{"co.register", "devices", kPlaceHelp, nullptr, register_place},
     Question{"co.scale", "devices", "As for PV: four numbers, none or live", "live", scaling},
@@ -171,16 +171,16 @@ constexpr std::array kQuestions{
              nullptr, numbers_list},
     Question{
         "comm_loss", "devices",
-        "What moves the valve when no command comes any more (cable, power, this box dead)? "
-        "Only the device can: register (its watchdog is a register, written here), device (set "
-        "on the device itself), none (nothing does, and you accept it)",
+        "How the valve reacts when commands cease (cable, power, this box dead). "
+        "Only the device can move it: register (its watchdog is a register, written here), device "
+        "(set on the device itself), none (it does not move, and you accept it)",
         nullptr, loss_word},
     Question{"comm_loss.timeout", "devices", "Seconds without a command, after which it acts",
              nullptr, above_zero_number, "s"},
     Question{"comm_loss.register", "devices", "Its register, UNIT holding ADDRESS TYPE", nullptr,
              holding_place},
     Question{"comm_loss.scale", "devices",
-             "Two raw values of it and the seconds they mean, such as 0 10 0 1; none: whole "
+             "Two raw values of it and their values in seconds, such as 0 10 0 1; none: whole "
              "seconds",
              "none", scaling},
     Question{"pv.follows", "file", "When CO rises, PV: rises or falls", nullptr, direction_word},
@@ -196,19 +196,20 @@ constexpr std::array kQuestions{
              nullptr, range, "co"},
     Question{"co.rate", "file", "Fastest change of the output, CO units a second, or none", "none",
              above_zero_or_none, "co/s"},
-    Question{"stop.end", "file",
-             "The service is stopped or the box restarts. hold: the valve stays where it is, and "
-             "nobody controls it. A number: the output goes there first",
-             nullptr, hold_or_value, "co"},
+    Question{
+        "stop.end", "file",
+        "The service is stopped or the box restarts. hold: the valve keeps its position, without "
+        "control. A number: the output takes this value first",
+        nullptr, hold_or_value, "co"},
     Question{"stop.bad_pv", "file",
              "The transmitter fails. hold: the valve stays, whatever the flow does. A number: the "
              "output goes there",
              nullptr, hold_or_value, "co"},
-    Question{
-        "stop.output_lost", "file",
-        "Commands no longer reach the valve, so its own watchdog may have moved it. hold: the "
-        "loop goes on from where the valve is found. A number: it goes there as soon as it can",
-        nullptr, hold_or_value, "co"},
+    Question{"stop.output_lost", "file",
+             "Commands no longer reach the valve, so its own watchdog may have moved it. hold: the "
+             "loop continues from the valve's actual position. A number: the output takes it as "
+             "soon as possible",
+             nullptr, hold_or_value, "co"},
     Question{"write", "file", "Write these files: yes or no", "yes", yes_or_no},
     Question{"masters", "masters",
              "Does a PLC or SCADA read from this box by Modbus? yes: on port 1502, this host alone "
@@ -243,7 +244,7 @@ std::optional<std::vector<double>> numbers_in(const std::string& text, std::size
 
 std::string without_unit(const std::string& text, const std::string& unit) {
   const std::string wanted = base::lower_case(unit);
-  // A digit may be the number's own.
+  // A digit may belong to the number itself.
   if (wanted.empty() || std::isdigit(static_cast<unsigned char>(wanted.front())) != 0) return text;
   std::string rest = text;
   for (std::size_t at = 0; (at = base::lower_case(rest).find(wanted, at)) != std::string::npos;) {

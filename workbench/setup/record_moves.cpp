@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Twenty minutes in automatic with moves of the set point, for the twin. Of a loop that another controller runs the person
-// moves it there, and this tells him when.
+// Records twenty minutes in automatic with moves of the set point, for the twin. If another
+// controller runs the loop, the person makes the moves there, and this step tells the person when.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
@@ -19,12 +19,13 @@
 namespace loopwarden::workbench::setup {
 namespace {
 
-// In sizes of the move, one after the other, each for the same time: a few in each direction, and some twice as large.
+// The plan of set points in sizes of the move, each held for the same time: a few in each
+// direction, and some twice as large.
 constexpr std::array kPlan{0.0, 1.0, 0.0, -1.0, 0.0, 1.0, -1.0, 1.0, 0.0, -1.0, 0.0};
-constexpr double kMargin_s = 120.0;  // that the moves may take longer than planned
+constexpr double kMargin_s = 120.0;  // additional time for the moves
 
-// The daemon's record of the loop, ended however this ends. Where this process dies, the daemon
-// ends it: with the commissioning, and after `at_most_s`.
+// The daemon's record of the loop. The destructor ends it. If this process dies, the daemon ends it
+// when the commissioning session ends, and at the latest after `at_most_s`.
 class CsvRecord {
  public:
   CsvRecord(DaemonClient& daemon, const std::string& tag, double at_most_s)
@@ -53,8 +54,8 @@ class CsvRecord {
   std::string tag_, file_;
 };
 
-// The loop in automatic, and back in manual: after all moves where its output stands then,
-// otherwise where the output stood before.
+// Takes the loop to automatic. The destructor returns it to manual: with the present output after
+// all moves, otherwise with the earlier output.
 class InAutomatic {
  public:
   InAutomatic(Setup& setup, Session& session, double output, double set_point)
@@ -62,7 +63,7 @@ class InAutomatic {
     try {
       session_.set({.set_point = set_point, .mode = "auto"});
     } catch (const std::exception&) {
-      // It may have been taken though its answer was lost.
+      // The daemon may have taken the command although its answer was lost.
       put_back();
       throw;
     }
@@ -86,13 +87,13 @@ class InAutomatic {
       abandon(e.what());
     }
   }
-  // Such as where a fault's action has the output: the mode is taken all the same.
+  // Used if, for example, the action for a fault has the output. The mode is set anyway.
   void abandon(const char* why) noexcept {
     session_.abandon();
     try {
       dialogue_.say(fmt::format("  The output could not be put back to {:.4g}: {}", output_, why));
       session_.set({.mode = "man"});
-    } catch (const std::exception&) {  // the daemon takes it there by itself
+    } catch (const std::exception&) {  // the daemon does it without a command
     }
   }
 
@@ -102,7 +103,7 @@ class InAutomatic {
   bool all_moved_ = false;
 };
 
-// Watches the loop in its own time. Throws TestAborted where it must end.
+// Watches the loop in its own time. Throws TestAborted if the step must end.
 class Watched {
  public:
   Watched(Setup& setup, DaemonClient& daemon, const LiveLimits& limits, bool ours,
@@ -117,7 +118,7 @@ class Watched {
     next_period_ = now.period + 1;
   }
 
-  // Until `until_s` of the loop's time, or `seen` says that it is enough.
+  // Waits until `until_s` of the loop's time, or until `seen` returns that it is enough.
   template <class Seen>
   void wait(double until_s, Seen seen) {
     while (time_s_ < until_s) {
@@ -136,7 +137,7 @@ class Watched {
   double time_s() const noexcept { return time_s_; }
 
  private:
-  // Of every cycle since the last look.
+  // Checks every cycle since the last call.
   void check_limits() {
     const protocol::Trend fresh =
         protocol::ask(daemon_, protocol::TrendRequest{.loop = setup_.tag, .from = next_period_});
@@ -162,7 +163,7 @@ class Watched {
   std::uint64_t next_period_ = 0;
 };
 
-// What a stroke has shown of the action counts until setup writes another file, also if the stroke
+// The action that a stroke has shown is valid until setup writes another file, even if the stroke
 // refused the file.
 void check_action(Setup& setup, const config::LoopConfig& loop) {
   const std::string proven = setup.state().found("action");
@@ -176,7 +177,7 @@ void check_action(Setup& setup, const config::LoopConfig& loop) {
   }
 }
 
-// The way there is no part of the record: PV has been near the set point for a while.
+// Waits until PV has been near the set point for a while. This time is not part of the record.
 void settle(Watched& loop, double set_point, double near) {
   constexpr double kLongest_s = 900.0;
   constexpr double kStays_s = 20.0;
@@ -202,9 +203,9 @@ Outcome record_moves(Setup& setup) {
   const config::LoopConfig loop = setup.loop();
   const bool ours = !setup.elsewhere();
   if (ours &&
-      !agreed(setup, fmt::format("The loop goes to automatic with its gains as they are, and "
+      !agreed(setup, fmt::format("The loop is put in automatic with its present gains, and "
                                  "its set point moves for {:g} minutes. Then it is in manual. "
-                                 "Any key ends it, and the output goes back to where it stands.",
+                                 "Any key ends it, and the output returns to its present value.",
                                  setup.record_minutes))) {
     return Outcome::left;
   }
@@ -240,7 +241,7 @@ Outcome record_moves(Setup& setup) {
                                   allowed.low, allowed.high));
   }
   std::optional<Session> session;
-  double output = cycle.co;  // CO units, to come back to
+  double output = cycle.co;  // CO units, to return to
   if (ours) {
     session.emplace(setup.socket, setup.tag);
     check_in_force(setup, daemon);

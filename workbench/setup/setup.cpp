@@ -31,7 +31,7 @@ std::string text_of_file(const std::filesystem::path& file) {
 
 Outcome name_loop(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
-  // What a server's tags tell is not asked.
+  // The tags of a server already answer these questions.
   if (setup.elsewhere() && dialogue.ask("source") == "opcua") return Outcome::done;
   for (const char* id :
        {"description", "pv.unit", "pv.range", "co.unit", "co.range", "sample_time"})
@@ -45,10 +45,10 @@ int run_steps(Setup& setup) {
     return why_refused(setup, id, answer);
   });
   int exit_code = kExitOk;
-  // A loop that has a file already is commissioned as it is.
+  // A loop that already has a file is commissioned without changes.
   if (setup.state().is_new() && std::filesystem::exists(setup.loop_file())) {
     const config::LoopConfig loop = setup.loop();
-    dialogue.say(fmt::format("{} is there; the setup goes on with it as it is", loop.file));
+    dialogue.say(fmt::format("{} exists; the setup uses it as it is", loop.file));
     setup.state().answer("control", config::is_watched(loop.io) ? "elsewhere" : "here");
     for (const char* step : {"loop", "devices", "file"}) setup.state().set_step(step, "done");
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The steps from a new loop to a commissioned one. Each is a function of its own; what they do to the world goes through
-// what is in Setup, so that a test can talk to them.
+// Runs the steps from a new loop to a commissioned one. Each step is a function. All effects on the
+// outside use the members of Setup, so that a test can replace them.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 
 namespace loopwarden::workbench::setup {
 
-// Reads registers of devices that no loop has yet.
+// Reads registers of devices that do not belong to a loop yet.
 class Prober {
  public:
   virtual ~Prober() = default;
@@ -27,8 +27,8 @@ class Prober {
 struct Setup {
   Dialogue& dialogue;
   Prober& prober;
-  // Runs this program with other words and waits for it; its output goes to the file, or to the terminal where it is
-  // empty. Returns its exit code.
+  // Runs this program with other arguments and waits for its end. The output is written to the
+  // file, or to the terminal if `output` is empty. Returns the exit code.
   std::function<int(const std::vector<std::string>& words, const std::filesystem::path& output)>
       run;
   std::filesystem::path folder;  // configuration of the daemon
@@ -39,17 +39,17 @@ struct Setup {
   State& state() const { return dialogue.state(); }
   std::filesystem::path loop_file() const { return folder / "loops.d" / (tag + ".yaml"); }
   bool elsewhere() const { return dialogue.ask("control") == "elsewhere"; }
-  // Of its file. Throws CommandError where that is wrong.
+  // Returns the configuration in the loop's file. Throws CommandError if the file is wrong.
   config::LoopConfig loop() const;
 };
 
-// Empty where it is not there. Throws CommandError where it can't be read.
+// Returns an empty text if the file does not exist. Throws CommandError if it is not readable.
 std::string text_of_file(const std::filesystem::path& file);
 
-// Whether the daemon would read its files with these among them; what is wrong is said.
+// Returns whether the daemon would accept its files together with these drafts. Prints the errors.
 bool would_be_read(Setup& setup, const config::Drafts& drafts);
 
-// left: the person said so; it is asked again next time.
+// left: the person left the step, which is asked again next time.
 enum class Outcome { done, left, not_needed };
 
 Outcome name_loop(Setup& setup);
@@ -62,17 +62,18 @@ Outcome record_moves(Setup& setup);
 Outcome commission(Setup& setup);
 Outcome connect_masters(Setup& setup);
 
-// What of its files is not in force yet, and what to do; empty: all is.
+// Returns which files of the loop are not in force yet, with the action to take; empty: all are in
+// force.
 std::string what_waits(const Setup& setup);
 
-// Of protocol::kSetupSteps, in their order.
+// The steps of protocol::kSetupSteps, in their order.
 using Step = Outcome (*)(Setup& setup);
 inline constexpr std::array<Step, protocol::kSetupSteps.size()> kSteps{
     name_loop,    find_devices, write_files, start_loop,     test_watchdog,
     stroke_valve, record_moves, commission,  connect_masters};
 
-// Those that are not done, in their order. Returns the exit code: 75 where a step was left or ended early. Throws Paused
-// and CommandError.
+// Runs the steps that are not done, in their order. Returns the exit code: 75 if a step was left or
+// ended early. Throws Paused and CommandError.
 int run_steps(Setup& setup);
 
 }  // namespace loopwarden::workbench::setup

@@ -19,18 +19,18 @@ void Silence::see(double time_s, double value) noexcept {
 }
 
 std::string Silence::why_not() const {
-  // A value that is off at the very end may be noise.
+  // A deviation only at the very end may be noise.
   constexpr double kStays_s = 1.0;
-  if (!told_) return "nothing told at the end where the valve stood";
+  if (!told_) return "the valve's position was not known at the end";
   if (!away_since_s_ || seen_s_ - *away_since_s_ < kStays_s) {
-    return fmt::format("the valve did not move in {:.0f} s, or did not stay where it went",
+    return fmt::format("the valve did not move in {:.0f} s, or did not keep its new position",
                        seen_s_);
   }
-  // Some clocks of devices are coarse; what comes sooner than half of the time is no watchdog's.
+  // Some devices have coarse clocks. A move before half of the time is not caused by a watchdog.
   const double silent_s = *away_since_s_ - settings_.written_s;
   if (silent_s < 0.5 * settings_.timeout_s) {
     return fmt::format(
-        "the valve, or what it is told by, moved {:.1f} s after the last order, too soon for a "
+        "the valve, or its measured position, moved {:.1f} s after the last order, too soon for a "
         "watchdog of {:g} s: "
         "something else moved it",
         *away_since_s_, settings_.timeout_s);

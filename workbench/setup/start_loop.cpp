@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon takes a new loop at its start alone, and another file by a reload. What it shows is
-// compared with the plant before anything moves.
+// Starts the new loop. The daemon takes a new loop only at its start, and a changed file by a
+// reload. The person compares the daemon's values with the plant before any move.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -16,7 +16,7 @@
 namespace loopwarden::workbench::setup {
 namespace {
 
-// Why it does not run the loop as the loop's file is; empty: it does.
+// Returns why the daemon does not run the loop as its file is; empty: it does.
 std::string not_running(const Setup& setup) {
   try {
     DaemonClient daemon(setup.socket);

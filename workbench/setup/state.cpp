@@ -33,7 +33,7 @@ State::State(std::filesystem::path file) : file_(std::move(file)) {
                                       ": is no state of a setup; remove it to begin with the "
                                       "first question");
   }
-  // A file of another version: what is not valid by now is asked again.
+  // The file may be of another version. Answers that are no longer valid are asked again.
   const std::vector<std::string> ids = question_ids();
   for (auto* answers : {&answers_, &earlier_}) {
     std::erase_if(*answers, [&](const auto& answer) {
@@ -130,7 +130,7 @@ void State::forget(const std::string& step) {
     steps_.erase("file");
     steps_.erase("start");
     answers_.erase("write");
-    // Not a state that begins.
+    // A state with a step no longer counts as new.
     if (steps_.empty()) steps_[step] = "left";
   }
   save();
@@ -154,14 +154,14 @@ void State::save() {
     all["now_at_since_ms"] = now_at_since_ms_;
   }
   base::File held;
-  // The daemon, another user, reads it; like the loops' files it holds no secret.
+  // The daemon runs as another user and reads it. Like the loops' files, it contains no secret.
   constexpr unsigned kReadByAll = 0644;
   const auto lock = [&held](int fd) {
     held = base::File(::fcntl(fd, F_DUPFD_CLOEXEC, 0));
     struct flock writing {};
     writing.l_type = F_WRLCK;
     writing.l_whence = SEEK_SET;
-    // Where that fails the page shows no step as running.
+    // If this fails, the page shows no step as running.
     ::fcntl(held.fd(), F_OFD_SETLK, &writing);
   };
   if (const auto failed = base::replace_file(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far a setup has come: a JSON file that each answer and each step is kept in, so that it goes on after whatever ended
-// it. The daemon reads it for the page (daemon/console/setups.hpp).
+// The progress of a setup in a JSON file. It keeps each answer and each step, so that the setup can
+// continue after any interruption. The daemon reads the file for the page
+// (daemon/console/setups.hpp).
 #pragma once
 
 #include <cstdint>
@@ -16,32 +17,33 @@ namespace loopwarden::workbench::setup {
 
 class State {
  public:
-  // Of the file, or of a setup that begins. Throws CommandError where it can't be read as such.
+  // Opens the file, or starts a new setup. Throws CommandError if the file is not a valid state.
   explicit State(std::filesystem::path file);
 
   const std::map<std::string, std::string>& answers() const noexcept { return answers_; }
   void answer(const std::string& id, const std::string& answer);
-  // The same of an answer that he gave just now: the way back leads there.
+  // Keeps an answer that the person gave just now. take_back() can discard it.
   void said(const std::string& id, const std::string& answer);
-  // Forgets the answer that was given last and returns its question; empty: there is none. After
-  // the file is written there is no way back.
+  // Discards the last given answer and returns its question; empty: there is no such answer. After
+  // the files of the loop are written, answers can't be taken back.
   std::string take_back();
-  // An answer that was forgotten, to be offered; empty: there is none.
+  // Returns a discarded answer, which is the default of the repeated question; empty: no such
+  // answer.
   std::string earlier(const std::string& id) const;
-  // The next time it is asked anew, and offered.
+  // Discards an answer. The question is asked again with the answer as the default.
   void forget_answer(const std::string& id);
-  // As they were before what is asked anew; empty: nothing is.
+  // Returns the earlier answers to the questions that are asked again; may be empty.
   std::map<std::string, std::string> earlier_answers() const;
-  // done, left, or empty: not yet.
+  // Returns "done", "left", or an empty text if the step has not run yet.
   std::string step(const std::string& name) const;
   void begin_step(const std::string& name);
   void set_step(const std::string& name, const std::string& state);
-  // What a step found, for a later one and for people.
+  // Returns the result of a step, for a later step and for people.
   std::string found(const std::string& name) const;
   void set_found(const std::string& name, const std::string& what);
-  // A step that is to be done again asks its questions anew; what comes of them is written and looked at anew as well.
+  // Discards a step: its questions are asked again, and its results are written and checked again.
   void forget(const std::string& step);
-  // The loop's file is another one: what was shown with the one before is to be shown anew.
+  // The loop's file has changed: results that were shown for the earlier file must be shown again.
   void file_changed();
 
   bool is_new() const noexcept { return steps_.empty(); }
@@ -51,14 +53,14 @@ class State {
   void save();
 
   std::filesystem::path file_;
-  // Holds a lock for writing on the file, which tells that a setup is at it and ends with the process.
+  // Holds a write lock on the file until the process ends. The lock shows that a setup is running.
   base::File held_;
   std::optional<std::int64_t> begun_ms_;  // UTC
   std::int64_t now_at_since_ms_ = 0;      // UTC
-  std::string now_at_;                    // step; empty: none
+  std::string now_at_;                    // step; empty: no step is running
   std::map<std::string, std::string> answers_, steps_, found_;
-  std::map<std::string, std::string> earlier_;  // answers that were forgotten
-  std::vector<std::string> said_;               // questions in the order in which he answered
+  std::map<std::string, std::string> earlier_;  // discarded answers
+  std::vector<std::string> said_;               // questions in the order of the answers
 };
 
 }  // namespace loopwarden::workbench::setup

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The valve goes to the lower end of the limits, up, down again and back, all in steps; what PV does tells whether the
-// controller's action is right.
+// Moves the valve to the lower limit, up, down again and back, all in steps. The response of PV
+// shows whether the controller's action is right.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ Held hold(TestBench& bench, double co, double seconds) {
   return held;
 }
 
-// From one output to another in equal steps of at most `most`, without the first.
+// Returns the outputs from `from` to `to` in equal steps of at most `most`, without the first.
 std::vector<double> steps(double from, double to, double most) {
   const double count = std::ceil(std::abs(to - from) / most - 1e-6);
   std::vector<double> levels;
@@ -55,22 +55,23 @@ Outcome stroke_valve(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   const config::LoopConfig loop = setup.loop();
   if (!agreed(setup,
-              fmt::format("The loop goes to manual. The valve goes to the lower one of limits that "
-                          "you give, up to the higher one, down again and back to where it "
-                          "stands, in steps of at most 1/{:g} of the way between them. Any key "
+              fmt::format("The loop is put in manual. The valve moves to the lower one of limits "
+                          "that you give, up to the higher one, down again and back to its present "
+                          "position, in steps of at most 1/{:g} of the way between them. Any key "
                           "ends it.",
                           kParts))) {
     return Outcome::left;
   }
-  // All is asked before the loop is taken: who thinks shows no sign of life.
+  // All questions are asked before the loop is taken, because a session expires while the person
+  // thinks.
   DaemonClient daemon(setup.socket);
   protocol::LoopStatus now = status_of(daemon, setup.tag);
   if (!now.cycle) throw TestAborted("the loop has not run yet");
   std::optional<double> stands;
   if (!std::isfinite(now.cycle->co)) {
     stands = dialogue.number_now(fmt::format(
-        "  Nothing tells where the output stands, and what you say is written. The valve stands "
-        "at, {}",
+        "  The output is not known, and your answer is written to it. Present position of the "
+        "valve, {}",
         now.co_unit));
   }
   protocol::LoopStatus believed = now;
@@ -83,7 +84,7 @@ Outcome stroke_valve(Setup& setup) {
   check_in_force(setup, daemon);
   if (stands) {
     session.set({.output = *stands});
-    // The status shows it a little later.
+    // The status shows the command a little later.
     for (int i = 0; i < 100 && !(now.cycle && std::isfinite(now.cycle->co)); ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
       now = status_of(daemon, setup.tag);
@@ -109,7 +110,7 @@ Outcome stroke_valve(Setup& setup) {
     dialogue.say(
         fmt::format("  Steps of at most {:.4g} {}: some {:.0f} s", step, loop.co_unit,
                     (static_cast<double>(there.size() + back.size()) + 2.0 * kParts) * seconds));
-    // Where it stands there already, it is held as well.
+    // If the output is there already, it is held as well.
     up.push_back(go(there.empty() ? low : there.front()));
     for (std::size_t i = 1; i < there.size(); ++i) up.back() = go(there[i]);
     for (const double co : steps(low, high, step)) up.push_back(go(co));
@@ -121,7 +122,7 @@ Outcome stroke_valve(Setup& setup) {
   const double pv_span = loop.pv.high - loop.pv.low;
   if (std::abs(rise) < 0.01 * pv_span) {
     throw TestAborted(
-        fmt::format("PV moved by {:.2g} {} alone: does the pump run, is a hand valve "
+        fmt::format("PV moved by only {:.2g} {}: does the pump run, is a hand valve "
                     "shut, are the limits too narrow?",
                     rise, loop.pv_unit));
   }

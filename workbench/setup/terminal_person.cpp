@@ -50,12 +50,12 @@ void TerminalPerson::watch_keys(bool on) {
     tcgetattr(STDIN_FILENO, &before_);
     termios raw = before_;
     raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-    // Any key ends a step: none of them may stop or kill this process while the valve is away.
+    // Any key ends a step. So keys must not stop or kill this process while the valve is moved.
     raw.c_iflag &= ~static_cast<tcflag_t>(IXON);
     raw.c_cc[VQUIT] = raw.c_cc[VSUSP] = _POSIX_VDISABLE;
     raw.c_cc[VMIN] = 0;
     raw.c_cc[VTIME] = 0;
-    // What was typed ahead is no abort.
+    // Keys that were pressed earlier do not abort.
     tcsetattr(STDIN_FILENO, TCSAFLUSH, &raw);
     received_.clear();
   } else {
@@ -69,7 +69,7 @@ std::optional<char> TerminalPerson::key(std::chrono::milliseconds patience) {
   pollfd waiting{STDIN_FILENO, POLLIN, 0};
   if (::poll(&waiting, 1, static_cast<int>(patience.count())) <= 0) return std::nullopt;
   char pressed = 0;
-  // A terminal that is gone counts as a key: nobody could press one any more.
+  // A terminal that is gone counts as a key, because a key can't be pressed any more.
   return ::read(STDIN_FILENO, &pressed, 1) == 1 ? pressed : '\0';
 }
 

@@ -9,7 +9,7 @@
 
 namespace loopwarden::workbench::setup {
 
-// Who sits at standard input and output.
+// The person who uses standard input and output.
 class TerminalPerson final : public Person {
  public:
   TerminalPerson();

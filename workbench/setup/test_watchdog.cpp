@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands cease, and the device has to move the valve by itself: nothing else does when cable, box or power are gone.
+// Stops the commands and checks that the device moves the valve. After a failure of cable, box or
+// power, only the device can.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,13 +23,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Empty: PV is within its limits.
+// Returns why PV is outside of its limits; empty: it is inside.
 std::string left(const LiveLimits& limits, double pv) {
   const bool inside = pv >= limits.pv_low && pv <= limits.pv_high;
   return inside ? "" : fmt::format("PV {:.4g} left its limits", pv);
 }
 
-// Where the value that tells where the valve is stands at the end of a hold: the mean of its last fifth.
+// Returns the value at the end of a hold: the mean of its last fifth.
 double mean_at_end(const std::vector<BenchRow>& rows, double BenchRow::*value) {
   const std::size_t count = std::max<std::size_t>(1, rows.size() / 5);
   double sum = 0.0;
@@ -41,7 +42,8 @@ class Quiet {
   Quiet(Setup& setup, Session& session, AbortKey& key, const LiveLimits& limits)
       : tag_(setup.tag), session_(session), key_(key), limits_(limits), daemon_(setup.socket) {}
 
-  // Throws TestAborted, with the commands going out again. `see` gets each sample's time since the last order, stem, PV.
+  // Throws TestAborted after it has resumed the commands. `see` receives each sample's time since
+  // the last command, its stem and its PV.
   template <class See>
   void last(double seconds, See see) {
     const protocol::Cycle now = status_of(daemon_, tag_).cycle.value_or(protocol::Cycle{});
@@ -77,8 +79,8 @@ class Quiet {
   DaemonClient daemon_;
 };
 
-// Until the loop has its output again: without it nothing could be put back, so that what ends the test meanwhile is
-// thrown after it. `why`: what has ended it already.
+// Waits until the loop has its output again, because the output can't be restored without it. A
+// reason to end the test is thrown afterwards. `why`: a reason that has already ended the test.
 void wait_for_output(Setup& setup, Session& session, AbortKey& key, const LiveLimits& limits,
                      double patience_s, std::string why) {
   DaemonClient daemon(setup.socket);
@@ -92,7 +94,7 @@ void wait_for_output(Setup& setup, Session& session, AbortKey& key, const LiveLi
     }
     if (now.fault == "none") break;
     if (Clock::now() > until) {
-      session.abandon();  // what is ordered now need not reach the valve
+      session.abandon();  // further commands may not reach the valve
       throw TestAborted(why + (why.empty() ? "" : "; ") + "the loop does not get its output back");
     }
     session.alive();
@@ -117,16 +119,17 @@ Outcome test_watchdog(Setup& setup) {
   // One command may be on its way.
   const double on_its_way_s = static_cast<double>(io->poll_period_ns) * 1e-9;
   const double silent_s = timeout_s + on_its_way_s + 5.0;
-  constexpr double kLongest_s = 300.0;  // that the daemon withholds commands
+  constexpr double kLongest_s = 300.0;  // for which the daemon withholds commands
   if (silent_s > kLongest_s) {
     dialogue.say(
         fmt::format("  {:g} s are too long for this test: pull the cable, and look.", timeout_s));
     return Outcome::left;
   }
-  if (!agreed(setup, fmt::format(
-                         "The loop goes to manual, and no command is sent for {:.0f} s. The device "
-                         "must then move the valve by itself, after {:g} s. Any key ends it.",
-                         silent_s, timeout_s))) {
+  if (!agreed(
+          setup,
+          fmt::format("The loop is put in manual, and no command is sent for {:.0f} s. The device "
+                      "must then move the valve by itself, after {:g} s. Any key ends it.",
+                      silent_s, timeout_s))) {
     return Outcome::left;
   }
   const double home = dialogue.number_now(
@@ -166,7 +169,7 @@ Outcome test_watchdog(Setup& setup) {
                           .written_s = on_its_way_s,
                           .timeout_s = timeout_s});
     dialogue.say(fitted ? "  Commands cease now."
-                        : "  Commands cease now. Nothing tells where the valve stands: watch it.");
+                        : "  Commands cease now. The valve has no read-back: watch it.");
     std::string ended;
     try {
       Quiet(setup, session, key, limits).last(silent_s, [&](double time_s, double at, double pv) {
@@ -183,13 +186,13 @@ Outcome test_watchdog(Setup& setup) {
   if (const std::string why = seen->why_not(); !why.empty()) {
     throw TestAborted(fmt::format(
         "{}. The device's watchdog is off, its time is not {:g} s, or reading keeps it quiet: the "
-        "daemon goes on reading all the while, and some devices take that for a sign of life. Set "
+        "daemon continues to read meanwhile, and some devices take that for a sign of life. Set "
         "it; or pull the cable, and look; or state comm_loss: none_accepted in {}",
         why, timeout_s, loop.file));
   }
   if (!fitted) {
-    stem = dialogue.number_now(fmt::format(
-        "  Where the valve stood just before commands went out again, {}", loop.co_unit));
+    stem = dialogue.number_now(
+        fmt::format("  The valve's position just before the commands resumed, {}", loop.co_unit));
   }
   const std::string found =
       fmt::format("the device moved the valve {:.1f} s after the last order, to {:.4g} {}{}",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop's file and its link, read by the reader of `check` before they are written.
+// Writes the loop's file and its link, after the reader of `check` has accepted them.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -29,7 +29,7 @@ void ask_all(Setup& setup) {
   for (const char* id : {"stop.end", "stop.bad_pv", "stop.output_lost"}) dialogue.ask(id);
 }
 
-// Answers that were kept, and that the files would refuse by now, are asked anew.
+// Discards kept answers that the files would refuse now, so that they are asked again.
 void forget_refused(Setup& setup) {
   for (std::string id; !(id = refused_answer(setup)).empty();) {
     if (question(id).step != "file") return;
@@ -37,7 +37,8 @@ void forget_refused(Setup& setup) {
   }
 }
 
-// What setup wrote last; empty: it did not write this file, or what it wrote is not known.
+// Returns the text that setup wrote last; empty: setup did not write this file, or the text is
+// unknown.
 std::string written_before(const Setup& setup) {
   if (std::string written = setup.state().found("written"); !written.empty()) return written;
   const AnswerMap answers = setup.state().earlier_answers();
@@ -55,8 +56,8 @@ std::string in_lines(const std::vector<std::string>& lines, const char* before) 
   return text;
 }
 
-// The file that is there, with what the answers change of it: all that setup did not write stays.
-// Throws TestAborted where lines of others would be replaced and nobody can say so.
+// Returns the existing file with the changes of the answers. All lines that setup did not write
+// stay. Throws TestAborted if such lines would be replaced and no person can confirm it.
 std::string changed_file(Setup& setup, const std::string& live, const std::string& wanted) {
   Dialogue& dialogue = setup.dialogue;
   std::string base = written_before(setup);
@@ -75,13 +76,13 @@ std::string changed_file(Setup& setup, const std::string& live, const std::strin
   if (!dialogue.person().has_keys()) {
     throw TestAborted(
         fmt::format("lines of {} that setup did not write are replaced at a terminal "
-                    "only. Nothing was written.",
+                    "only. The file was not changed.",
                     file));
   }
   return dialogue.yes_now("  Replace them") ? merged.with_other : merged.with_mine;
 }
 
-// Ends the step; the answer that is to blame is asked anew.
+// Ends the step. The answer that caused the error is asked again.
 [[noreturn]] void refuse(Setup& setup) {
   const std::string id = refused_answer(setup);
   if (!id.empty()) {
@@ -90,10 +91,10 @@ std::string changed_file(Setup& setup, const std::string& live, const std::strin
   }
   throw TestAborted(
       id.empty()
-          ? fmt::format("the files would not be read; nothing was written. `loopwarden "
-                        "setup {} --again STEP` (loop, devices, file) asks anew",
+          ? fmt::format("the files would be invalid and were not written. `loopwarden "
+                        "setup {} --again STEP` (loop, devices, file) asks again",
                         setup.tag)
-          : fmt::format("the files would not be read; nothing was written. {} is asked anew", id));
+          : fmt::format("the files would be invalid and were not written. {} is asked again", id));
 }
 
 }  // namespace
@@ -141,7 +142,7 @@ Outcome write_files(Setup& setup) {
     }
     OutputFiles files;
     files.make_folder(setup.folder / "loops.d");
-    // The link before the loop that names it.
+    // The link precedes the loop that names it.
     if (!planned.daemon.empty()) files.add(setup.folder / "loopwardend.yaml", planned.daemon);
     if (drafts.contains(file)) files.add(file, loop);
     files.commit();

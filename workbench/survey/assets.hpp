@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Style and scripts of the survey's pages, as their files have them (CMakeLists.txt puts them into the program).
+// The style and the scripts of the survey's pages. CMakeLists.txt embeds their files in the
+// program.
 #pragma once
 
 namespace loopwarden::workbench {

@@ -35,7 +35,7 @@ std::string text_in(const fs::path& path) {
   return std::move(*text);
 }
 
-// The place of a criticality among others; nothing: it is none.
+// Returns the rank of a criticality; nullopt if the text is not a criticality.
 std::optional<double> order_of(const std::string& text) {
   const std::string word = base::lower_case(text);
   if (const auto number = record::parse_number(word, '.')) return number;
@@ -49,7 +49,7 @@ std::optional<double> order_of(const std::string& text) {
 bool is_capital(char c) noexcept { return c >= 'A' && c <= 'Z'; }
 bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
-// Where the function letters stand, the last of several.
+// Returns the position of the function letters, the last of several.
 std::optional<std::pair<std::size_t, std::size_t>> function_letters(std::string_view tag) {
   constexpr std::size_t kFewest = 2;
   constexpr std::size_t kMost = 5;
@@ -89,7 +89,7 @@ std::string default_area(std::string_view tag) {
   return std::string(behind.substr(0, digits > kWithinArea ? digits - kWithinArea : 0));
 }
 
-// What a survey names of a loop: of the valve, or another cause.
+// A survey's finding at a loop: a valve effect, or another cause.
 struct Finding {
   std::string what;  // "valve", or the cause
   double size = 0.0;
@@ -105,7 +105,7 @@ std::optional<Finding> finding_of(const json& loop) {
                  error.is_number() ? error.get<double>() : 0.0};
 }
 
-// Empty: nothing to tell.
+// Returns the change of a loop; empty if there is no change to report.
 std::string change_of(const json* now, const json* before) {
   const auto is = now == nullptr ? std::nullopt : finding_of(*now);
   const auto was = before == nullptr ? std::nullopt : finding_of(*before);
@@ -120,7 +120,7 @@ std::string change_of(const json* now, const json* before) {
   return kGrown * is->size <= was->size && was->size > 0.0 ? "better" : "same";
 }
 
-// First and last moment that was judged, by the exports' clocks.
+// Returns the first and the last judged moment, by the exports' clocks.
 json span_of(const json& survey) {
   std::string from;
   std::string to;
@@ -147,7 +147,7 @@ const json* at(const ByTag& loops, const std::string& tag) {
   return found == loops.end() ? nullptr : found->second;
 }
 
-// With what an order of the list needs, taken off in the end.
+// A loop with the keys of the sort order, which are removed afterwards.
 struct ChangedLoop {
   std::size_t change;  // of kChanges
   double order;
@@ -162,7 +162,7 @@ ChangedLoop changed_loop(const std::string& tag, std::size_t change, const json*
   const auto weight = how.weights.find(tag);
   const bool known = weight != how.weights.end();
   double cost = 0.0;
-  json shown_cost;  // null where it isn't known
+  json shown_cost;  // null if unknown
   if (known && weight->second.cost_per_hour) {
     cost = *weight->second.cost_per_hour;
     shown_cost = cost;
@@ -222,7 +222,7 @@ LoopWeights read_loop_weights(const fs::path& path) {
     const auto [first, is_new] = weights.try_emplace(row.cells[kTag], weight);
     if (!is_new) {
       table.fail_at(row, kTag,
-                    fmt::format("{} stands in line {} already", base::in_quotes(row.cells[kTag]),
+                    fmt::format("{} is in line {} already", base::in_quotes(row.cells[kTag]),
                                 first->second.line));
     }
   }

@@ -31,7 +31,7 @@ std::string cost_text(const json& cost) {
   return cost.is_number() ? fmt::format("{:.6g}", cost.get<double>()) : std::string();
 }
 
-// "2026-10-01 to 2026-10-31"
+// Returns "2026-10-01 to 2026-10-31".
 std::string span_text(const json& span) {
   constexpr std::size_t kDay = 10;
   const std::string from = words_at(span, "from").substr(0, kDay);
@@ -56,7 +56,7 @@ std::size_t most_shown(const char* change) {
   return std::string(change) == "same" ? kMostUnchanged : kMostLines;
 }
 
-// By what each hour costs, where that is known, else by findings.
+// Sorts the areas by cost per hour if it is known, otherwise by findings.
 std::vector<const json*> areas_of(const json& changes) {
   std::vector<const json*> areas;
   for (const json& area : changes.at("areas")) areas.push_back(&area);
@@ -69,7 +69,7 @@ std::vector<const json*> areas_of(const json& changes) {
   return areas;
 }
 
-// What was said before, where that is something else.
+// Returns the earlier finding if it differs.
 std::string before_text(const json& loop) {
   const std::string before = words_at(loop, "before");
   return before == words_at(loop, "now") ? "" : before;
@@ -82,7 +82,7 @@ std::string now_text(const json& loop) {
   return grade.empty() ? text : text + ", " + grade;
 }
 
-// The columns of the list, and how many there are.
+// Returns the header of the list and the number of its columns.
 std::string changes_head(bool weighted) {
   return fmt::format(
       "<table class=\"changes\"><thead><tr><th class=\"text\">Loop</th><th class=\"text "
@@ -129,7 +129,7 @@ std::string section_html(const json& changes, const Change& change) {
   return html + "</tbody>\n";
 }
 
-// Of the loops of an area those with each change, one beside the other.
+// Draws the number of an area's loops with each change as adjacent bars.
 std::string bar_html(const json& area, int most) {
   constexpr double kWidth = 240.0;
   std::string bars;

@@ -39,7 +39,8 @@ double score_of(const json& loop) {
          10.0 * number(loop, "saturated") + 10.0 * (1.0 - number(loop, "share_automatic", 1.0));
 }
 
-// The order of the list: what is seen, what is likely, the rest. A finding that is held back is of the rest.
+// Returns the rank in the list: seen 2, likely 1, all others 0. A finding that is held back has
+// rank 0.
 int step_of(const json& loop) {
   if (!is(loop, "verdict", "valve_effect") || loop.at("held_back").get<bool>()) return 0;
   return is(loop, "grade", "seen") ? 2 : 1;
@@ -53,7 +54,7 @@ std::string cell_of(const json& value) {
   return value.is_string() ? csv_cell(value.get<std::string>()) : value.dump();
 }
 
-// Of an answer: "2026-11-20".
+// Returns the day of an answer, such as "2026-11-20".
 std::string day_of(const json& outcome) {
   return outcome.at("answered").get<std::string>().substr(0, 10);
 }
@@ -63,7 +64,7 @@ std::string day_of(const json& outcome) {
 NextStep next_step(const json& loop) {
   if (loop.at("held_back").get<bool>()) {
     return {"nothing",
-            fmt::format("nothing was found on {} at {:.2g} %: held back until it has "
+            fmt::format("no fault was found on {} at {:.2g} %: held back until it has "
                         "grown by half",
                         day_of(loop["outcome"]), loop["outcome"]["percent_of_span"].get<double>())};
   }
@@ -79,18 +80,19 @@ NextStep next_step(const json& loop) {
                        loop["likely_source"] != loop.at("tag");
   if (is(loop, "verdict", "other_cause")) {
     if (is(loop, "cause", "tuning")) {
-      return {"tune",
-              "the loop swings by itself and the valve follows: identify it, then tune it slower"};
+      return {
+          "tune",
+          "the loop oscillates by itself and the valve follows: identify it, then tune it slower"};
     }
     if (is(loop, "cause", "saturation")) {
       return {
           "look closer",
-          "CO is at its limit, or stands still while PV is far from SP: look for a valve too "
+          "CO is at its limit, or is constant while PV is far from SP: look for a valve too "
           "small, a set point out of reach, a closed hand valve, or a controller that is stopped "
           "or in manual"};
     }
     if (is(loop, "cause", "sensor")) {
-      return {"look closer", "PV stands still while CO moves: look at the transmitter"};
+      return {"look closer", "PV is constant while CO moves: look at the transmitter"};
     }
     if (is(loop, "cause", "no_flow")) {
       return {"look closer",

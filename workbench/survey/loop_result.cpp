@@ -25,10 +25,10 @@ namespace {
 using nlohmann::json;
 using diagnosis::WindowFindings;
 
-// A window that the user asked for, with what the stretches in it say together.
+// A window that the user requested, with the joint result of its stretches.
 struct SurveyWindow {
   WindowFindings findings;
-  DiagnosedLoop judged;  // one window: the stretch that stands for it
+  DiagnosedLoop judged;  // one window: the representative stretch
   double regularity = 0.0;
   double nonlinearity = 0.0;
 
@@ -85,7 +85,7 @@ json window_json(const record::Record& r, Stretch cut, const SurveyWindow& windo
   return out;
 }
 
-// Least and greatest value of each column of a picture, in the order in which they come.
+// Returns the least and the greatest value of each column of a picture, in order of time.
 json trend_of(const record::Record& r, const std::vector<double>& values) {
   json out = json::array();
   const std::size_t columns = std::min(kTrendColumns, r.size());
@@ -153,7 +153,8 @@ std::vector<double> likely_co_range(const record::Imported& imported) {
 
 namespace {
 
-// Windows of one length; what is left at the end makes the last one longer, or is one where it is half a window.
+// Cuts a record into windows of equal length. The remainder is a window if it is at least half as
+// long. Otherwise it extends the last window.
 std::vector<Stretch> cuts_of(const record::Record& r, double window_s) {
   const auto length = static_cast<std::size_t>(
       std::max(static_cast<double>(kLeastWindow), std::floor(window_s / r.period_s)));
@@ -165,7 +166,8 @@ std::vector<Stretch> cuts_of(const record::Record& r, double window_s) {
   return cuts;
 }
 
-// The stretches whose middle is in the cut; where there is none, the one that holds the cut's middle.
+// Returns the stretches whose middle is in the cut. If there is no such stretch, returns the one
+// that contains the middle of the cut.
 Stretch stretches_in(std::span<const Stretch> stretches, Stretch cut) {
   const auto first_from = [&](std::size_t sample) {
     return static_cast<std::size_t>(
@@ -193,7 +195,7 @@ WindowFindings findings_of(const record::Record& r, Stretch cut,
                                .co_high = co_range[1]});
 }
 
-// Judges the loop's stretches; returns them.
+// Judges the loop's stretches and returns them.
 std::vector<Stretch> judge_stretches(const record::Imported& imported, diagnosis::LoopKind kind,
                                      DiagnosedLoop& loop) {
   const record::ImportNotes& notes = imported.notes;
@@ -209,7 +211,7 @@ std::vector<Stretch> judge_stretches(const record::Imported& imported, diagnosis
   return stretches;
 }
 
-// The loop's verdict, and what is in each cut.
+// Returns the loop's verdict and the result of each cut.
 std::vector<SurveyWindow> judged_windows(const record::Record& record,
                                          const std::vector<Stretch>& stretches,
                                          const std::vector<Stretch>& cuts, DiagnosedLoop& loop) {
@@ -234,7 +236,7 @@ std::vector<SurveyWindow> judged_windows(const record::Record& record,
   return windows;
 }
 
-// By the export's clock where it has one, else s of the record.
+// Returns a moment by the export's clock if it has one, otherwise in s of the record.
 json moment(const record::ImportNotes& notes, double at_s) {
   if (!notes.start) return at_s;
   const double at = notes.start->rest_s + at_s;
@@ -243,7 +245,8 @@ json moment(const record::ImportNotes& notes, double at_s) {
                           notes.start->zone_known);
 }
 
-// s of the record: since when the loop is what it is now, where it was anything else before.
+// Returns the start of the present verdict, in s of the record, if an earlier part has another
+// verdict.
 std::optional<double> since(const DiagnosedLoop& loop) {
   if (loop.windows.size() == 1) return std::nullopt;
   if (loop.verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect) {

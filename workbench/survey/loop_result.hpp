@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a survey says of one loop, as the file loops/TAG.json that it is resumed and joined from.
+// Judges one loop for a survey. The result is kept as loops/TAG.json, from which the survey resumes
+// and joins.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +15,14 @@ namespace loopwarden::workbench {
 struct SurveySettings {
   double window_s = 8.0 * 3600.0;
   std::vector<double> co_range{};  // empty: from the data
-  std::string kind{};              // empty: by the site's rules, else from the tag
+  std::string kind{};              // empty: by the site's rules, otherwise from the tag
 };
 
-// By the site's rules; else 0 to 100, 0 to 1 or 4 to 20, as the values and the unit suggest.
+// Returns the CO range by the site's rules, otherwise 0 to 100, 0 to 1 or 4 to 20, depending on the
+// values and the unit.
 std::vector<double> likely_co_range(const record::Imported& imported);
 
-// Judges all windows. `imported` is used up.
+// Judges all windows. Consumes `imported`.
 nlohmann::json judge_loop(record::Imported imported, const SurveySettings& settings);
 
 }  // namespace loopwarden::workbench

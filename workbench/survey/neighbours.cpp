@@ -25,8 +25,8 @@ using nlohmann::json;
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLeastOverlap = 400;  // samples
-// Pairs that are looked at closely: about one a loop, which takes a tenth of what judging the loop takes, and fewer in a large
-// plant.
+// Number of pairs that are compared closely: about one per loop, which takes a tenth of the time of
+// judging the loop. In a large plant it is smaller.
 constexpr std::size_t kLeastPairs = 45;
 constexpr std::size_t kMostPairs = 500;
 
@@ -36,14 +36,15 @@ std::int64_t end_of(const TimedLoop& loop) {
   return place_of(loop) + static_cast<std::int64_t>(loop.pv.size());
 }
 
-// Loops whose samples are compared one by one.
+// Loops whose samples are compared directly.
 struct Together {
   std::int64_t from = 0;
   std::size_t samples = 0;
   std::vector<std::size_t> loops;
 };
 
-// Those of a time base that end last and have at least half of the time in common with the last one; then the rest alike.
+// Groups the loops of a time base. A group has the loops that end last and share at least half of
+// their time with the last one. The remaining loops are grouped in the same way.
 void add_together(std::span<const TimedLoop> all, std::vector<std::size_t> loops,
                   std::vector<Together>& out) {
   std::stable_sort(loops.begin(), loops.end(),
@@ -94,7 +95,7 @@ diagnosis::LoopMoves moves_within(const TimedLoop& loop, const Together& frame) 
   return diagnosis::moves_of(placed(loop.pv), placed(loop.co));
 }
 
-// The moves of a loop are taken out anew for each pair, so that a large plant needs no memory for all of them.
+// Computes the moves of a loop again for each pair, so that a large plant needs little memory.
 void compare(std::span<const TimedLoop> all, const Together& frame, unsigned threads,
              std::vector<Neighbours>& found) {
   std::vector<diagnosis::NeighbourLoop> looked_at(frame.loops.size());
@@ -122,7 +123,7 @@ void compare(std::span<const TimedLoop> all, const Together& frame, unsigned thr
   }
 }
 
-// Two characters a value: 0 is a missing one.
+// Two characters per value; 0 is a missing value.
 constexpr std::string_view kDigits =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 constexpr int kLevels = 64 * 64 - 1;

@@ -89,7 +89,7 @@ std::string line_of(const FitterAnswer& o) {
   return line + "\n";
 }
 
-// Of one finding: the same effect of the same size at the same loop.
+// Returns the key of a finding: the same effect of the same size at the same loop.
 auto finding_of(const FitterAnswer& o) {
   return std::tuple(o.tag, o.effect, o.percent_of_span.value_or(0.0), o.data_to);
 }
@@ -126,7 +126,7 @@ FitterAnswer read_row(const CsvTable& table, const CsvRow& row) {
   return o;
 }
 
-// Of what a fitter finds, the effects that a survey may have named.
+// Returns whether a survey may have named this effect for the fitter's finding.
 bool is_named(AtValve found, std::string_view effect) {
   switch (found) {
     case AtValve::stiction:
@@ -231,7 +231,7 @@ FitterAnswer answer_for(const json& loop, AtValve found, const std::string& note
   o.tag = loop.at("tag").get<std::string>();
   o.found = found;
   o.note = note;
-  // A row is a line.
+  // A row must be one line.
   std::replace_if(
       o.note.begin(), o.note.end(), [](char c) { return c >= '\0' && c < ' '; }, ' ');
   o.verdict = text_at(loop, "verdict");

@@ -26,7 +26,7 @@ using nlohmann::json;
 
 constexpr std::uint64_t kAtOnceBytes = 256ULL * 1024ULL * 1024ULL;  // of values in memory
 constexpr std::size_t kAtOnceLoops = 256;
-constexpr int kResultForm = 5;  // of a loop's file; one in another form is made anew
+constexpr int kResultForm = 5;  // format of a loop's file; a file of another format is replaced
 
 std::optional<json> read_json(const fs::path& path) {
   std::ifstream in(path);
@@ -36,7 +36,7 @@ std::optional<json> read_json(const fs::path& path) {
   return read;
 }
 
-// What the result of a loop depends on: the version, the settings, and its files as they are.
+// Returns a key of all inputs of a loop's result: the version, the settings, and the present files.
 std::string key_of(const record::Importer& importer, const record::FoundLoop& loop,
                    const SurveyRun& run) {
   std::string text = fmt::format(
@@ -61,7 +61,7 @@ fs::path file_of(const fs::path& out, const std::string& tag) {
 
 namespace {
 
-// Of a loop's work this share is the reading.
+// Parts of a loop's work that are reading.
 constexpr std::uint64_t kReadingParts = 1;
 constexpr std::uint64_t kJudgingParts = 9;
 
@@ -70,7 +70,7 @@ struct OpenLoops {
   std::set<fs::path> wanted;      // results of this share
 };
 
-// What there is to do, and what an earlier run has done.
+// Returns the loops to judge, and counts those that an earlier run has judged.
 OpenLoops open_loops(const record::Importer& importer, const SurveyRun& run, SurveyCount& count,
                      FilesRead& files) {
   OpenLoops out;
@@ -79,11 +79,10 @@ OpenLoops open_loops(const record::Importer& importer, const SurveyRun& run, Sur
     if (!run.share.has(loop.tag)) continue;
     const bool has_pv = loop.signals.has(record::Role::pv);
     if (!has_pv || !loop.signals.has(record::Role::co)) {
-      count.failed.push_back(
-          {{"file", importer.file(loop.files.front()).string()},
-           {"loop", loop.tag},
-           {"lost", "signals"},
-           {"why", has_pv ? "no CO: nothing can be said of the valve" : "no PV"}});
+      count.failed.push_back({{"file", importer.file(loop.files.front()).string()},
+                              {"loop", loop.tag},
+                              {"lost", "signals"},
+                              {"why", has_pv ? "no CO: the valve can't be judged" : "no PV"}});
       continue;
     }
     ++count.loops;
@@ -107,7 +106,7 @@ OpenLoops open_loops(const record::Importer& importer, const SurveyRun& run, Sur
 struct ReadLoop {
   std::size_t loop;
   record::Imported imported;
-  json without = json::array();  // files of it that can't be read
+  json without = json::array();  // files of the loop that can't be read
 };
 
 std::vector<ReadLoop> read_loops(record::Importer& importer, std::span<const std::size_t> which,
@@ -142,7 +141,7 @@ std::vector<ReadLoop> read_loops(record::Importer& importer, std::span<const std
   return loops;
 }
 
-// Results of loops that are no longer asked for would stand in the list.
+// Deletes results of loops that are no longer requested, because they would appear in the list.
 void forget_others(const fs::path& folder, const std::set<fs::path>& wanted) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() == ".json" && wanted.count(entry.path()) == 0) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// All loops of a plant, or a share of them: read, judged, kept one file a loop, joined and written.
+// Surveys all loops of a plant, or a share of them: reads, judges, stores one file per loop, joins
+// and reports.
 //
-//   OUT/loops/TAG-HASH.json    result of a loop; a run that was broken off goes on with those that are missing
-//   OUT/failed.json            what could not be read, with reasons
+//   OUT/loops/TAG-HASH.json    result of a loop; a resumed run judges only the missing loops
+//   OUT/failed.json            files and loops that could not be read, with reasons
 //   OUT/survey.json .csv .html, pages/, assets/
 #pragma once
 
@@ -27,29 +28,30 @@ struct SurveyRun {
   record::ImportOptions import;
   SurveySettings settings;
   unsigned jobs = 1;
-  Share share{};  // by the tag alone, so that a loop stays in its share when others come and go
+  Share share{};  // by the tag only, so other loops don't change a loop's share
 };
 
 struct SurveyCount {
   std::size_t loops = 0;    // of this share
   std::size_t judged = 0;   // now
   std::size_t resumed = 0;  // from an earlier run
-  // What has no result, each with file, loop, why, and what was lost by it: "file" all of it, "loop" a loop that could not
-  // be read, "signals" a loop that can't be judged since it has no PV or no CO. ("part", a file of a loop that is judged
-  // without it, stands with the loop.)
+  // Entries without a result, each with file, loop, why, and the loss: "file" is the whole file,
+  // "loop" a loop that could not be read, "signals" a loop without PV or CO. A "part" is a file of
+  // a loop that is judged without it. It is listed with the loop.
   nlohmann::json failed = nlohmann::json::array();
-  std::size_t files = 0;       // that were looked at
-  std::size_t files_lost = 0;  // of them, those that gave no loop
+  std::size_t files = 0;       // read or tried
+  std::size_t files_lost = 0;  // of them, files that yielded no loop
   std::size_t passed_over = 0;
-  std::string said;                // passed over, words taken as bad values, hints: lines
-  ExitCode exit_code = kExitData;  // where no loop was found
+  std::string said;                // skipped names, words read as bad values, hints: lines
+  ExitCode exit_code = kExitData;  // if no loop was found
   std::string rules;               // rules_text()
 };
 
-// Judges what is not judged yet. Throws RecordError where a path can't be looked at, OutputError.
+// Judges the loops without a result. Throws RecordError if a path is not readable, OutputError.
 SurveyCount judge_all(const SurveyRun& run);
-// Joins the loops of one or several folders that judge_all wrote, and returns what survey.json then has; throws
-// CommandError where it can't. `outcomes`: what fitters found; empty: outcomes.csv in `out`, where there is one.
+// Joins the loops of one or several folders that judge_all wrote. Returns the content of
+// survey.json. Throws CommandError if they can't be joined. `outcomes`: findings of fitters; empty:
+// outcomes.csv in `out`, if it exists.
 nlohmann::json write_survey(const std::vector<std::filesystem::path>& folders,
                             const std::filesystem::path& out,
                             const std::filesystem::path& outcomes = {});

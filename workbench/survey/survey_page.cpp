@@ -47,7 +47,7 @@ std::string period_text(double s) {
   return s < 5400.0 ? fmt::format("{:.3g} min", s / 60.0) : fmt::format("{:.3g} h", s / 3600.0);
 }
 
-// By the export's clock, to the minute; where it has none, from its beginning.
+// Returns a moment by the export's clock, to the minute. Without a clock it counts from the start.
 std::string moment_text(const json& loop, double s) {
   const json& start = loop.at("import").at("start");
   const auto at = start.is_string()
@@ -145,7 +145,7 @@ std::string page_name(const json& loop) {
                      file_name_for(loop.at("tag").get<std::string>()));
 }
 
-// "backlash, 2026-11-20"; empty: no fitter has told.
+// Returns "backlash, 2026-11-20"; empty: no fitter has answered.
 std::string found_text(const json& loop) {
   const json outcome = loop.value("outcome", json(nullptr));
   if (outcome.is_null()) return {};
@@ -155,7 +155,8 @@ std::string found_text(const json& loop) {
          (note.empty() ? "" : ": " + note);
 }
 
-// Why a loop could not be judged, and what a fitter found, stands below what was said of it.
+// Returns the verdict, followed by the reason why a loop could not be judged and by the fitter's
+// finding.
 std::string verdict_html(const json& judged) {
   std::string html = escaped(surveyed_verdict(judged));
   if (const std::string found = found_text(judged); !found.empty())
@@ -229,8 +230,8 @@ using PageNames = std::map<std::string, std::string>;  // by tag
 std::string groups_html(const json& groups, const PageNames& pages) {
   if (groups.empty()) return {};
   std::string html =
-      "<h2>Loops that swing together</h2>\n<p class=\"note\">Where to look first stands first. A "
-      "list to look at, no finding: loops may swing at one period by "
+      "<h2>Loops that oscillate together</h2>\n<p class=\"note\">The likely source is first. A "
+      "group is no finding: loops may oscillate at one period by "
       "chance.</p>\n<table><thead><tr><th>Group</th><th>Period</th><th "
       "class=\"text\">Loops</th></tr></thead><tbody>\n";
   for (const json& group : groups) {
@@ -292,7 +293,7 @@ std::string row(const char* name, const std::string& value) {
   return row_html(name, escaped(value));
 }
 
-// How large the effect is, how sure that is, and what becomes of it.
+// Returns the size of the effect, its confidence, and its trend.
 std::string size_rows(const json& loop) {
   if (loop.at("effects").empty()) return {};
   const json& effect = loop.at("effects").at(0);
@@ -318,7 +319,7 @@ std::string size_rows(const json& loop) {
   return html;
 }
 
-// The other loops of its group, the likely source first.
+// Returns the other loops of its group, the likely source first.
 std::string group_row(const json& loop, const json& groups, const PageNames& pages) {
   if (!loop.at("group").is_number()) return {};
   constexpr std::size_t kMost = 8;
@@ -332,14 +333,14 @@ std::string group_row(const json& loop, const json& groups, const PageNames& pag
                         tag_html(tag));
   }
   if (members.size() - 1 > shown) html += fmt::format(" and {} more", members.size() - 1 - shown);
-  // A loop whose own valve shows it needs no other source.
+  // A loop whose own valve has a fault needs no other source.
   const bool own = loop.at("verdict") == "valve_effect";
   if (loop.at("likely_source") != loop.at("tag") && !own)
     html += ": look first at the first of them";
   return row_html("Swings like", html);
 }
 
-// Loops that move first, the strongest first.
+// Returns the loops that disturb it, strongest first.
 std::string pushed_row(const json& loop, const PageNames& pages) {
   if (!loop.at("pushed_by").is_array()) return {};
   std::string html;
@@ -394,7 +395,7 @@ std::string pictures_html(const json& loop) {
   return fmt::format(
       "<figure><figcaption>The whole export: {0} left, {1} right</figcaption><div id=\"trend\" "
       "class=\"plot\"></div></figure>\n"
-      "<div class=\"pictures\"><figure><figcaption>The stretch that stands for it</figcaption><div "
+      "<div class=\"pictures\"><figure><figcaption>The representative stretch</figcaption><div "
       "id=\"zoom\" class=\"plot\"></div></figure>"
       "<figure><figcaption>{0} over {1} there</figcaption><div id=\"phase\" "
       "class=\"plot\"></div></figure></div>\n",
@@ -491,7 +492,7 @@ void write_survey_pages(const json& survey, const fs::path& out, OutputFiles& fi
   for (const json& loop : survey.at("loops")) {
     files.add(out / "pages" / page_name(loop), loop_page(loop, survey.at("groups"), pages));
   }
-  // Those of an earlier run that nothing leads to any more.
+  // Deletes pages of an earlier run without a link to them.
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(out / "pages", none)) {
     if (entry.path().extension() == ".html" &&

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// survey.html: the list, worst first, and a page a loop. Files beside each other, no network.
+// Writes survey.html, the list with the worst loop first, and one page per loop. The pages need no
+// network.
 #pragma once
 
 #include <filesystem>
@@ -10,12 +11,12 @@
 
 namespace loopwarden::workbench {
 
-// "stiction 4.1 %", "tuning", "can't tell", ...
+// Returns "stiction 4.1 %", "tuning", "can't tell", ...
 std::string surveyed_verdict(const nlohmann::json& loop);
-// A tag that a line may break behind what sets its parts apart, and nowhere else.
+// Returns a tag in which a line can break only after the characters that separate its parts.
 std::string tag_html(const std::string& tag);
 
-// `survey` as join_survey gives it, with the pictures of the loops.
+// `survey`: the result of join_survey, with the pictures of the loops.
 void write_survey_pages(const nlohmann::json& survey, const std::filesystem::path& out,
                         OutputFiles& files);
 

@@ -12,18 +12,18 @@
 
 namespace loopwarden::workbench {
 
-// What can be seen on the loop, where it was commissioned.
+// The detectable effects, if the loop was commissioned.
 struct CommissionSight {
   std::optional<twin::Sight> specialists{};
   std::vector<twin::TwinSeen> twin{};
 };
 
-// commission.json.
+// Returns commission.json.
 nlohmann::json commission_json(const twin::Commissioning& made, const CommissionSight& sight);
 
-// "from 1.5 % of span on, alarm after 12 min".
+// Returns "from 1.5 % of span on, alarm after 12 min".
 std::string seen_text(const twin::Seen& seen);
-// "from 1.2 s on, alarm after 4 min".
+// Returns "from 1.2 s on, alarm after 4 min".
 std::string seen_text(const twin::TwinSeen& seen);
 
 }  // namespace loopwarden::workbench

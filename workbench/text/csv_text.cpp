@@ -31,7 +31,7 @@ std::size_t byte_of(std::string_view line, std::string_view cell) {
   return within ? static_cast<std::size_t>(cell.data() - line.data()) + 1 : 1;
 }
 
-// Where the columns stand that are asked for; kNoPlace: nowhere.
+// Index of a requested column that the table does not have.
 constexpr std::size_t kNoPlace = static_cast<std::size_t>(-1);
 std::vector<std::size_t> places_of(const std::string& file, std::size_t line,
                                    const std::vector<std::string_view>& header,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small tables that people keep in a spreadsheet: written, and read by the names of their columns.
+// Writes and reads small tables that people edit in a spreadsheet. Columns are found by their
+// names.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +10,15 @@
 
 namespace loopwarden::workbench {
 
-// In quotes where it needs them; what a spreadsheet would take for a formula gets a ' before it, which reading takes off.
+// Returns a cell, in quotes if necessary. A cell that a spreadsheet would read as a formula gets a
+// leading ', which reading removes.
 std::string csv_cell(std::string text);
 
 struct CsvRow {
   std::size_t line = 0;
   std::vector<std::string>
-      cells;  // in the order of the columns that were asked for; empty where there is none
-  std::vector<std::size_t> columns;  // of the cells, in bytes of the line, from 1
+      cells;  // in the order of the requested columns; empty if the column is missing
+  std::vector<std::size_t> columns;  // positions of the cells in the line, in bytes from 1
 };
 
 struct CsvColumn {
@@ -26,16 +28,17 @@ struct CsvColumn {
 
 struct CsvTable {
   std::vector<CsvRow> rows;
-  char decimal = '.';  // a comma where the cells stand between semicolons
+  char decimal = '.';  // a comma if the cells are separated by semicolons
 
-  // Throws CommandError: "FILE:LINE:COLUMN: what".
+  // Throws CommandError with "FILE:LINE:COLUMN: what".
   [[noreturn]] void fail_at(const CsvRow& row, std::size_t cell, const std::string& what) const;
 
   std::string file{};
 };
 
-// Columns in any order, upper or lower case, others passed over; comma, semicolon, tab or bar as the header has it. Throws
-// CommandError where a needed column is missing, or a quote is not closed.
+// Reads columns in any order, in upper or lower case, and ignores others. The header sets the
+// separator: comma, semicolon, tab or bar. Throws CommandError if a required column is missing or a
+// quote is not closed.
 CsvTable read_csv(const std::string& file, std::string_view text,
                   const std::vector<CsvColumn>& columns);
 

@@ -18,7 +18,7 @@ using diagnosis::DiagnosisVerdict;
 using diagnosis::Follows;
 using diagnosis::Grade;
 
-// What speaks for the verdict, with the figures of this record.
+// Returns the reasons for the verdict, with the figures of this record.
 std::string because(const Diagnosis& d) {
   switch (d.verdict) {
     case DiagnosisVerdict::valve_effect:
@@ -58,7 +58,7 @@ std::string because(const Diagnosis& d) {
   return {};
 }
 
-// What speaks against the verdict; empty where nothing does.
+// Returns the reasons against the verdict; may be empty.
 std::string against(const Diagnosis& d) {
   if (!d.judged()) return {};
   std::string text;
@@ -146,7 +146,7 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
   return result;
 }
 
-// The window that stands for the loop, with the loop's verdict.
+// Returns the representative window with the loop's verdict.
 Diagnosis for_loop(const DiagnosedLoop& loop) {
   Diagnosis d = loop.windows[loop.verdict.like].diagnosis;
   d.verdict = loop.verdict.verdict;
@@ -158,7 +158,7 @@ Diagnosis for_loop(const DiagnosedLoop& loop) {
   return d;
 }
 
-// PV's own span is not known: what it moved in stands for it.
+// PV's own span is unknown, so the range in which it moved replaces it.
 ImportSpans spans_of(const Diagnosis& d, double co_span) {
   ImportSpans spans{.pv = std::nullopt, .co = co_span};
   if (!d.prepared.raw_pv.empty()) {
@@ -169,7 +169,7 @@ ImportSpans spans_of(const Diagnosis& d, double co_span) {
   return spans;
 }
 
-// Of the sizes over the windows.
+// Returns the trend of the size over the windows.
 diagnosis::SizeTrend trend_of(const DiagnosedLoop& loop) {
   std::vector<Diagnosis> windows;
   windows.reserve(loop.windows.size());
@@ -232,7 +232,7 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
   result["co_range"] = loop.co_range;
   if (loop.pushed_by) result["pushed_by"] = *loop.pushed_by;
   if (!loop.imports.empty()) {
-    // Of several files the one that the verdict is like.
+    // Of several files, uses the one whose result the verdict has.
     const DiagnosedWindow& like = loop.windows[loop.verdict.like];
     const record::ImportNotes& notes = loop.imports.at(like.import);
     result["import"] = import_json(notes, spans_of(whole, span),
@@ -286,7 +286,7 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
     text += fmt::format("size in nine of ten cases within {:.2g} to {:.2g} %\n",
                         100.0 * d.s_low / span, 100.0 * d.s_high / span);
     if (d.alternative != Cause::none) {
-      text += fmt::format("or {}: this record does not tell them apart\n", to_text(d.alternative));
+      text += fmt::format("or {}: this record can't distinguish them\n", to_text(d.alternative));
     }
   }
   text += fmt::format("because: {}\n", because(d));

@@ -43,7 +43,7 @@ json first_effect_json(const twin::Explanation& e) {
   const control::PidSettings& pid = e.result.model.controller.pid;
   const double span = pid.output_span();
   const effects::Descriptor* info = effects::find_word(effect.spec.name);
-  // The size with each parameter at one end of its interval.
+  // Returns the size with each parameter at one end of its interval.
   const auto at_end = [&](std::size_t end) {
     effects::EffectSpec spec = effect.spec;
     for (const auto& [name, interval] : effect.interval) {

@@ -7,11 +7,12 @@
 
 namespace loopwarden::workbench {
 
-// Of a transition under `alarm`, as `replay --twin` prints it. `first_s`: the record's time at its first sample.
+// Returns the explanation of a transition under `alarm`, as `replay --twin` prints it. `first_s`:
+// time of the record's first sample.
 nlohmann::json explanation_json(const twin::Explanation& explanation,
                                 alarm::AlarmKind alarm, double first_s, double period_s);
 
-// The effect that the explanation names first, for plant words and registers; null: none.
+// Returns the first effect of the explanation, for plant words and registers; null: no effect.
 nlohmann::json first_effect_json(const twin::Explanation& explanation);
 
 }  // namespace loopwarden::workbench

@@ -19,7 +19,8 @@ json numbers(const std::map<std::string, double>& values) {
   return result;
 }
 
-// As in a model file: numbers, the choices beside them, and a characteristic as one key `curve`.
+// Returns the parameters as in a model file: numbers, choices, and a characteristic as one key
+// `curve`.
 json parameters_of(const effects::EffectSpec& spec) {
   json result = numbers(spec.parameters);
   for (const auto& [name, value] : spec.options) result[name] = value;

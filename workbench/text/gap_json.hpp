@@ -7,7 +7,7 @@
 
 namespace loopwarden::workbench {
 
-// gap.json. What is not finite is null: JSON has no NaN.
+// Returns gap.json. Values that are not finite become null, because JSON has no NaN.
 nlohmann::json gap_json(const gap::Result& result);
 
 }  // namespace loopwarden::workbench

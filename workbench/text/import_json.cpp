@@ -67,7 +67,7 @@ std::string file_name_for(const std::string& tag) {
   }
   constexpr std::size_t kLongest = 120;
   name.resize(std::min(name.size(), kLongest));
-  // Neither hidden nor the folder itself.
+  // The name must not be that of a hidden file or of the folder itself.
   if (name.empty() || name.front() == '.') name.insert(name.begin(), '_');
   return name;
 }

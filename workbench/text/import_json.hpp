@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What reading an export found and did, as JSON.
+// Writes the findings and corrections of an import as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,16 +10,16 @@
 
 namespace loopwarden::workbench {
 
-// Spans in the units of the record; null stands where a share of them can't be told.
+// Spans in the units of the record. A share is null if its span is empty.
 struct ImportSpans {
   std::optional<double> pv, co;
 };
-// The object "import" of gap.json and diagnose. `sees_from_percent`: the smallest effect that shows in such a record,
-// % of the CO span; null: nothing was left out.
+// Returns the object "import" of gap.json and diagnose. `sees_from_percent`: the smallest visible
+// effect in such a record, % of the CO span; null: the archive has all values.
 nlohmann::json import_json(const record::ImportNotes& notes, const ImportSpans& spans,
                            std::optional<double> sees_from_percent);
 
-// A name that can be that of a file.
+// Returns a name that is valid as a file name.
 std::string file_name_for(const std::string& tag);
 
 }  // namespace loopwarden::workbench

@@ -8,10 +8,10 @@
 
 namespace loopwarden::workbench {
 
-// An incident of a record, whose times count as the record's: id, from_s, raised_s, name, cause, confidence, alarms,
-// renamed, cleared_s.
+// Returns an incident of a record, with times in the record's time: id, from_s, raised_s, name,
+// cause, confidence, alarms, renamed, cleared_s.
 nlohmann::json incident_json(const alarm::Incident& incident, const std::string& tag);
-// The same in a line.
+// Returns the same in one line.
 std::string incident_text(const nlohmann::json& incident);
 
 }  // namespace loopwarden::workbench

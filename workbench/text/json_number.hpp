@@ -6,7 +6,7 @@
 
 namespace loopwarden::workbench {
 
-// JSON has no infinity and no NaN: null then.
+// Returns null for infinity and NaN, which JSON does not have.
 inline nlohmann::json finite_or_null(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines in which two texts differ, by their longest common subsequence.
+// Finds the lines in which two texts differ, by their longest common subsequence.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,9 @@ struct DiffLine {
   friend bool operator==(const DiffLine&, const DiffLine&) = default;
 };
 
-// All lines of both, in order; what was removed stands before what was added in its place. Where
-// both differ in more than kMostDiffCells pairs of lines, the differing middle is shown whole.
+// Returns all lines of both texts in order. Removed lines precede the lines that replace them. If
+// the texts differ in more than kMostDiffCells pairs of lines, the whole middle part is shown as
+// changed.
 std::vector<DiffLine> line_diff(std::string_view before, std::string_view after);
 
 inline constexpr std::size_t kMostDiffCells = 4'000'000;

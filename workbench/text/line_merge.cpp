@@ -10,7 +10,7 @@
 namespace loopwarden::workbench {
 namespace {
 
-// Lines [begin, end) of the base, and what stands in their place.
+// Lines [begin, end) of the base, with the lines that replace them.
 struct Hunk {
   std::size_t begin, end;
   std::vector<std::string> lines;
@@ -43,13 +43,13 @@ std::vector<std::string> all_lines(std::string_view text) {
   return lines;
 }
 
-// Both change a line of the base, or put lines at the same place of it.
+// Returns whether both change a line of the base, or insert lines at the same place.
 bool meet(const Hunk& a, const Hunk& b) {
   if (a.begin == b.begin && (a.begin == a.end) == (b.begin == b.end)) return true;
   return a.begin < b.end && b.begin < a.end;
 }
 
-// What the base's lines [begin, end) have become by these hunks of them.
+// Returns the base's lines [begin, end) with these changes applied.
 std::vector<std::string> changed(const std::vector<std::string>& base, std::size_t begin,
                                  std::size_t end, const std::vector<Hunk>& hunks) {
   std::vector<std::string> lines;
@@ -80,7 +80,7 @@ LineMerge merge_lines(std::string_view base, std::string_view mine, std::string_
   };
   std::size_t at = 0;
   for (auto a = of_mine.begin(), b = of_other.begin(); a != of_mine.end() || b != of_other.end();) {
-    // All that meet, one after the other.
+    // Collects all overlapping changes.
     std::vector<Hunk> mine_here, other_here;
     const bool mine_first =
         b == of_other.end() ||

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two texts that were made from one: the lines that each of them has changed, in one text.
+// Merges two texts with a common origin: the result has the changed lines of both.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace loopwarden::workbench {
 
-// Lines that both have changed, in different ways.
+// Lines that both texts have changed in different ways.
 struct LineConflict {
   std::vector<std::string> mine, other;
 };
@@ -19,15 +19,16 @@ struct LineMerge {
   std::vector<LineConflict> conflicts;
 };
 
-// `base`: what both were made from. Where it is not known, give common_lines(mine, other): lines
-// that only one of them has are then its own, and lines that differ are conflicts. Lines end in
-// '\n' in the result.
+// Merges `mine` and `other`, whose common origin is `base`. Without a known origin, pass
+// common_lines(mine, other): a line of only one text is then kept, and lines that differ are
+// conflicts. Lines of the result end in '\n'.
 LineMerge merge_lines(std::string_view base, std::string_view mine, std::string_view other);
 
-// The lines that both have, in their order.
+// Returns the lines that both texts have, in order.
 std::string common_lines(std::string_view one, std::string_view other);
 
-// The lines that differ, with - and + before them, each place with up to two lines around it.
+// Returns the lines that differ, marked with - and +, with up to two lines of context around each
+// place.
 std::string changed_lines(std::string_view before, std::string_view after);
 
 }  // namespace loopwarden::workbench

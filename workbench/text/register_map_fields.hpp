@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the map's texts have in common: the registers of a configuration in the order in which every text has them.
+// Common functions for the texts of the register map: the registers of a configuration in a fixed
+// order.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@
 
 namespace loopwarden::workbench {
 
-// As the map's documents have them.
+// The order of the tables in all documents.
 inline constexpr std::array kTableOrder{
     registers::Table::input_register, registers::Table::discrete_input,
     registers::Table::holding_register, registers::Table::coil};
@@ -25,21 +26,22 @@ const char* order_text(hal::modbus::ByteOrder order);      // "abcd"
 bool is_bit(const registers::Register& reg) noexcept;   // a coil or a discrete input
 int read_function(registers::Table table) noexcept;     // 1 to 4
 
-// Calls `visit(reg, tag, address)` for the box's registers, whose tag is empty, and those of every loop.
+// Calls `visit(reg, tag, address)` for the registers of the box, with an empty tag, and those of
+// every loop.
 using VisitRegister = std::function<void(const registers::Register& reg, const std::string& tag,
                                          std::uint32_t address)>;
 void for_each(const MapOptions& options, const VisitRegister& visit);
 
 std::string owner_of(const std::string& tag);  // the tag, or "box"
 std::string field_name(const registers::Register& reg, const std::string& tag);  // "FIC-101.pv"
-// The name within its owner, which no other has: what can be written has set/ before it, what the third block has once
-// more third/.
+// Returns the unique name within the owner. Writable registers have the prefix set/, registers of
+// the third block third/.
 std::string name_in_owner(const registers::Register& reg);
-// A text as JSON, Python and TOML all write it.
+// Returns a text in quotes, in a form that is valid in JSON, Python and TOML.
 std::string quoted(const std::string& text);
-// A text as it stands between ' of a shell.
+// Returns a text for use between single quotes of a shell.
 std::string shell_quotable(std::string text);
-// `text` with what stands there for each @NAME@.
+// Returns `text` with each @NAME@ replaced by its value.
 std::string filled(std::string text,
                    const std::initializer_list<std::pair<std::string, std::string>>& values);
 

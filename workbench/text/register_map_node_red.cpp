@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A flow for Node-RED with node-red-contrib-modbus: a tab on which every block of the map is read, decoded by name and
-// shown, and on which what can be written is written.
+// Writes a flow for Node-RED with node-red-contrib-modbus. Its tab reads every block of the map,
+// decodes the values by name, and can write the writable registers.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -70,7 +70,7 @@ std::vector<RegisterBlock> blocks_of(const MapOptions& options) {
   return blocks;
 }
 
-// What all nodes of the kind have, with what this one has of its own.
+// Returns a node with the properties that all nodes of its kind share, and its own.
 json node(const char* type, const json& own) {
   static const json kinds = json::parse(kNodeRedNodes);
   json made = kinds.at(type);
@@ -101,7 +101,8 @@ json read_node(const MapOptions& options, const RegisterBlock& block, std::size_
                     {"rate", fmt::format("{}", block.seconds)}});
 }
 
-// Sends what the register reads now: a press changes nothing until somebody puts a value of his own in its place.
+// Returns a node that sends the register's present value. A press has no effect until the user
+// enters another value.
 json inject_node(const std::string& id, const std::string& owner, const std::string& name, int x,
                  int y) {
   const std::string value = "$lookup($lookup($flowContext(\"loopwarden\"), " + quoted(owner) +

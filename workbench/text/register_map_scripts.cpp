@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map as scripts that read all of it: for mbpoll and for modbus-serial of npm.
+// Writes scripts that read the whole map, for mbpoll and for modbus-serial of npm.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -15,7 +15,7 @@ using hal::modbus::RegisterType;
 using registers::Register;
 using registers::Table;
 
-// mbpoll's -t.
+// Returns the argument of mbpoll's -t.
 std::string mbpoll_type(const Register& reg) {
   if (is_bit(reg)) return reg.table == Table::coil ? "0" : "1";
   std::string type = reg.table == Table::holding_register ? "4" : "3";
@@ -27,14 +27,14 @@ std::string mbpoll_type(const Register& reg) {
 }  // namespace
 
 std::string map_mbpoll(const MapOptions& options) {
-  // mbpoll takes ABCD with -B and CDAB without; it has no word for the others.
+  // mbpoll reads ABCD with -B and CDAB without. It has no option for the other orders.
   const bool known = options.word_order == ByteOrder::abcd || options.word_order == ByteOrder::cdab;
   const char* const big = options.word_order == ByteOrder::abcd ? " -B" : "";
   std::string text = filled(kReadScript, {{"HOST", options.host},
                                           {"PORT", fmt::format("{}", options.port)},
                                           {"UNIT", fmt::format("{}", options.unit)}});
   if (!known) {
-    text += fmt::format("# Word order {} is none that mbpoll reads; 32-bit values are left out.\n",
+    text += fmt::format("# mbpoll can't read word order {}; 32-bit values are left out.\n",
                         order_text(options.word_order));
   }
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {

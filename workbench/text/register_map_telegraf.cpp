@@ -43,7 +43,7 @@ std::string upper_case(std::string text) {
   return text;
 }
 
-// A field's name, which InfluxDB and Grafana take without quotes.
+// Returns a field's name in a form that InfluxDB and Grafana accept without quotes.
 std::string telegraf_field(const Register& reg) {
   std::string name = name_in_owner(reg);
   std::replace(name.begin(), name.end(), '/', '_');
@@ -54,7 +54,7 @@ std::string telegraf_field(const Register& reg) {
 
 std::string map_telegraf(const MapOptions& options) {
   std::string text = fmt::format(
-      R"(# Telegraf 1.28 or later. Measurement "loopwarden", a tag "loop" for each loop and for the box.
+      R"(# Telegraf 1.28 or later. Measurement "loopwarden", a tag "loop" for each loop and the box.
 [[inputs.modbus]]
   name = "loopwarden"
   timeout = "1s"
@@ -62,7 +62,8 @@ std::string map_telegraf(const MapOptions& options) {
   configuration_type = "metric"
 )",
       options.host, options.port);
-  // Registers of 16 bits are the same in every word order but where bytes are swapped: they have a section of their own.
+  // 16-bit registers are equal in every word order without byte swaps. They have a separate
+  // section.
   std::vector<std::string> owners;
   std::map<std::pair<std::string, bool>, std::string> fields;  // by owner and whether 32 bits
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {

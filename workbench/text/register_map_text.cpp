@@ -22,7 +22,7 @@ using registers::Area;
 using registers::Register;
 using registers::Table;
 
-// What PLC people call it: 1-based, with the table in front.
+// Returns the number of a register in PLC notation: 1-based, with the table in front.
 std::uint32_t plc_number(Table table, std::uint32_t address) {
   switch (table) {
     case Table::input_register: return 300'001 + address;
@@ -47,9 +47,8 @@ void table_rows(std::string& text, Table table, Area area) {
 }
 
 void reserved_rows(std::string& text, Table table) {
-  text +=
-      "\nKept for what comes, and 0 until then:\n\n| offset | addresses | what |\n|---|---|---|\n";
-  for (const registers::Reserved& place : registers::reserved()) {
+  text += "\nReserved, 0 at present:\n\n| offset | addresses | what |\n|---|---|---|\n";
+  for (const map::Reserved& place : map::reserved()) {
     if (place.table != table) continue;
     text += fmt::format("| {} | {} | {} |\n", place.offset, place.words, place.meaning);
   }

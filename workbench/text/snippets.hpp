@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scripts of the snippets, as their files in snippets/ have them (CMakeLists.txt puts them into the program). What
-// stands between @ is filled in.
+// The scripts in snippets/, which CMakeLists.txt embeds in the program. Names between @ are
+// replaced.
 #pragma once
 
 namespace loopwarden::workbench {
@@ -10,8 +10,8 @@ extern const char* const kMapConditions;      // map_conditions.md
 extern const char* const kMapThirdRegisters;  // map_third_registers.md
 extern const char* const kReadPython;         // read.py
 extern const char* const
-    kNodeRedNodes;  // node_red_nodes.json: what nodes of each kind have in common
-extern const char* const kReadScript;      // read.sh
+    kNodeRedNodes;                     // node_red_nodes.json: common part of the nodes of each kind
+extern const char* const kReadScript;  // read.sh
 extern const char* const kReadJavaScript;  // read.js
 extern const char* const kNodeRedDecode;   // node_red_decode.js
 extern const char* const kNodeRedWrite;    // node_red_write.js

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a loop's twin said over a record beside its alarm: for `replay --json`.
+// Collects the results of a loop's twin over a record, in addition to its alarm, for `replay
+// --json`.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,9 +12,10 @@ namespace loopwarden::workbench {
 
 class TwinLog {
  public:
-  // After each cycle of a loop with a twin.
+  // Call after each cycle of a loop with a twin.
   void add(const watch::LoopMonitor& loop, double time_s);
-  // {"judged_share", "controller_not_watched": null or why, "load_outside": [{from_s, to_s, size}], "untested_s": {change: s}}
+  // Returns {"judged_share", "controller_not_watched": null or why,
+  // "load_outside": [{from_s, to_s, size}], "untested_s": {change: s}}.
   nlohmann::json json(const watch::LoopMonitor& loop) const;
 
  private:

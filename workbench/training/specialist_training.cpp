@@ -17,11 +17,11 @@ namespace {
 
 using specialist::Condition;
 
-// Streams of the seed, apart from those of the networks' starts.
+// Streams of the seed, separate from those of the networks' starts.
 constexpr std::uint64_t kSignatureStream = 1000003;
 constexpr std::uint64_t kHeldOutStream = 2000003;
 
-// All that decides the result, but for the number of threads.
+// Returns a key of all settings that decide the result. The number of threads does not.
 std::string key_of(const TrainingJob& job) {
   std::string text = job.model ? config::write_model(*job.model) : std::string();
   for (const specialist::Signature& s : job.signatures) {
@@ -95,7 +95,7 @@ class Trainer {
     };
   }
 
-  // Block by block, so that an interrupted run keeps those that it has.
+  // Simulates block by block, so that an interrupted run keeps the finished blocks.
   std::vector<specialist::Example> simulated_examples() {
     constexpr std::size_t kBlock = 512;
     std::vector<specialist::Example> examples;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trains the specialists of one plant, in both forms, on all cores.
+// Trains the specialists of one plant in both forms, on several threads.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +17,20 @@ namespace loopwarden::workbench {
 
 struct TrainingJob {
   std::string plant = "P1";
-  std::string source;  // for the manifest
+  std::string source;  // recorded in the manifest
   std::optional<plant::LoopModel>
-      model;  // for the explaining form, and for signatures if none are given
+      model;  // for the explaining form; also simulates signatures if `signatures` is empty
   std::vector<specialist::Signature> signatures;
   bool explaining = true;
   bool signature = true;
-  // Of the signature form; where signatures are given, those that they have.
+  // Conditions of the signature form. If `signatures` is not empty, the conditions of those.
   std::vector<specialist::Condition> conditions{
       specialist::Condition::no_fault, specialist::Condition::backlash,
       specialist::Condition::low_air_supply, specialist::Condition::stiction,
       specialist::Condition::hysteresis};
   specialist::TeamTrainingSettings team;
   specialist::GrowingSettings growing;
-  std::size_t held_out = 150;  // windows of each condition for the figures
+  std::size_t held_out = 150;  // windows per condition for the figures
   unsigned threads = 2;
   std::optional<std::filesystem::path> checkpoint;  // folder
 };
@@ -51,7 +51,7 @@ struct TrainingResult {
   std::vector<specialist::TeamEpoch> team_epochs;
 };
 
-// `say` hears, one thread at a time, of what begins and ends; `live` of every epoch, in words.
+// `say` receives a text at each start and end, `live` one for every epoch. Calls are serialised.
 struct TrainingListener {
   std::function<void(const std::string&)> say;
   std::function<void(const std::string&)> live;
@@ -59,11 +59,11 @@ struct TrainingListener {
 
 TrainingResult train_specialists(const TrainingJob& job, const TrainingListener& listener);
 
-// Looks at `count` fresh windows of each condition.
+// Judges `count` new windows of each condition.
 config::SpecialistFigures measure_team(const specialist::Team& team, const plant::LoopModel& model,
                                        std::size_t count, std::uint64_t seed, unsigned threads);
 
-// P1 S 10 -> P1S10; the explaining form ends with x.
+// Returns P1S10 for P1, S and 10. The name of the explaining form ends with x.
 std::string specialist_name(const std::string& plant, specialist::Condition condition,
                             std::size_t hidden, bool explaining);
 

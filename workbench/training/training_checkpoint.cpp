@@ -28,7 +28,7 @@ json as_json(const Network& network) {
           {"weights", std::move(weights)}};
 }
 
-// Throws json::exception or std::out_of_range for what is no network.
+// Throws json::exception or std::out_of_range if the text is not a network.
 Network network_of(const json& from) {
   const auto layers = from.at("layers").get<std::vector<std::size_t>>();
   const auto weights = from.at("weights").get<std::vector<double>>();
@@ -49,7 +49,8 @@ void write(const std::filesystem::path& path, const json& content) {
   (void)base::replace_file(path, content.dump(), {.mode = 0666, .wait_for_disk = false});
 }
 
-// What `take` makes of the file's content; nullopt if there is none of this run, or it can't be used.
+// Returns the result of `take` for the file's content; nullopt if the file is missing, of another
+// run, or unusable.
 template <class Take>
 auto read(const std::filesystem::path& path, const std::string& key, Take take)
     -> decltype(take(json())) {
@@ -162,7 +163,7 @@ void TrainingCheckpoint::remove(const std::filesystem::path& folder) {
       std::filesystem::remove(path, ignored);
     }
   }
-  std::filesystem::remove(folder, ignored);  // stays where something else is in it
+  std::filesystem::remove(folder, ignored);  // fails if the folder has other files
 }
 
 }  // namespace loopwarden::workbench

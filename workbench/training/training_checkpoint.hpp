@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a training run has finished, kept beside its result so that a killed run goes on from there.
+// Stores the finished parts of a training run next to its result, so that an interrupted run can
+// continue.
 //
-// One file for each network and each block of simulated windows, written under a temporary name first. All carry the key of the run: checksum of
-// data, settings and seed. A file of another run, or one that can't be read, counts as not there.
+// Each network and each block of simulated windows has one file, which is written under a temporary
+// name first. All files contain the key of the run: a checksum of data, settings and seed. Files of
+// another run and unreadable files are ignored.
 #pragma once
 
 #include <filesystem>
@@ -17,7 +19,7 @@ namespace loopwarden::workbench {
 
 class TrainingCheckpoint {
  public:
-  // Nothing is kept where the folder can't be made: training goes on without.
+  // If the folder can't be created, the run continues without a checkpoint.
   TrainingCheckpoint(std::filesystem::path folder, std::string key);
 
   std::optional<specialist::Learned> find_network(const std::string& name) const;
@@ -29,7 +31,7 @@ class TrainingCheckpoint {
   std::optional<specialist::TeamRestart> find_team(const std::string& name) const;
   void keep_team(const std::string& name, const specialist::TeamRestart& restart) const;
 
-  // The run is complete: its files go, and the folder where nothing else is in it.
+  // Deletes the files of a complete run, and the folder if it is empty then.
   static void remove(const std::filesystem::path& folder);
 
  private:

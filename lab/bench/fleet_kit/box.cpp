@@ -19,7 +19,7 @@ using sparkplug::Payload;
 using sparkplug::Types;
 
 constexpr std::int64_t kResendWindowMs = 60'000;
-constexpr int kMostResentAtOnce = 5;  // a tick, so that values of now are not late
+constexpr int kMostResentAtOnce = 5;  // per tick, so that present values are not late
 constexpr std::array kNames{"pv", "sp", "co", "stem", "variability", "travel"};
 
 Metric metric(const std::string& name, DataType type, sparkplug::Value value,
@@ -82,7 +82,7 @@ void Box::handle(const mqtt::Event& event, std::int64_t now_ms) {
   switch (event.kind) {
     case mqtt::Event::Kind::connected:
       follow(session_.connected(), now_ms);
-      // What is retained may come before the last subscription is granted.
+      // A retained message may arrive before the last subscription is granted.
       if (early_state_) hear(*std::exchange(early_state_, std::nullopt), now_ms);
       return;
     case mqtt::Event::Kind::message: return hear(event.message, now_ms);
@@ -111,7 +111,7 @@ void Box::hear(const mqtt::Message& message, std::int64_t now_ms) {
       follow(session_.rebirth_asked(), now_ms);
     }
   } catch (const sparkplug::BadPayload&) {
-    return;  // somebody else's mistake
+    return;  // error of another program
   }
 }
 
@@ -121,7 +121,7 @@ void Box::follow(sparkplug::EdgeSession::Next next, std::int64_t now_ms) {
   if (next == Next::leave) client_.leave();
 }
 
-// What was sent shortly before may not have arrived.
+// Messages sent shortly before the loss may not have arrived.
 void Box::lost(std::int64_t now_ms) {
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     if (samples_[i].sent_ms < now_ms - kResendWindowMs) continue;
@@ -181,7 +181,7 @@ void Box::take_samples(std::int64_t now_ms) {
     const auto place = static_cast<std::size_t>(loop);
     std::int64_t& due = due_ms_[place];
     const std::int64_t stagger = settings_.period_ms * loop / settings_.loops + settings_.offset_ms;
-    // At the start, and where the clock was set.
+    // At the start, and after the clock was set.
     if (due == 0 || due > now_ms + 2 * settings_.period_ms ||
         due < now_ms - 2 * settings_.period_ms) {
       due = now_ms + stagger;

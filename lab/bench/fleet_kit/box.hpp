@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated box: a Sparkplug edge node whose loops say numbers that count, so that what is lost or doubled shows in
-// the database. It keeps what it sent within the last minute, as loopwarden-edge does, and sends it again, marked
-// historical, when broker or host come back.
+// A simulated box: a Sparkplug edge node whose loops send counters as values, so that lost or
+// doubled values can be found in the database. It keeps the values of the last minute, as
+// loopwarden-edge does. When broker or host return, it sends them again, marked historical.
 #pragma once
 
 #include <cstdint>
@@ -22,26 +22,26 @@ struct BoxSettings {
   std::string group;
   std::string edge;
   std::string host;           // primary host
-  std::string client_suffix;  // so that two edge nodes of one name can be connected
+  std::string client_suffix;  // allows two connected edge nodes of one name
   int loops = 20;
   std::int64_t period_ms = 10'000;  // of each loop
-  std::int64_t offset_ms = 0;       // of the first loop's first message
-  std::int64_t count_from = 0;      // the first value of each loop is one more
-  int births_to_lose = 0;           // that many times a DBIRTH of the first loop is not sent
+  std::int64_t offset_ms = 0;       // time of the first loop's first message
+  std::int64_t count_from = 0;      // the first value of each loop is one larger
+  int births_to_lose = 0;           // number of DBIRTHs of the first loop that are not sent
 };
 
 struct Sample {
   std::int64_t time_ms = 0;
   int loop = 0;
   std::int64_t number = 0;
-  std::int64_t sent_ms = 0;  // 0: not yet
+  std::int64_t sent_ms = 0;  // 0: not yet sent
 };
 
 class Box {
  public:
   explicit Box(BoxSettings settings);
 
-  // What is to be done now; `sample`: new values are taken.
+  // Does the work that is due; `sample`: also takes new values.
   void tick(std::int64_t now_ms, bool sample);
   void leave() { client_.leave(); }
 
@@ -71,12 +71,12 @@ class Box {
   BoxSettings settings_;
   sparkplug::EdgeSession session_;
   mqtt::Client client_;
-  std::optional<mqtt::Message> early_state_;  // of the host, before the connection counts
-  std::deque<Sample> samples_;                // by time
+  std::optional<mqtt::Message> early_state_;  // from the host, before the connection counts
+  std::deque<Sample> samples_;                // ordered by time
   std::vector<std::int64_t> numbers_;
   std::vector<std::int64_t> times_ms_;  // of the newest sample of each loop
   std::vector<std::int64_t> due_ms_;
-  std::size_t waiting_from_ = 0;  // samples_ before it have been sent
+  std::size_t waiting_from_ = 0;  // index in samples_; earlier ones have been sent
   std::int64_t sent_ = 0;
   std::int64_t sent_again_ = 0;
   std::int64_t births_ = 0;

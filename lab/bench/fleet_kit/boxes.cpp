@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden_fleet_boxes: many simulated boxes in one program, for lab/bench/fleet.
 //
-// Each second a line of JSON: {"live", "sent", "again", "stored", "births"}. On SIGTERM, or after --seconds, no more
-// samples are taken; what is stored is sent, and the last line has the number that each loop counted to.
+// Prints a line of JSON each second: {"live", "sent", "again", "stored", "births"}. On SIGTERM, or
+// after --seconds, it takes no more samples and sends the stored ones. The last line has the final
+// count of each loop.
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -127,13 +128,14 @@ int main(int argc, char** argv) {
   Options options;
   cli.add_option("--broker", options.broker);
   cli.add_option("--groups", options.groups)->delimiter(',');
-  cli.add_option("--host", options.host, "HOST-GROUP is each box's primary host; empty: none");
+  cli.add_option("--host", options.host,
+                 "HOST-GROUP is each box's primary host; empty: no primary host");
   cli.add_option("--client-suffix", options.client_suffix);
   cli.add_option("--boxes", options.boxes);
   cli.add_option("--loops", options.loops);
   cli.add_option("--period", options.period_s, "s, between a loop's messages");
   cli.add_option("--seconds", options.seconds);
-  cli.add_option("--drain", options.drain_s, "s, at most, to send what is stored");
+  cli.add_option("--drain", options.drain_s, "s, at most, to send stored values");
   cli.add_option("--count-from", options.count_from, "each loop's first value is one more");
   cli.add_option("--lose-births", options.births_to_lose);
   CLI11_PARSE(cli, argc, argv);

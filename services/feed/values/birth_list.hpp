@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the Sparkplug B edge nodes of a group have, by their births, as a list of tags. Pure.
+// Lists the metrics of a group's Sparkplug B edge nodes as tags, from their births. Pure.
 #pragma once
 
 #include <map>
@@ -19,15 +19,16 @@ class BirthList {
  public:
   using EdgeName = std::pair<std::string, std::string>;  // group, edge
 
-  // What is no birth tells only that its edge node is there. Throws sparkplug::BadPayload.
+  // A message that is not a birth only shows that its edge node exists. Throws
+  // sparkplug::BadPayload.
   void take(const sparkplug::Topic& topic, std::string_view payload);
 
-  // Edge nodes that have spoken, and were not born since.
+  // Returns the edge nodes that have sent messages, but no birth since.
   std::vector<EdgeName> unborn() const;
   std::size_t metrics() const noexcept { return metrics_.size(); }
-  // CSV: name (EDGE/DEVICE/METRIC), node_id (GROUP/EDGE/DEVICE/METRIC), data_type, unit, low, high, description. The last
-  // four by the properties engUnit, engLow, engHigh and documentation. Metrics of the edge node's own, such as bdSeq, are
-  // left out.
+  // Returns CSV: name (EDGE/DEVICE/METRIC), node_id (GROUP/EDGE/DEVICE/METRIC), data_type, unit,
+  // low, high, description. The last four are the properties engUnit, engLow, engHigh and
+  // documentation. The edge node's own metrics, such as bdSeq, are left out.
   std::string csv() const;
 
  private:

@@ -17,7 +17,7 @@ using Quality = FedValue::Quality;
 
 namespace {
 
-// Why the tracker finds a message malformed.
+// Returns why the tracker finds a message malformed.
 std::string refusal_of(const sparkplug::Message& message) {
   const sparkplug::Payload& payload = message.payload;
   if (!payload.seq) return "it has no seq";
@@ -56,7 +56,7 @@ void ForeignEdges::take(const sparkplug::Topic& topic, std::string_view payload,
   } catch (const sparkplug::BadPayload& e) {
     ++counts_.bad_payloads;
     complaint = to_text(topic) + ": " + e.what();
-    // A node's death needs no content: the topic and the broker say all.
+    // A node's death needs no content: topic and broker are enough.
     if (topic.type != MessageType::ndeath) return refuse(edge, topic, values);
   }
   std::vector<sparkplug::Message> ready;
@@ -72,7 +72,7 @@ void ForeignEdges::take(const sparkplug::Topic& topic, std::string_view payload,
     case Verdict::unmatched_death:
       if (!complaint.empty()) complaint += "; ";
       complaint += to_text(topic) +
-                   ": bdSeq can't be read, so nobody knows which connection it ends. All values of "
+                   ": bdSeq can't be read, so the ended connection is unknown. All values of "
                    "the edge node are bad until it is born again";
       break;
     case Verdict::duplicate:
@@ -95,7 +95,7 @@ void ForeignEdges::apply(Edge& edge, const sparkplug::Message& message, std::int
   }
   const auto found = edge.devices.find(message.topic.device);
   if (found == edge.devices.end()) {
-    // What a node says of itself comes whether a rule names it or not.
+    // The metrics of the node itself arrive whether a rule names them or not.
     if (!message.topic.device.empty()) ++counts_.unknown;
     return;
   }
@@ -116,7 +116,7 @@ void ForeignEdges::refuse(Edge& edge, const sparkplug::Topic& topic, Values& val
       topic.type == MessageType::ddeath ? FedValue::Reason::death : FedValue::Reason::source;
   for (auto& [name, one] : edge.devices) {
     if (node || (device && name == topic.device)) die(one, reason, values);
-    // Data that can't be read may have had newer values.
+    // Data that can't be read may have held newer values.
     if (!node && !device && name == topic.device) doubt(one, values);
   }
   edge.tracker.want_rebirth();

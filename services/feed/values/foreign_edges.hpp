@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sparkplug B edge nodes of others, as far as rules name their metrics: what their messages mean
-// for feed.sock. Pure: the caller gives the time.
+// Reads the messages of foreign Sparkplug B edge nodes and makes values for feed.sock from the
+// metrics that rules name. Pure: the caller passes the time.
 //
-// A value counts from the birth that names its metric until a death. Data that comes before the
-// birth is left out, so are historical values. Where messages are missing, what they said is not
-// known: all of that edge node is uncertain until it says it again. A device that an NBIRTH does
-// not bring back within kDeviceWaitMs is dead.
+// A value is valid from the birth that names its metric until a death. Data before the birth and
+// historical values are left out. If messages are missing, their content is unknown: all values of
+// that edge node are uncertain until it sends them again. A device that an NBIRTH does not bring
+// back within kDeviceWaitMs is dead.
 //
-// A death or a birth that can't be understood ends the values of all that it may mean, and a birth
-// is asked for. An edge node that is silent is asked for a birth after half the timeout of its
-// metrics. After the whole timeout its values are bad until it says something; then they hold
-// again, unless messages are missing.
+// A malformed death or birth ends the values of everything it may refer to, and a birth is
+// requested. A silent edge node is asked for a birth after half the timeout of its metrics. After
+// the whole timeout its values are bad until its next message. Then they are valid again, unless
+// messages are missing.
 //
-// What it can't do: read data of an edge node whose birth came before this connection; it must be
-// born again.
+// Limit: data of an edge node that was born before this connection can't be read until its next
+// birth.
 #pragma once
 
 #include <cstdint>
@@ -50,7 +50,7 @@ class ForeignEdges {
     std::uint64_t bad_payloads =
         0;                      // no Sparkplug; or a metric's value that is no number and no word
     std::uint64_t unknown = 0;  // messages of edge nodes and devices of no rule
-    std::uint64_t dropped = 0;  // without a birth, doubled, of an older connection
+    std::uint64_t dropped = 0;  // without a birth, repeated, or of an older connection
     std::uint64_t historical = 0;  // values
     std::uint64_t missing = 0;     // messages
     std::uint64_t deaths = 0;
@@ -60,15 +60,15 @@ class ForeignEdges {
 
   explicit ForeignEdges(const std::vector<MetricRule>& rules);
 
-  // Appends the values that now count. What is wrong with the message goes to `complaint`.
+  // Appends the values that are now valid. Faults of the message are written to `complaint`.
   void take(const sparkplug::Topic& topic, std::string_view payload, std::int64_t now_ms,
             std::vector<protocol::FedValue>& values, std::string& complaint);
-  // Appends what is no longer waited for.
+  // Appends the values whose timeout has passed.
   void look(std::int64_t now_ms, std::vector<protocol::FedValue>& values);
-  // The broker is away: births must come anew. Appends bad values of all that were known.
+  // The broker is away: births must arrive again. Appends bad values for all known values.
   void disconnected(std::vector<protocol::FedValue>& values);
 
-  // Edge nodes whose birth is missing and may be asked for now. They count as asked.
+  // Returns the edge nodes whose birth is missing and may be requested now. They count as asked.
   std::vector<EdgeName> to_ask(std::int64_t now_ms);
   std::vector<EdgeName> edges() const;
   bool all_born() const noexcept;
@@ -85,7 +85,7 @@ class ForeignEdges {
   };
   struct Device {
     bool born = false;
-    std::optional<std::int64_t> awaited_since_ms{};  // its node was born, it was not yet
+    std::optional<std::int64_t> awaited_since_ms{};  // its node was born, this device was not yet
     std::map<std::string, std::vector<Metric>>
         metrics;  // by their name; a value may have several names
     std::unordered_map<std::uint64_t, std::vector<Metric>*> by_alias;
@@ -93,7 +93,7 @@ class ForeignEdges {
   struct Edge {
     sparkplug::EdgeTracker tracker{};
     sparkplug::RebirthWait rebirth{};
-    std::uint64_t missing = 0;              // so many are known to the values
+    std::uint64_t missing = 0;              // as many as the values already reflect
     std::int64_t heard_ms = 0;              // newest message
     std::map<std::string, Device> devices;  // "": the node
   };
@@ -109,19 +109,19 @@ class ForeignEdges {
            const sparkplug::Payload& payload, Values& values, std::string& complaint);
   static void doubt_after_gap(Edge& edge, Values& values);
   static void doubt(Device& device, Values& values);
-  // A message that can't be understood.
+  // Handles a malformed message.
   static void refuse(Edge& edge, const sparkplug::Topic& topic, Values& values);
   static void heard(Edge& edge, std::int64_t now_ms, Values& values);
   void look_for_silence(Edge& edge, std::int64_t now_ms, Values& values);
   static void die(Device& device, protocol::FedValue::Reason reason, Values& values);
 
   std::map<EdgeName, Edge> edges_;
-  // Of all edge nodes together: after a start or a reconnection many are asked.
+  // Shared by all edge nodes: after a start or a reconnection many are asked.
   sparkplug::RebirthBudget budget_{5.0, 20.0};
   Counts counts_;
 };
 
-// An NCMD's payload that asks for births.
+// Returns the payload of an NCMD that asks for births.
 std::string rebirth_request(std::uint64_t now_ms);
 
 }  // namespace loopwarden::feed

@@ -9,8 +9,8 @@
 namespace loopwarden::feed {
 
 enum class QualityCodes : std::uint8_t {
-  opc,    // 192 to 255 good, 64 to 127 uncertain, all else bad; Sparkplug's 0, 192 and 500 are such
-  opc_ua  // status codes of OPC UA: the two highest of 32 bits, 0 good, 1 uncertain, else bad
+  opc,    // 192 to 255 good, 64 to 127 uncertain, others bad; includes Sparkplug's 0, 192 and 500
+  opc_ua  // status codes of OPC UA: the two highest of 32 bits, 0 good, 1 uncertain, others bad
 };
 
 inline protocol::FedValue::Quality quality_of_code(double code, QualityCodes codes) noexcept {

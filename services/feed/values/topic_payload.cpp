@@ -34,7 +34,7 @@ std::optional<double> number_in(std::string_view text) {
   throw BadTopicPayload("expected " + std::string(expected) + " at '" + at.to_string() + "'");
 }
 
-// What the pointer names.
+// Returns the part that the pointer names.
 const json& part(const json& document, const JsonPointer& at, const char* expected) {
   try {
     return document.at(at);
@@ -47,7 +47,7 @@ const char* expected_value(bool words) {
   return words ? "a number or a word of at most 64 bytes" : "a number";
 }
 
-// Puts what stands there into `fed`; false if it is neither.
+// Stores a number or a word in `fed`. Returns false if the text is neither.
 bool take_text(std::string_view text, bool words, FedValue& fed) {
   fed.value = number_in(text);
   if (fed.value || !words) return fed.value.has_value();
@@ -57,7 +57,7 @@ bool take_text(std::string_view text, bool words, FedValue& fed) {
   return fed.word.size() <= FedValue::kLongestWord && base::is_utf8(fed.word);
 }
 
-// Null says that there is no value.
+// Null means "no value".
 void take_value(const json& document, const PayloadRule& rule, FedValue& fed) {
   const char* const expected = expected_value(rule.words);
   const json& found = part(document, *rule.value, expected);

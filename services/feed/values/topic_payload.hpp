@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The payload of a plain MQTT topic as a value of feed.sock: a number or word, or JSON with a value, and maybe a time and a
-// quality, at places that JSON Pointers (RFC 6901) name. Pure: no clock, no I/O.
+// Reads the payload of a plain MQTT topic as a value for feed.sock: a number or word, or JSON with
+// a value and optionally time and quality, at JSON Pointers (RFC 6901). Pure: no clock, no I/O.
 //
-// A value: a number, also as text, true and false as 1 and 0, where the rule
-// takes words one of at most 64 bytes, or null, which is quality bad. A time: a
-// number of s or ms since 1970, or ISO 8601 text with Z or an offset. A quality: good, uncertain, bad (in any case), true,
-// false, or a code. Whatever else stands there, or does not, makes the payload a bad one.
+// Value: a number (also as text), true and false as 1 and 0, a word of at most 64 bytes if the rule
+// takes words, or null, which is quality bad. Time: a number of s or ms since 1970, or ISO 8601
+// text with Z or an offset. Quality: good, uncertain, bad (in any case), true, false, or a code.
+// Any other or missing content makes the payload bad.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ using JsonPointer = nlohmann::json::json_pointer;
 enum class TimeForm : std::uint8_t { s, ms, iso };
 
 struct PayloadRule {
-  std::optional<JsonPointer> value{};  // none: the payload itself is the value
+  std::optional<JsonPointer> value{};  // nullopt: the payload itself is the value
   bool words = false;
   std::optional<JsonPointer> time{};
   TimeForm time_form = TimeForm::s;
@@ -41,11 +41,11 @@ class BadTopicPayload : public std::runtime_error {
 
 inline constexpr std::size_t kMostTopicBytes = 1024UL * 1024UL;
 
-// Any bytes. Throws BadTopicPayload with what was expected.
+// Accepts any bytes. Throws BadTopicPayload, which names the expected content.
 protocol::FedValue read_topic_payload(const PayloadRule& rule, const std::string& name,
                                       std::string_view payload);
 
-// A time such as 2026-11-25T10:00:00.5Z or ...+01:00, s since 1970.
+// Returns s since 1970 for a time such as 2026-11-25T10:00:00.5Z or ...+01:00.
 std::optional<double> parse_iso_time(const std::string& text);
 
 }  // namespace loopwarden::feed

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain topics: which values a message brings, and which have been silent for too long. Pure: the caller gives the time.
+// Plain topics: the values of a message, and the values that have been silent for too long. Pure:
+// the caller passes the time.
 //
-// What it can't do: see that a publisher has died, where a topic has no time-out.
+// Limit: without a time-out for its topic, a dead publisher is not detected.
 #pragma once
 
 #include <cstdint>
@@ -34,12 +35,12 @@ class Topics {
 
   explicit Topics(const std::vector<TopicRule>& rules);
 
-  // Appends the values of a message; one that can't be read is bad. What is wrong with it goes to `complaint`.
+  // Appends the values of a message; an unreadable value is bad. `complaint` gets its faults.
   void take(const std::string& topic, std::string_view payload, bool retained, std::int64_t now_ms,
             std::vector<protocol::FedValue>& values, std::string& complaint);
-  // Appends bad values of what has been silent for longer than its time-out.
+  // Appends bad values for topics that have been silent longer than their time-out.
   void look(std::int64_t now_ms, std::vector<protocol::FedValue>& values);
-  // The broker is away: nobody knows what is published meanwhile. Appends bad values of all that were heard.
+  // The broker is away, so messages may be missed. Appends bad values for all earlier values.
   void disconnected(std::vector<protocol::FedValue>& values);
 
   const Counts& counts() const noexcept { return counts_; }

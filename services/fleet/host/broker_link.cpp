@@ -17,7 +17,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kTick{50};
-constexpr milliseconds kGoodbye{3000};  // the client's, and some
+constexpr milliseconds kGoodbye{3000};  // the client's time to disconnect, and a margin
 constexpr std::size_t kMostWaiting = 10'000;
 
 std::vector<mqtt::Subscription> subscriptions_of(const LinkSettings& settings) {
@@ -92,7 +92,7 @@ void BrokerLink::forget_waiting() {
 void BrokerLink::try_connection() {
   forget_waiting();
   said_online_.reset();
-  // Also where this machine's clock was set back, later than whatever was said before.
+  // The new time is later than every earlier state, also if this host's clock was set back.
   state_time_ms_ = std::max(state_time_ms_ + 1, static_cast<std::uint64_t>(base::utc_ms()));
   client_->connect(mqtt::Message{.topic = sparkplug::state_topic(settings_.host_id),
                                  .payload = to_text(sparkplug::HostState{false, state_time_ms_}),
@@ -115,7 +115,7 @@ void BrokerLink::handle(mqtt::Event event) {
     case mqtt::Event::Kind::message: break;
   }
   if (sparkplug::parse_state_topic(event.message.topic)) return hear_own_state(event.message);
-  // Births and data are never retained; what is was left there by somebody else's mistake.
+  // Births and data are never retained. A retained one is a publisher's error.
   if (event.message.retain) return;
   spool_.push(
       {std::move(event.message.topic), std::move(event.message.payload), base::utc_ms(), false});
@@ -125,14 +125,14 @@ void BrokerLink::hear_own_state(const mqtt::Message& message) {
   const auto state = sparkplug::parse_host_state(message.payload);
   if (!state) return;
   if (state->time_ms > state_time_ms_) {
-    // Edges take the newest word: this connection's would not count.
+    // Edges follow the state with the latest time, so this connection's state would have no effect.
     log_.warn("broker", "later state",
               settings_.host_id + ": the broker has a state of a later time; connecting again");
     state_time_ms_ = state->time_ms;
     if (client_) client_->leave();
     return;
   }
-  // The will of an older connection that came late.
+  // The will of an older connection has arrived late.
   if (said_online_ == true && !state->online) said_online_.reset();
 }
 
@@ -151,7 +151,7 @@ void BrokerLink::send_waiting() {
 
 void BrokerLink::end(bool goodbye) {
   if (connected_ && goodbye) {
-    // A death that is no will has the time at which it is said.
+    // A death that is not a will has the time at which it is published.
     state_time_ms_ = std::max(state_time_ms_, static_cast<std::uint64_t>(base::utc_ms()));
     say_state(false);
     client_->leave();
@@ -162,7 +162,7 @@ void BrokerLink::end(bool goodbye) {
   gone_ = true;
 }
 
-// What still comes goes to the spool.
+// Waits for the end of the connection. Messages that still arrive go to the spool.
 void BrokerLink::await_end() {
   const auto end = std::chrono::steady_clock::now() + kGoodbye;
   while (connected_ && std::chrono::steady_clock::now() < end) {

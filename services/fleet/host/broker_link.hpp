@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A group's connection to the broker: what edges say goes to the spool, the host's own state is kept at the broker.
+// A group's connection to the broker. Messages from edges go to the spool. The host's own state is
+// retained at the broker.
 //
-// The state's time is that of the connection, in its birth and in its will (Sparkplug 3.0, 5.7). Whoever takes the
-// group over connects by the same client identifier, so that the broker itself ends an older owner's connection, and
-// with a newer time, so that the older will changes nothing.
+// The state's birth and will both have the time of the connection (Sparkplug 3.0, 5.7). A new owner
+// of the group connects with the same client identifier, so the broker itself ends the older
+// owner's connection. It also has a newer time, so the older will has no effect.
 #pragma once
 
 #include <atomic>
@@ -22,8 +23,8 @@
 namespace loopwarden::fleet {
 
 struct LinkSettings {
-  mqtt::ClientSettings client;  // subscriptions and identifier are set here
-  std::string group;            // empty: all
+  mqtt::ClientSettings client;  // subscriptions and client identifier are set here
+  std::string group;            // empty: all groups
   std::string host_id;
 };
 
@@ -32,29 +33,32 @@ class BrokerLink {
   BrokerLink(LinkSettings settings, Spool& spool);
   BrokerLink(const BrokerLink&) = delete;
   BrokerLink& operator=(const BrokerLink&) = delete;
-  // As stop().
+  // Calls stop().
   ~BrokerLink();
 
-  // Whether there is to be a connection. An end of it without a goodbye: another host has the group.
+  // Sets whether this host serves the group. false: another host has the group; the connection ends
+  // without publishing a state.
   void own(bool owned) noexcept {
     goodbye_ = false;
     owned_ = owned;
   }
-  // Says goodbye: another host is to have the group.
+  // Publishes the offline state and disconnects, so that another host can take the group.
   void leave() noexcept {
     goodbye_ = true;
     owned_ = false;
   }
-  // Whether edges may send: else the host says that it is offline, and they store.
+  // Sets whether edges may send. Otherwise the host publishes that it is offline, and edges store
+  // their values.
   void accept(bool accepting) noexcept { accepting_ = accepting; }
-  // Says goodbye and ends.
+  // Publishes the offline state, disconnects and ends the thread.
   void stop();
 
-  // False if there is no connection, or too many wait already. What waits when the connection ends is gone.
+  // Queues a message. Returns false without a connection, or if too many messages are waiting.
+  // Waiting messages are lost when the connection ends.
   bool send(mqtt::Message message);
 
   bool connected() const noexcept { return connected_; }
-  bool gone() const noexcept { return gone_; }  // no message will come
+  bool gone() const noexcept { return gone_; }  // no more messages will arrive
   std::uint64_t connections() const noexcept { return connections_; }
 
  private:
@@ -80,7 +84,7 @@ class BrokerLink {
   std::atomic<bool> gone_{true};
   std::atomic<std::uint64_t> connections_{0};
 
-  // Of the thread.
+  // For the thread only.
   base::LimitedLog log_;
   std::unique_ptr<mqtt::Client> client_;
   std::uint64_t state_time_ms_ = 0;

@@ -20,7 +20,8 @@ std::string birth_text(const Metric& metric, const char* key) {
   return text == nullptr ? std::string() : *text;
 }
 
-// The specification names no property for it; clients write either.
+// Returns the unit. The specification defines no property for it; clients use either of these two
+// names.
 std::string unit_of(const Metric& metric) {
   std::string unit = birth_text(metric, "engUnit");
   return unit.empty() ? birth_text(metric, "unit") : unit;

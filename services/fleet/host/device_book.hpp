@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a birth said of a device's metrics, and the numbers that the database has given them.
+// The metrics of a device from its birth, with their numbers in the database.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ struct MetricInfo {
   std::string name;
   sparkplug::DataType type = sparkplug::DataType::unknown;
   std::optional<std::uint64_t> alias{};
-  std::string unit{};  // empty: none was given
+  std::string unit{};  // empty: no unit was given
   std::optional<double> low{};
   std::optional<double> high{};
-  int id = 0;  // in table metric
+  int id = 0;  // number in table metric
 };
 
 struct DeviceBook {
@@ -33,12 +33,12 @@ struct DeviceBook {
   std::unordered_map<std::string, std::size_t> by_name;
   std::unordered_map<std::uint64_t, std::size_t> by_alias;
 
-  // The metric that a message's metric is, by its name or else its alias; null: no birth gave it.
+  // Returns the metric of a message, by its name or otherwise its alias; null: not in the birth.
   const MetricInfo* find(const sparkplug::Metric& metric) const noexcept;
 };
 
-// Of a birth's metrics. A metric without name or type, and one whose name or alias stands twice, is left out: it can't
-// be told what later values belong to.
+// Makes the book of a birth's metrics. A metric without name or type is left out. Metrics that
+// share a name or alias are left out too, because later values could not be assigned to them.
 std::shared_ptr<DeviceBook> book_of(const std::string& device,
                                     const std::vector<sparkplug::Metric>& metrics);
 

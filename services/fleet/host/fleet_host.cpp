@@ -31,7 +31,7 @@ using std::chrono::steady_clock;
 
 constexpr seconds kBetweenPartitions{600};
 constexpr seconds kBetweenDecimations{5};
-constexpr int kMostDecimations = 50;  // edges' quarters of an hour at a time
+constexpr int kMostDecimations = 50;  // quarters of an hour of an edge, per call
 constexpr std::chrono::milliseconds kUpkeepTick{500};
 constexpr seconds kBetweenAttempts{2};
 constexpr const char* kAllGroups = "*";
@@ -41,7 +41,7 @@ void log_lost(const char* what, const std::exception& e) {
   spdlog::warn("{}: {}", what, why.substr(0, why.find('\n')));
 }
 
-// Machine and process for those who read the table; containers may have both in common.
+// Returns host name and process for readers of the table. Containers may share both.
 std::string owner_name() {
   std::array<char, 256> host{};
   ::gethostname(host.data(), host.size() - 1);
@@ -86,7 +86,7 @@ std::string FleetHost::metrics() const {
 }
 
 int FleetHost::run() {
-  hold_leases();  // the tables, if the database is there
+  hold_leases();  // creates the tables if the database can be reached
   const std::vector<std::string> names =
       config_.groups.empty() ? std::vector<std::string>{""} : config_.groups;
   for (const std::string& name : names) {
@@ -120,7 +120,8 @@ void FleetHost::prepare_database() {
   schema_ready_ = true;
 }
 
-// While the database is away everybody keeps what they had: nobody else can take it.
+// While the database can't be reached, all owners keep their groups: no other process can take a
+// lease.
 void FleetHost::hold_leases() {
   try {
     prepare_database();
@@ -139,7 +140,7 @@ void FleetHost::renew(GroupHost& group, const std::map<std::string, int>& fewest
   const std::string name = lease_name(group);
   if (group.handed_over()) {
     release_lease(*leases_, name, owner_);
-    spdlog::info("group {}: given to another host", name);
+    spdlog::info("group {}: handed over to another host", name);
     return group.own(false);
   }
   const bool had = group.owned() || group.handing_over();
@@ -151,7 +152,7 @@ void FleetHost::renew(GroupHost& group, const std::map<std::string, int>& fewest
   group.own(mine);
 }
 
-// One at a time, so that each host has seen the last one's effect.
+// Gives up one lease at a time, so that each host sees the effect of the last change.
 void FleetHost::share(const std::map<std::string, int>& fewest) {
   for (const auto& group : groups_) {
     if (group->handing_over()) return;
@@ -160,7 +161,8 @@ void FleetHost::share(const std::map<std::string, int>& fewest) {
     const auto other = fewest.find(lease_name(**group));
     if (!(*group)->owned() || other == fewest.end() || other->second + 2 > served()) continue;
     if ((*group)->behind()) continue;
-    spdlog::info("group {}: another host has fewer and is to have it", lease_name(**group));
+    spdlog::info("group {}: to be handed over to another host, which has fewer groups",
+                 lease_name(**group));
     return (*group)->hand_over();
   }
 }
@@ -174,11 +176,11 @@ void FleetHost::withdraw_leases() {
   try {
     if (leases_) withdraw(*leases_, owner_);
   } catch (const std::exception& e) {
-    log_lost("leases", e);  // they run out by themselves
+    log_lost("leases", e);  // leases expire without it
   }
 }
 
-// Upkeep has a connection and a thread of its own, so that leases and values never wait for it.
+// Maintenance uses its own connection and thread, so that leases and values never wait for it.
 void FleetHost::maintain() {
   std::unique_ptr<pqxx::connection> connection;
   steady_clock::time_point partitions = steady_clock::now();

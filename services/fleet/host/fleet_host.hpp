@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The host process: one GroupHost a group, the leases that say whose turn it is, upkeep of the database.
+// The host process: one GroupHost per group, the leases that assign groups to hosts, and
+// maintenance of the database.
 #pragma once
 
 #include <atomic>
@@ -23,7 +24,7 @@ class FleetHost {
   FleetHost& operator=(const FleetHost&) = delete;
   ~FleetHost();
 
-  // Serves until SIGTERM or SIGINT, which must be blocked in all threads; returns the exit code.
+  // Serves until SIGTERM or SIGINT. Both must be blocked in all threads. Returns the exit code.
   int run();
 
   std::string metrics() const;
@@ -42,7 +43,7 @@ class FleetHost {
   const HostConfig config_;
   const std::string owner_;
   std::vector<std::unique_ptr<GroupHost>> groups_;
-  std::unique_ptr<pqxx::connection> leases_;  // of the main thread
+  std::unique_ptr<pqxx::connection> leases_;  // for the main thread only
   std::atomic<bool> schema_ready_{false};
   std::atomic<bool> quit_{false};
   base::Thread maintenance_;

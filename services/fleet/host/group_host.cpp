@@ -14,13 +14,13 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-// One transaction for what came meanwhile: more of them cost more than all else.
+// Collects messages for this time into one transaction, because the cost per transaction dominates.
 constexpr milliseconds kBetweenCommits{100};
 constexpr milliseconds kLongestWait{5000};
 constexpr milliseconds kBetweenSyncs{1000};
 constexpr const char* kTimeout =
-    "57014";  // of a statement: with fewer messages it may not be reached
-// The edges keep what they have from the one on, and send again below the other.
+    "57014";  // statement time-out; a retry with fewer messages may finish in time
+// Fill of the spool above which edges must store values, and below which they send again.
 constexpr double kFull = 0.8;
 constexpr double kRoomAgain = 0.5;
 
@@ -41,7 +41,8 @@ mqtt::Message command(const EdgeName& edge, const std::string& device, const std
           .retain = false};
 }
 
-// What the same message would run into each time: bad data, a broken constraint, too long for an index.
+// Returns whether the data caused the error, so that each retry would fail. Examples are bad data,
+// a broken constraint, and a value that is too long for an index.
 bool is_of_the_data(const pqxx::sql_error& error) {
   const std::string kind = error.sqlstate().substr(0, 2);
   return kind == "22" || kind == "23" || kind == "54";
@@ -62,7 +63,7 @@ GroupHost::GroupHost(GroupSettings settings)
 GroupHost::~GroupHost() { stop(); }
 
 void GroupHost::own(bool owned) {
-  // Another host may have had it since: the edges' births are not known any more.
+  // Another host may have had the group meanwhile, so the edges' births are unknown.
   if (owned && !owned_) forget_births_ = true;
   handing_over_ = false;
   owned_ = owned;
@@ -88,7 +89,7 @@ void GroupHost::ask_rebirth(const EdgeName& edge) {
     log_.info(name, "asked", name + ": a rebirth is asked for");
   } else {
     log_.warn(name, "not asked",
-              name + ": a rebirth is to be asked for, and the broker takes nothing now");
+              name + ": a rebirth is needed, but the broker accepts no message now");
   }
 }
 
@@ -127,7 +128,7 @@ void GroupHost::run() {
       if (spent < kBetweenCommits) pause(kBetweenCommits - spent);
     }
   }
-  // The last words, if the database takes them; else they stay on the disk.
+  // Writes the last messages if the database accepts them at once. Otherwise they stay on the disk.
   if (connection_ && wait_ == milliseconds(0)) step();
   spool_.to_disk();
   spool_.sync();
@@ -191,7 +192,8 @@ void GroupHost::step() {
   }
 }
 
-// What was known of the edges led through what an earlier run left; of what comes now it says nothing.
+// The restored state of the edges served to write the messages of an earlier run. It is not valid
+// for new messages.
 void GroupHost::enter_live_phase() {
   left_over_phase_ = false;
   forget_births_ = false;
@@ -220,7 +222,8 @@ void GroupHost::write(std::vector<Arrival> arrivals) {
           std::chrono::duration<double>(steady_clock::now() - begin).count());
 }
 
-// Half as many the next time, until it is one message that can't be written: true, it is dropped.
+// Halves the number of messages for the next attempt. Returns true if a single message was refused;
+// that message is dropped.
 bool GroupHost::refused(const pqxx::sql_error& error, const std::vector<Arrival>& arrivals) {
   if (arrivals.size() > 1) {
     most_ = arrivals.size() / 2;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything that serves one group: its connection to the broker, its spool, and the thread that takes from the spool
-// into the database.
+// Serves one group: the connection to its broker, its spool, and the thread that writes from the
+// spool to the database.
 #pragma once
 
 #include <atomic>
@@ -36,7 +36,8 @@ struct GroupSettings {
 
 class GroupHost {
  public:
-  // Begins with what an earlier run left in the spool; serves nobody yet.
+  // Starts with the messages that an earlier run left in the spool. It does not serve the group
+  // yet.
   explicit GroupHost(GroupSettings settings);
   GroupHost(const GroupHost&) = delete;
   GroupHost& operator=(const GroupHost&) = delete;
@@ -45,15 +46,18 @@ class GroupHost {
   const std::string& group() const noexcept { return settings_.link.group; }
   bool owned() const noexcept { return owned_; }
   void own(bool owned);
-  // Says goodbye at the broker and writes what is there: another host is to have the group. Ends with own().
+  // Publishes the offline state and writes the remaining messages, because another host is to have
+  // the group. own() ends this state.
   void hand_over();
   bool handing_over() const noexcept { return handing_over_; }
   bool handed_over() const { return handing_over_ && link_.gone() && spool_.waiting() == 0; }
-  // There is more to write than a moment takes.
+  // Returns whether more messages wait than are written in a moment.
   bool behind() const { return spool_.disk_bytes() > 0; }
-  // Asks a box for something (DCMD, or NCMD for the box itself). False: it can't go out now.
+  // Sends a request to a box (DCMD, or NCMD for the box itself). Returns false if it can't be sent
+  // now.
   bool ask(const DueRequest& request);
-  // Says goodbye at the broker, writes what is there if the database lets it at once, else leaves it in the spool.
+  // Publishes the offline state. Writes the remaining messages if the database accepts them at
+  // once; otherwise they stay in the spool.
   void stop();
 
   GroupStatus status() const;
@@ -79,18 +83,18 @@ class GroupHost {
   std::atomic<bool> forget_births_{false};
   std::atomic<bool> quit_{false};
 
-  // Of the thread.
+  // For the thread only.
   std::unique_ptr<pqxx::connection> connection_;
   Ingest ingest_;
   base::LimitedLog log_;
-  bool left_over_phase_;  // what an earlier run left is written first
+  bool left_over_phase_;  // messages of an earlier run are written first
   bool restored_ = false;
   std::size_t most_ = kMostMessages;
-  std::chrono::milliseconds wait_{0};  // before the next attempt at the database
+  std::chrono::milliseconds wait_{0};  // until the next attempt at the database
   std::chrono::steady_clock::time_point synced_{};
-  static constexpr std::size_t kMostMessages = 5000;  // of a transaction
+  static constexpr std::size_t kMostMessages = 5000;  // per transaction
 
-  mutable std::mutex mutex_;  // of status_
+  mutable std::mutex mutex_;  // guards status_
   GroupStatus status_;
   std::mutex pause_mutex_;
   std::condition_variable wake_;

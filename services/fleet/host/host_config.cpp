@@ -58,24 +58,25 @@ void read_broker(MapReader& in, HostConfig& config, const std::string& file) {
   if (url.given && url.valid) {
     if (const auto error = broker_error(url.value, config.broker)) in.error("broker", *error);
   }
-  config.user = in.text("user", "at the broker; without: anonymous", "");
-  config.password = config::read_secret_at(in, "password", "of that user", file);
-  if (std::optional<MapReader> tls = in.maybe_section("tls", "of mqtts://")) {
+  config.user = in.text("user", "user at the broker; default: anonymous", "");
+  config.password = config::read_secret_at(in, "password", "password of that user", file);
+  if (std::optional<MapReader> tls = in.maybe_section("tls", "TLS settings for mqtts://")) {
     config.ca_file = config::read_path(
-        *tls, "ca", "certificates to trust (PEM); without: those of the system", file);
-    config.certificate_file = config::read_path(*tls, "certificate", "the host's own (PEM)", file);
-    config.key = config::read_secret_at(*tls, "key", "of that certificate (PEM)", file);
+        *tls, "ca", "trusted certificates (PEM); default: those of the system", file);
+    config.certificate_file =
+        config::read_path(*tls, "certificate", "the host's certificate (PEM)", file);
+    config.key = config::read_secret_at(*tls, "key", "key of that certificate (PEM)", file);
   }
 }
 
 void read_database(MapReader& in, HostConfig& config, const std::string& file) {
   config.database = read_database_settings(in, config::Presence::optional, kDatabasePassword, file);
-  if (std::optional<MapReader> keep = in.maybe_section("keep", "how long rows are kept")) {
+  if (std::optional<MapReader> keep = in.maybe_section("keep", "retention of rows")) {
     const auto days = [&](const char* key, const char* meaning, int fallback) {
       return static_cast<int>(keep->integer(key, {1, 36'600, "days", meaning}, fallback));
     };
     Retention& retention = config.retention;
-    retention.values_days = days("values", "every value", retention.values_days);
+    retention.values_days = days("values", "all values", retention.values_days);
     retention.history_days =
         days("history", "quarters of an hour, alarms, explanations", retention.history_days);
     retention.evidence_days = days("evidence", "files of alarms", retention.evidence_days);
@@ -84,7 +85,7 @@ void read_database(MapReader& in, HostConfig& config, const std::string& file) {
 
 void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
   const Value<std::vector<std::string>> groups =
-      in.maybe_texts("groups", "groups to serve; without: all, as one");
+      in.maybe_texts("groups", "groups to serve; default: all, served as one");
   config.groups = groups.value;
   if (const auto error = groups_error(config.groups)) in.error("groups", *error);
   const Value<std::string> id = in.text(
@@ -95,29 +96,33 @@ void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
     in.error("host_id", "must have no / + # and no control characters");
   }
   config.tracker.reorder_timeout_ms = static_cast<std::int64_t>(
-      1e3 * in.number("reorder_timeout",
-                      {"s", config::between(0.0, 60.0),
-                       "a message from beyond a gap waits so long for those before it; then a "
-                       "rebirth is asked for"},
-                      static_cast<double>(config.tracker.reorder_timeout_ms) / 1e3));
-  config.state_directory = config::read_path(in, "state_directory", "for the spool", file,
+      1e3 *
+      in.number("reorder_timeout",
+                {"s", config::between(0.0, 60.0),
+                 "longest wait of a message for missing earlier ones; a rebirth is then requested"},
+                static_cast<double>(config.tracker.reorder_timeout_ms) / 1e3));
+  config.state_directory = config::read_path(in, "state_directory", "folder of the spool", file,
                                              config.state_directory.string());
   config.spool_bytes =
       kMebibyte *
       static_cast<std::uint64_t>(
-          in.integer("spool",
-                     {16, 1'000'000, "MiB", "on the disk a group, while the database is away"},
-                     static_cast<std::int64_t>(config.spool_bytes / kMebibyte))
+          in.integer(
+                "spool",
+                {16, 1'000'000, "MiB",
+                 "size of the spool on the disk per group, used while the database is unavailable"},
+                static_cast<std::int64_t>(config.spool_bytes / kMebibyte))
               .value);
-  if (std::optional<MapReader> evidence = in.maybe_section("evidence", "of alarms")) {
+  if (std::optional<MapReader> evidence = in.maybe_section("evidence", "evidence of alarms")) {
     config.writer.ask_evidence =
-        evidence->flag("ask", "ask the box for it when an alarm is raised", true);
-    config.writer.evidence_delay_s = static_cast<int>(evidence->integer(
-        "delay", {0, 86'400, "s", "from the alarm to that"}, config.writer.evidence_delay_s));
+        evidence->flag("ask", "request evidence from the box when an alarm is raised", true);
+    config.writer.evidence_delay_s = static_cast<int>(
+        evidence->integer("delay", {0, 86'400, "s", "delay from the alarm to the request"},
+                          config.writer.evidence_delay_s));
   }
-  if (std::optional<MapReader> metrics = in.maybe_section("metrics", "HTTP for Prometheus")) {
+  if (std::optional<MapReader> metrics =
+          in.maybe_section("metrics", "metrics for Prometheus over HTTP")) {
     const Value<std::string> address =
-        metrics->text("address", "to listen at, numeric", config.metrics.address);
+        metrics->text("address", "listening address, numeric", config.metrics.address);
     if (address.given && address.valid && !base::parse_network(address)) {
       metrics->error("address", fmt::format("must be a numeric address (got '{}')",
                                             config::quotable(address.value)));
@@ -139,7 +144,7 @@ void read_file(const std::string& file, std::string_view text, Report& report, H
   config::report_unknown_keys(*root, report);
 }
 
-// An error of the command line has no place in a file.
+// Reports an error of the command line, which has no position in a file.
 void complain(Report& report, std::string_view option, const std::optional<std::string>& error) {
   if (error) report.error({}, option, *error);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// fleet.yaml: what a host process is to do. Broker, database and groups may stand on the command line instead.
+// Reads fleet.yaml, the settings of a host process. Broker, database and groups may be given on the
+// command line instead.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ namespace loopwarden::fleet {
 
 struct MetricsServer {
   std::string address = "127.0.0.1";
-  std::uint16_t port = 9470;  // 0: none
+  std::uint16_t port = 9470;  // 0: no metrics endpoint
 };
 
 struct HostConfig {
@@ -30,10 +31,10 @@ struct HostConfig {
   std::string certificate_file;
   base::Secret key;
   DatabaseSettings database;
-  std::vector<std::string> groups;  // empty: all, as one
+  std::vector<std::string> groups;  // empty: all groups, served as one
   std::string host_id = "loopwarden";
   std::filesystem::path state_directory = "/var/lib/loopwarden-fleet";
-  std::uint64_t spool_bytes = 1024ULL * 1024ULL * 1024ULL;  // a group
+  std::uint64_t spool_bytes = 1024ULL * 1024ULL * 1024ULL;  // per group
   Retention retention;
   sparkplug::TrackerSettings tracker;
   WriterSettings writer;
@@ -41,20 +42,20 @@ struct HostConfig {
   std::string log_level = "info";
 };
 
-// What the command line says, which counts before the file.
+// Options of the command line. They override the file.
 struct CommandLine {
-  std::string config_file;  // empty: none
+  std::string config_file;  // empty: no file
   std::string broker;
   std::string database;
   std::vector<std::string> groups;
 };
 
 config::Loaded<HostConfig> read_host_config(const CommandLine& command_line);
-// The same from a file's text.
+// Reads the same from the text of a file.
 config::Loaded<HostConfig> read_host_text(const std::string& file, std::string_view text);
 
-// The identifier of the host application that serves a group, which the group's edges name as their primary host; ""
-// stands for all groups.
+// Returns the identifier of the host application that serves a group. The group's edges name it as
+// their primary host. "" means all groups.
 std::string host_id_of(const HostConfig& config, const std::string& group);
 
 }  // namespace loopwarden::fleet

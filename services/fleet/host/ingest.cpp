@@ -66,7 +66,7 @@ class Ingest::Preparation {
       message.payload = sparkplug::decode(arrival.payload);
     } catch (const sparkplug::BadPayload&) {
       ++batch_.counts.garbage;
-      // An edge node's death needs no content.
+      // An edge node's death is valid without a payload.
       if (message.topic.type != MessageType::ndeath) return;
     }
     const EdgeName name{message.topic.group, message.topic.edge};
@@ -133,7 +133,8 @@ class Ingest::Preparation {
                              .born_ms = online ? state.position.time_ms : 0});
   }
 
-  // Of a spool that was left behind, while another host went on: nothing in it is the newest.
+  // Returns whether another host has continued since the spool was written. Its messages are then
+  // never the newest.
   static bool overtaken(const EdgeState& state, const Message& message) {
     return message.left_over && message.received_ms < state.stored_received_ms;
   }
@@ -168,7 +169,8 @@ class Ingest::Preparation {
     apply_rows(state, message, book);
   }
 
-  // An edge node gives its metrics the same aliases in each birth of a connection.
+  // Reads stored data after the device's birth has arrived. An edge node gives its metrics the same
+  // aliases in each birth of a connection.
   void read_unread(EdgeState& state, const BookPointer& book) {
     std::vector<Message> others;
     for (Message& message : std::exchange(state.unread, {})) {

@@ -8,7 +8,8 @@ namespace {
 
 constexpr const char* kFewest = R"(
 SELECT h.group_name, min(coalesce(l.leases, 0))
-  FROM host h LEFT JOIN (SELECT owner, count(*) AS leases FROM lease WHERE until > clock_timestamp() GROUP BY owner) l
+  FROM host h LEFT JOIN (SELECT owner, count(*) AS leases FROM lease WHERE until > clock_timestamp()
+    GROUP BY owner) l
     USING(owner)
   WHERE h.owner <> $1 AND h.until > clock_timestamp() GROUP BY h.group_name)";
 

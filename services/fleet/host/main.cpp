@@ -44,7 +44,8 @@ int run_command_line(int argc, char** argv) {
   bool check = false;
   cli.add_option("--broker", command_line.broker, "mqtt://HOST[:PORT] or mqtts://HOST[:PORT]");
   cli.add_option("--database", command_line.database, "postgresql://[USER@]HOST[:PORT]/NAME");
-  cli.add_option("--groups", command_line.groups, "groups to serve, A,B,...; without: all, as one")
+  cli.add_option("--groups", command_line.groups,
+                 "groups to serve, A,B,...; default: all, served as one")
       ->delimiter(',');
   cli.add_option("--config", command_line.config_file,
                  "fleet.yaml: the same, TLS, passwords, retention");

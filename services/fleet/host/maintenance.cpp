@@ -13,7 +13,8 @@ WITH event AS (DELETE FROM edge_event WHERE received < now() - $1 * interval '1 
      asked AS (DELETE FROM request WHERE due < now() - interval '31 days')
 DELETE FROM evidence WHERE begun < now() - $2 * interval '1 day')";
 
-// Late values of a day whose partition is gone would make a history of them alone.
+// Takes the quarters of an hour that are due. Limit: if values arrive after the partition of their
+// day was dropped, the history of that quarter is made from those late values only.
 constexpr const char* kTakeWaiting = R"(
 DELETE FROM history_waiting w USING (
     SELECT edge_id, bucket FROM history_waiting h JOIN edge e ON e.id = h.edge_id
@@ -21,7 +22,7 @@ DELETE FROM history_waiting w USING (
       ORDER BY bucket LIMIT $2 FOR UPDATE OF h SKIP LOCKED) taken
   WHERE w.edge_id = taken.edge_id AND w.bucket = taken.bucket RETURNING w.edge_id, w.bucket)";
 
-// A request to a box that is away waits until it is back. The pause after each attempt is twice the one before.
+// A request to an offline box waits until the box is online. The pause doubles after each attempt.
 constexpr const char* kDue = R"(
 SELECT r.id, r.tries, e.group_name, e.name, d.name, r.metric, r.value
   FROM request r JOIN device d ON d.id = r.device_id JOIN edge e ON e.id = d.edge_id
@@ -31,7 +32,7 @@ SELECT r.id, r.tries, e.group_name, e.name, d.name, r.metric, r.value
         AND (sent IS NULL OR sent < now() - interval '10 minutes' * power(2, tries - 1))
       ORDER BY device_id, due)
   FOR UPDATE OF r SKIP LOCKED)";
-constexpr int kMostTries = 6;  // five hours after the first
+constexpr int kMostTries = 6;  // the last attempt is five hours after the first
 
 constexpr const char* kSent = "UPDATE request SET sent = now(), tries = tries + 1 WHERE id = $1";
 constexpr const char* kGivenUp =
@@ -45,7 +46,7 @@ int keep_partitions(pqxx::connection& connection, const Retention& retention) {
            .as<bool>()) {
     return 0;
   }
-  // Who reads for long must not stop the flow of values, which waits behind this.
+  // A long-running reader must not block the writing of values, which queues after this lock.
   work.exec("SET LOCAL lock_timeout = '2s'");
   work.exec_params("SELECT make_partitions($1)", kPartitionDaysAhead);
   const int values =
@@ -83,7 +84,7 @@ void ask_due_requests(pqxx::connection& connection, const std::string& group,
                              row[6].as<std::string>()};
     if (row[1].as<int>() >= kMostTries) {
       work.exec_params(kGivenUp, id);
-      spdlog::warn("{}/{}/{}: {} {} was asked for {} times and never came", request.group,
+      spdlog::warn("{}/{}/{}: {} {} was requested {} times without an answer", request.group,
                    request.edge, request.device, request.metric, request.value, kMostTries);
     } else if (send(request)) {
       work.exec_params(kSent, id);

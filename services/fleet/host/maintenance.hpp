@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What keeps the database in shape beside the flow of values: partitions made ahead and dropped when they are old, the
-// decimated history, requests that are due.
+// Maintains the database while values are written: creates partitions in advance, drops old ones,
+// decimates the history and sends requests that are due.
 #pragma once
 
 #include <functional>
@@ -11,20 +11,20 @@
 namespace loopwarden::fleet {
 
 struct Retention {
-  int values_days = 31;  // every value
+  int values_days = 31;  // all values
   int history_days =
-      3 * 366;  // a quarter of an hour's mean, low, high, last; alarms and events too
+      3 * 366;  // mean, low, high and last value per quarter of an hour; alarms and events too
   int evidence_days = 366;
 };
 
 inline constexpr int kPartitionDaysAhead = 3;
 
-// Partitions, and what is old. Of several processes one does it, the others go on at once. Returns the partitions
-// dropped.
+// Creates and drops partitions, and deletes old rows. If several processes call it, one does the
+// work and the others return at once. Returns the number of dropped partitions.
 int keep_partitions(pqxx::connection& connection, const Retention& retention);
 
-// Takes over at most `most` quarters of an hour of edges of `group` (empty: all groups) that ended a minute ago, or
-// whose values came late. Returns how many.
+// Decimates at most `most` quarters of an hour of edges of `group` (empty: all groups). It takes
+// those that ended a minute ago, and those with late values. Returns their number.
 int decimate_history(pqxx::connection& connection, const std::string& group, int most);
 
 struct DueRequest {
@@ -34,8 +34,8 @@ struct DueRequest {
   std::string metric;
   std::string value;
 };
-// Sends the requests of the group's devices that are due, at most one a device, and again while no answer has come.
-// `send` returns false if it can't go out now.
+// Sends the due requests of the group's devices, at most one per device. Repeats them until an
+// answer arrives. `send` returns false if it can't send now.
 void ask_due_requests(pqxx::connection& connection, const std::string& group,
                       const std::function<bool(const DueRequest&)>& send);
 

@@ -14,7 +14,7 @@ namespace http = http;
 
 namespace {
 
-// Answers come from memory: no thread but the loop's.
+// Answers are in memory, so only the loop's thread is needed.
 http::ServerSettings without_pools() {
   http::ServerSettings settings;
   settings.pools = {};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// GET /metrics over HTTP, for Prometheus. Meant for the machine itself or a network of its own: no TLS, no users.
+// Serves GET /metrics over HTTP for Prometheus. It has no TLS and no users: use it only on the host
+// itself or in a separate network.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +14,8 @@ class MetricsEndpoint {
  public:
   using Text = std::function<std::string()>;
 
-  // `address` is numeric; port 0: any. `text` is called on a thread of the endpoint's own. Throws std::runtime_error
-  // if it can't listen there.
+  // Listens on the numeric `address`. Port 0: any free port. `text` is called on the endpoint's
+  // thread. Throws std::runtime_error if it can't listen.
   MetricsEndpoint(const std::string& address, std::uint16_t port, Text text);
   MetricsEndpoint(const MetricsEndpoint&) = delete;
   MetricsEndpoint& operator=(const MetricsEndpoint&) = delete;

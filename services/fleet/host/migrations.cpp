@@ -26,9 +26,9 @@ int migrate(pqxx::connection& connection) {
       "DEFAULT now())");
   const int present = work.exec1("SELECT coalesce(max(number), 0) FROM migration")[0].as<int>();
   if (present > wanted) {
-    throw std::runtime_error(
-        fmt::format("the database has migration {}, this program knows {}: it is of a newer one",
-                    present, wanted));
+    throw std::runtime_error(fmt::format(
+        "the database has migration {}, but this program knows only {}; use the newer program",
+        present, wanted));
   }
   for (int number = present; number < wanted; ++number) {
     work.exec(all[static_cast<std::size_t>(number)]);

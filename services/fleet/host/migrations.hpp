@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbered migrations (services/fleet/host/migrations), each applied once, in order.
+// The numbered migrations (services/fleet/host/migrations). Each is applied once, in order.
 #pragma once
 
 #include <pqxx/pqxx>
@@ -16,9 +16,10 @@ extern const char* const kMigration0007;
 extern const char* const kMigration0008;
 extern const char* const kMigration0009;
 
-// Brings the schema up to what this program needs, in one transaction under an advisory lock, so that of several
-// programs that begin at once one does it and the others wait. Returns how many were applied. Throws
-// std::runtime_error where the database is of a newer program; pqxx's exceptions.
+// Migrates the schema to this program's version, in one transaction under an advisory lock. If
+// several programs start at once, one migrates and the others wait. Returns the number of applied
+// migrations. Throws std::runtime_error if a newer program has migrated the database; also pqxx's
+// exceptions.
 int migrate(pqxx::connection& connection);
 
 }  // namespace loopwarden::fleet

@@ -20,16 +20,17 @@ using sparkplug::number_of;
 constexpr std::string_view kAlarm = "alarm/";
 constexpr std::string_view kExplanation = "explanation/";
 constexpr std::string_view kFile = "file/";
-// In order/result: "request/evidence NAME: refused: WHY"
+// Prefix in order/result: "request/evidence NAME: refused: WHY"
 constexpr std::string_view kRequest = "request/evidence ";
 constexpr std::string_view kRefused = ": refused: ";
-// Times outside are no clock that is wrong but no times at all: 2000 to 2100.
+// Valid times: 2000 to 2100. A time outside is no error of a clock: it is not a time.
 constexpr std::uint64_t kFirstTime = 946'684'800'000;
 constexpr std::uint64_t kLastTime = 4'102'444'800'000;
 
 std::string bounded(const std::string& text) { return std::string(base::cut(text, kLongestText)); }
 
-// Whoever is in that state was raised last at the alarm's `since`; one that is normal now may have been so for long.
+// Returns whether the alarm's `since` is the time at which it was raised. In the normal state it is
+// not: the alarm may have been normal for long.
 bool was_raised(const std::string& state) {
   using alarm::AlarmState;
   return state != alarm::to_text(AlarmState::normal) &&
@@ -84,7 +85,7 @@ class Reducer {
   void take(const Metric& metric) {
     const MetricInfo* info = book_->find(metric);
     if (info == nullptr) {
-      // Parts of a file are named as they are asked for; no birth could have them all.
+      // Parts of a file have the names of requests, which a birth can't list in advance.
       if (metric.name.starts_with(kFile)) return take_file(metric);
       ++outcome_.unknown_metrics;
       return;
@@ -127,7 +128,7 @@ class Reducer {
            message_.topic.type == sparkplug::MessageType::dbirth;
   }
 
-  // alarm/NAME/state, /severity and /since
+  // Handles alarm/NAME/state, /severity and /since.
   void take_alarm_part(const std::string& name, std::int64_t time_ms,
                        const sparkplug::Value& value) {
     const std::size_t slash = name.rfind('/');
@@ -148,7 +149,7 @@ class Reducer {
   void take_explanation_part(const std::string& name, std::int64_t time_ms,
                              const sparkplug::Value& value) {
     const nlohmann::json part = json_of(value);
-    // Of a loop whose alarms were never explained a birth has all parts, without a value.
+    // If the loop's alarms were never explained, a birth has all parts, without values.
     if (of_birth() && (part.is_null() || part == "")) return;
     explanation_[name.substr(kExplanation.size())] = part;
     explanation_time_ms_ = std::max(explanation_time_ms_, time_ms);
@@ -167,7 +168,7 @@ class Reducer {
     for (AlarmRow& row : states_) {
       const auto severity = severities_.find(row.name);
       if (severity != severities_.end()) row.severity = severity->second;
-      // It was raised when the box says so, and not when the box was born or looked.
+      // The alarm's time is the box's `since`, not the time of the birth or of the check.
       const auto since = since_ms_.find(row.name);
       if (since != since_ms_.end() && since->second < row.time_ms && was_raised(row.state)) {
         AlarmRow raised = row;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a message is in the tables. Metrics are named by the device's book, since the database gives numbers to those of
-// a birth only when it is written.
+// Converts a message into rows of the tables. Rows refer to metrics by the device's book, because
+// the database assigns numbers to a birth's metrics only when the birth is written.
 #pragma once
 
 #include <cstddef>
@@ -21,13 +21,13 @@ using BookPointer = std::shared_ptr<DeviceBook>;
 
 struct ValueRow {
   BookPointer book;
-  std::size_t metric = 0;  // in book->metrics
+  std::size_t metric = 0;  // index in book->metrics
   std::int64_t time_ms = 0;
   std::optional<double> number{};
   std::optional<std::string> text{};
-  bool of_birth = false;    // kept only if it differs from the newest
-  bool historical = false;  // newest only where nothing newer is known
-  bool transient = false;   // newest value only
+  bool of_birth = false;    // stored only if it differs from the newest
+  bool historical = false;  // newest only if no newer value is stored
+  bool transient = false;   // updates the newest value only
 };
 
 struct AlarmRow {
@@ -46,17 +46,17 @@ struct ExplanationRow {
 
 struct FilePartRow {
   BookPointer book;
-  std::string request;  // what it answers; empty: the edge node does not say
-  std::string folder;   // empty: as above
-  int files = 0;        // of the folder, that come; 0: as above
+  std::string request;  // answered request; empty: the edge node does not name it
+  std::string folder;   // empty: not named
+  int files = 0;        // number of files in the folder; 0: not given
   std::string name;
-  std::string sha256;  // of the whole file, hexadecimal
+  std::string sha256;  // of the whole file, in hexadecimal
   int part = 0;
   int parts = 0;
   std::string bytes;
 };
 
-// The box will not send what it was asked for.
+// The box refuses to send the requested data.
 struct RefusalRow {
   BookPointer book;
   std::string request;
@@ -72,14 +72,14 @@ struct Rows {
 };
 
 struct ReduceOutcome {
-  std::size_t unknown_metrics = 0;  // no birth gave them: something was missed
+  std::size_t unknown_metrics = 0;  // absent from the birth: a message was missed
   std::size_t bad_times = 0;        // replaced by the time of receipt
 };
 
-inline constexpr std::size_t kLongestText = 8192;  // bytes of a value; the rest is cut off
-inline constexpr int kMostParts = 4096;            // of a file
+inline constexpr std::size_t kLongestText = 8192;  // bytes of a value; the remainder is cut off
+inline constexpr int kMostParts = 4096;            // per file
 
-// Appends the rows of a birth or of data. `book` is the device's newest.
+// Appends the rows of a birth or of data. `book` is the device's newest book.
 ReduceOutcome reduce(const Message& message, const BookPointer& book, Rows& rows);
 
 }  // namespace loopwarden::fleet

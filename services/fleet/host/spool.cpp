@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Before each record; the check sum is of all behind it.
+// Precedes each record. The check sum covers the bytes after it.
 struct Head {
   std::uint32_t crc = 0;
   std::uint32_t topic_bytes = 0;
@@ -60,7 +60,7 @@ std::size_t size_of(const Arrival& arrival) {
   return kHeadBytes + arrival.topic.size() + arrival.payload.size();
 }
 
-// The next record; nothing at the end of the file and where it is damaged.
+// Returns the next record, or nullopt at the end of the file or at damaged data.
 std::optional<Arrival> read_record(std::istream& in) {
   std::array<char, kHeadBytes> bytes{};
   if (!in.read(bytes.data(), kHeadBytes)) return std::nullopt;
@@ -124,7 +124,7 @@ void Spool::to_disk() {
   spill();
 }
 
-// What is in memory to the disk; false if it refuses.
+// Writes the messages in memory to the disk. Returns false if that fails.
 bool Spool::spill() {
   while (!memory_.empty()) {
     if (!append(memory_.front())) return false;
@@ -146,9 +146,9 @@ bool Spool::append(const Arrival& arrival) {
   writer_.write(bytes_of(head).data(), kHeadBytes);
   writer_.write(arrival.topic.data(), static_cast<std::streamsize>(arrival.topic.size()));
   writer_.write(arrival.payload.data(), static_cast<std::streamsize>(arrival.payload.size()));
-  // In the kernel's hands at once: a kill must not take it.
+  // Hands the data to the kernel at once, so that a kill of the process does not lose it.
   if (!writer_.flush()) {
-    writer_.close();  // a record that is cut short ends its file
+    writer_.close();  // a truncated record ends its file
     writer_.clear();
     return false;
   }
@@ -196,7 +196,7 @@ void Spool::remove_front() {
 
 std::vector<Arrival> Spool::peek(std::size_t most) {
   const std::lock_guard lock(mutex_);
-  // Files that hold nothing more, or nothing that can be read.
+  // Removes files that are read completely or are unreadable.
   for (;;) {
     peeked_disk_ = !files_.empty();
     if (!peeked_disk_) break;
@@ -235,7 +235,8 @@ std::vector<Arrival> Spool::peek_disk(std::size_t most) {
 void Spool::pop() {
   const std::lock_guard lock(mutex_);
   if (!peeked_disk_) {
-    // What was peeked may have gone to the disk since; then it is read there once more.
+    // Messages seen by peek() may have been moved to the disk since. They are then read again from
+    // there.
     for (std::size_t i = 0; i < peeked_ && !memory_.empty() && files_.empty(); ++i) {
       memory_bytes_ -= size_of(memory_.front());
       memory_.pop_front();

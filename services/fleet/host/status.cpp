@@ -74,14 +74,14 @@ void connections(Page& page) {
   page.gauge("owner", "1: this process serves the group", [](G g) { return g.owned; });
   page.gauge("broker_connected", "1: there is a connection to the broker",
              [](G g) { return g.broker_connected; });
-  page.counter("broker_connections_total", "connections that were made to it",
+  page.counter("broker_connections_total", "connections made to the broker",
                [](G g) { return g.broker_connections; });
   page.gauge("database_connected", "1: there is a connection to the database",
              [](G g) { return g.database_connected; });
-  page.gauge("accepting", "0: the edges are told to keep what they have, since the spool is full",
+  page.gauge("accepting", "0: the edges must store their values, because the spool is full",
              [](G g) { return g.accepting; });
-  page.gauge("edges", "edge nodes that are known", [](G g) { return g.edges; });
-  page.gauge("edges_online", "of them with a birth and no death since",
+  page.gauge("edges", "known edge nodes", [](G g) { return g.edges; });
+  page.gauge("edges_online", "edge nodes with a birth and no death since",
              [](G g) { return g.edges_online; });
 }
 
@@ -90,14 +90,15 @@ void flow(Page& page) {
   page.counter("messages_total", "messages taken from the spool",
                [](G g) { return g.counts.messages; });
   page.counter("values_written_total", "rows of values", [](G g) { return g.values_written; });
-  page.counter("values_duplicate_total", "values that were in the database before",
+  page.counter("values_duplicate_total", "values that the database had already",
                [](G g) { return g.values_duplicate; });
   page.counter("commits_total", "transactions", [](G g) { return g.commits; });
   page.counter("commit_seconds_total", "time in them", [](G g) { return g.commit_s; });
   page.gauge("spool_messages", "messages that wait for the database",
              [](G g) { return g.spool_messages; });
-  page.gauge("spool_bytes", "of them on the disk", [](G g) { return g.spool_bytes; });
-  page.counter("spool_dropped_total", "messages that the spool had no room for",
+  page.gauge("spool_bytes", "bytes of waiting messages on the disk",
+             [](G g) { return g.spool_bytes; });
+  page.counter("spool_dropped_total", "messages dropped because the spool was full",
                [](G g) { return g.spool_dropped; });
   page.delays("delay_seconds", "from the time in a message to its committed row");
 }
@@ -108,22 +109,20 @@ void faults(Page& page) {
                [](G g) { return g.counts.garbage; });
   page.counter("rejected_total", "messages that the database refuses",
                [](G g) { return g.rejected; });
-  page.counter("duplicates_total", "messages that came twice",
-               [](G g) { return g.counts.duplicates; });
+  page.counter("duplicates_total", "duplicate messages", [](G g) { return g.counts.duplicates; });
   page.counter("old_deaths_total", "deaths of connections that newer ones had replaced",
                [](G g) { return g.counts.old_deaths; });
-  page.counter("unborn_total", "messages dropped since no birth was known",
+  page.counter("unborn_total", "messages dropped because no birth was received",
                [](G g) { return g.counts.unborn; });
-  page.counter("missing_total", "sequence numbers that never came",
-               [](G g) { return g.counts.missing; });
+  page.counter("missing_total", "missing sequence numbers", [](G g) { return g.counts.missing; });
   page.counter("conflicts_total", "signs of two edge nodes with one name",
                [](G g) { return g.counts.conflicts; });
-  page.counter("unknown_metrics_total", "metrics that no birth gave",
+  page.counter("unknown_metrics_total", "metrics that are in no birth",
                [](G g) { return g.counts.unknown_metrics; });
-  page.counter("bad_times_total", "times that are none, replaced by the time of receipt",
+  page.counter("bad_times_total", "invalid times, replaced by the time of receipt",
                [](G g) { return g.counts.bad_times; });
   page.counter("births_total", "births of edge nodes", [](G g) { return g.counts.births; });
-  page.counter("rebirths_asked_total", "rebirths that were asked for",
+  page.counter("rebirths_asked_total", "requested rebirths",
                [](G g) { return g.counts.rebirths_asked; });
 }
 
@@ -133,7 +132,7 @@ void DelayHistogram::add(double delay_s) noexcept {
   const auto* const bin = std::lower_bound(kEdgesS.begin(), kEdgesS.end(), delay_s);
   ++bins_[static_cast<std::size_t>(bin - kEdgesS.begin())];
   ++count_;
-  // An edge whose clock is ahead must not make the sum shrink: it is a counter.
+  // Negative delays count as 0. The clock of an edge may be ahead, but a counter must not decrease.
   sum_s_ += std::max(0.0, delay_s);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a host process says of itself, as text in the format of Prometheus (0.0.4).
+// Status of a host process as text in the format of Prometheus (0.0.4).
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace loopwarden::fleet {
 
-// From the time in a message to its row being there for all to see.
+// The delay from the time in a message until its row is visible in the database.
 class DelayHistogram {
  public:
   static constexpr std::array kEdgesS{0.005, 0.01, 0.02, 0.05, 0.1,  0.2,  0.5,
@@ -30,7 +30,7 @@ class DelayHistogram {
 };
 
 struct GroupStatus {
-  std::string group;  // empty: all
+  std::string group;  // empty: all groups
   bool owned = false;
   bool broker_connected = false;
   bool database_connected = false;
@@ -41,7 +41,7 @@ struct GroupStatus {
   IngestCounts counts;
   std::uint64_t values_written = 0;
   std::uint64_t values_duplicate = 0;
-  std::uint64_t rejected = 0;  // messages that the database refuses whatever happens
+  std::uint64_t rejected = 0;  // messages that the database refuses at every attempt
   std::uint64_t commits = 0;
   double commit_s = 0.0;  // sum
   std::uint64_t spool_messages = 0;

@@ -18,7 +18,8 @@ constexpr std::int64_t kBucketMs = 15LL * 60LL * 1000LL;
 
 constexpr const char* kInsertEdges = R"(
 INSERT INTO edge(group_name, name) SELECT * FROM unnest($1::text[], $2::text[])
-  ON CONFLICT (group_name, name) DO UPDATE SET name = excluded.name RETURNING group_name, name, id)";
+  ON CONFLICT (group_name, name) DO UPDATE SET name = excluded.name
+    RETURNING group_name, name, id)";
 
 constexpr const char* kInsertDevices = R"(
 INSERT INTO device(edge_id, name, tag) SELECT * FROM unnest($1::integer[], $2::text[], $3::text[])
@@ -27,35 +28,40 @@ INSERT INTO device(edge_id, name, tag) SELECT * FROM unnest($1::integer[], $2::t
 constexpr const char* kInsertMetrics = R"(
 INSERT INTO metric AS m (device_id, name, type, unit, low, high, alias)
   SELECT DISTINCT ON (device_id, name) device_id, name, type, nullif(unit, ''), low, high, alias
-    FROM unnest($1::integer[], $2::text[], $3::text[], $4::text[], $5::float8[], $6::float8[], $7::bigint[])
+    FROM unnest($1::integer[], $2::text[], $3::text[], $4::text[], $5::float8[], $6::float8[],
+      $7::bigint[])
       WITH ORDINALITY AS new(device_id, name, type, unit, low, high, alias, n)
     ORDER BY device_id, name, n DESC
   ON CONFLICT (device_id, name) DO UPDATE
-    SET type = excluded.type, unit = excluded.unit, low = excluded.low, high = excluded.high, alias = excluded.alias
+    SET type = excluded.type, unit = excluded.unit, low = excluded.low, high = excluded.high,
+      alias = excluded.alias
     WHERE (m.type, m.unit, m.low, m.high, m.alias) IS DISTINCT FROM
           (excluded.type, excluded.unit, excluded.low, excluded.high, excluded.alias))";
 
-// What the newest birth doesn't have any more has no alias either.
+// Removes the aliases of metrics that the newest birth does not contain.
 constexpr const char* kForgetAliases = R"(
-UPDATE metric m SET alias = NULL WHERE device_id = ANY($1::integer[]) AND alias IS NOT NULL AND NOT EXISTS
+UPDATE metric m SET alias = NULL WHERE device_id = ANY($1::integer[]) AND alias IS NOT NULL
+  AND NOT EXISTS
   (SELECT FROM unnest($2::integer[], $3::text[]) AS born(device_id, name)
      WHERE born.device_id = m.device_id AND born.name = m.name))";
 
-// A value of a birth counts only where it is not the newest anyway; of one that has another live
-// value before it in its batch that is known without the table. The newest is the last of those
-// that came live, or else the one with the newest time. A birth says every value, so none that is
-// older than the newest birth counts as newest.
+// Inserts values. A value from a birth is stored only if it differs from the newest value. A value
+// that follows another live value in its batch needs no comparison with the table. The newest value
+// is the last live one; without a live one it is the one with the latest time. A birth contains all
+// values, so a value older than the newest birth is never the newest.
 constexpr const char* kInsertValues = R"(
 WITH sent AS MATERIALIZED (
   SELECT metric_id, to_timestamp(seconds) AS time, number, text, birth, historical, transient, n
-    FROM unnest($1::integer[], $2::float8[], $3::float8[], $4::text[], $5::boolean[], $6::boolean[], $7::boolean[])
+    FROM unnest($1::integer[], $2::float8[], $3::float8[], $4::text[], $5::boolean[], $6::boolean[],
+      $7::boolean[])
       WITH ORDINALITY AS v(metric_id, seconds, number, text, birth, historical, transient, n)),
 changed AS MATERIALIZED (
   SELECT s.* FROM sent s LEFT JOIN latest l ON s.birth AND l.metric_id = s.metric_id
     WHERE l.metric_id IS NULL OR (l.number, l.text) IS DISTINCT FROM (s.number, s.text)),
 stored AS (
   INSERT INTO value(metric_id, time, number, text)
-    SELECT DISTINCT ON (metric_id, time) metric_id, time, number, text FROM changed WHERE NOT transient
+    SELECT DISTINCT ON (metric_id, time) metric_id, time, number, text FROM changed
+      WHERE NOT transient
       ORDER BY metric_id, time, n DESC
     ON CONFLICT DO NOTHING RETURNING 1),
 newest AS (
@@ -63,19 +69,20 @@ newest AS (
     SELECT DISTINCT ON (metric_id) metric_id, time, number, text, historical FROM changed
       ORDER BY metric_id, historical, CASE WHEN NOT historical THEN n END DESC, time DESC
     ON CONFLICT (metric_id) DO UPDATE
-      SET time = excluded.time, number = excluded.number, text = excluded.text, historical = excluded.historical
+      SET time = excluded.time, number = excluded.number, text = excluded.text,
+        historical = excluded.historical
       WHERE NOT excluded.historical OR (l.time < excluded.time AND excluded.time > coalesce(
         (SELECT d.born FROM metric m JOIN device d ON d.id = m.device_id
            WHERE m.id = excluded.metric_id), '-infinity')))
 SELECT (SELECT count(*) FROM stored), (SELECT count(*) FROM changed WHERE NOT transient))";
 
-// Only what changes the state: compared with the newest before it, whether that is in the table or
-// came with it. Alarms begin as normal. The newest state of all, which may have changed nothing
-// when it came, is compared once more: an older message that comes after it may be what it differs
-// from.
+// Inserts changes of alarm states. Each state is compared with the previous one, in the table or in
+// the batch. Alarms start as normal. The newest state is compared again, even if it was no change
+// when it arrived: an older message that arrives later may differ from it.
 constexpr const char* kInsertAlarms = R"(
 WITH sent AS MATERIALIZED (
-  SELECT DISTINCT ON (device_id, name, seconds) device_id, name, to_timestamp(seconds) AS time, state, severity
+  SELECT DISTINCT ON (device_id, name, seconds) device_id, name, to_timestamp(seconds) AS time,
+    state, severity
     FROM unnest($1::integer[], $2::text[], $3::float8[], $4::text[], $5::float8[])
       WITH ORDINALITY AS s(device_id, name, seconds, state, severity, n)
     ORDER BY device_id, name, seconds, n DESC),
@@ -112,9 +119,10 @@ INSERT INTO request(device_id, metric, value, due)
   SELECT DISTINCT device_id, 'request/evidence', name, now() + $6::integer * interval '1 second'
     FROM changes c WHERE $7::boolean AND state = 'unacknowledged' AND name <> ALL($8::text[])
       AND NOT EXISTS (SELECT FROM request r
-        WHERE r.device_id = c.device_id AND r.metric = 'request/evidence' AND r.value = c.name AND r.due > c.time))";
+        WHERE r.device_id = c.device_id AND r.metric = 'request/evidence' AND r.value = c.name
+          AND r.due > c.time))";
 
-// Alarms that leave none on their box, as an array of text.
+// Returns the alarms without evidence on their box, as an array of text.
 std::string without_evidence() {
   ArrayText names;
   for (const alarm::AlarmKind kind : alarm::kProcessAlarms) {
@@ -134,20 +142,25 @@ INSERT INTO explanation(device_id, time, parts)
 
 constexpr const char* kInsertEvidence = R"(
 INSERT INTO evidence(device_id, name, sha256, parts, folder) VALUES($1, $2, $3, $4, nullif($5, ''))
-  ON CONFLICT (device_id, name, sha256) DO UPDATE SET parts = excluded.parts, folder = excluded.folder RETURNING id)";
+  ON CONFLICT (device_id, name, sha256) DO UPDATE SET parts = excluded.parts,
+    folder = excluded.folder RETURNING id)";
 
 constexpr const char* kInsertPart = R"(
 INSERT INTO evidence_part(evidence_id, part, bytes) SELECT $1, $2, decode($3, 'hex')
-  WHERE (SELECT coalesce(sum(octet_length(bytes)), 0) FROM evidence_part WHERE evidence_id = $1) < $4::bigint
+  WHERE (SELECT coalesce(sum(octet_length(bytes)), 0) FROM evidence_part
+    WHERE evidence_id = $1) < $4::bigint
   ON CONFLICT DO NOTHING)";
 
 constexpr const char* kCompleteEvidence = R"(
-UPDATE evidence e SET complete = CASE WHEN p.sha256 = e.sha256 THEN now() END, damaged = p.sha256 <> e.sha256
-  FROM (SELECT count(*) AS count, encode(sha256(string_agg(bytes, ''::bytea ORDER BY part)), 'hex') AS sha256
+UPDATE evidence e SET complete = CASE WHEN p.sha256 = e.sha256 THEN now() END,
+  damaged = p.sha256 <> e.sha256
+  FROM (SELECT count(*) AS count, encode(sha256(string_agg(bytes, ''::bytea ORDER BY part)),
+    'hex') AS sha256
           FROM evidence_part WHERE evidence_id = $1) p
   WHERE e.id = $1 AND p.count = e.parts AND e.complete IS NULL)";
 
-// Once all files of the folder are here; of an edge node that does not say how many there are, with the first.
+// Answers a request when all files of the folder are stored. If the edge node does not give their
+// number, the first file answers it.
 constexpr const char* kAnswerRequest = R"(
 UPDATE request SET done = now(), answer = 'here'
   WHERE device_id = $1 AND metric = 'request/evidence' AND $2 IN ('', value) AND done IS NULL
@@ -172,20 +185,24 @@ INSERT INTO edge_event(edge_id, received, online)
   ON CONFLICT DO NOTHING)";
 
 constexpr const char* kUpdateDevices = R"(
-UPDATE device d SET online = e.online, born = CASE WHEN e.online THEN to_timestamp(e.seconds) ELSE born END
-  FROM unnest($1::integer[], $2::boolean[], $3::float8[]) AS e(id, online, seconds) WHERE d.id = e.id)";
+UPDATE device d SET online = e.online,
+  born = CASE WHEN e.online THEN to_timestamp(e.seconds) ELSE born END
+  FROM unnest($1::integer[], $2::boolean[], $3::float8[]) AS e(id, online, seconds)
+    WHERE d.id = e.id)";
 
 constexpr const char* kUpdatePositions = R"(
 INSERT INTO ingest_position(edge_id, bd_seq, seq, time, received)
   SELECT id, bd_seq, seq, to_timestamp(seconds), to_timestamp(received)
     FROM unnest($1::integer[], $2::smallint[], $3::smallint[], $4::float8[], $5::float8[])
       AS p(id, bd_seq, seq, seconds, received)
-  ON CONFLICT (edge_id) DO UPDATE SET bd_seq = excluded.bd_seq, seq = excluded.seq, time = excluded.time,
+  ON CONFLICT (edge_id) DO UPDATE SET bd_seq = excluded.bd_seq, seq = excluded.seq,
+    time = excluded.time,
     received = excluded.received)";
 
 constexpr const char* kInsertWaiting = R"(
 INSERT INTO history_waiting(edge_id, bucket)
-  SELECT id, to_timestamp(seconds) FROM unnest($1::integer[], $2::float8[]) AS w(id, seconds) ON CONFLICT DO NOTHING)";
+  SELECT id, to_timestamp(seconds) FROM unnest($1::integer[], $2::float8[]) AS w(id, seconds)
+    ON CONFLICT DO NOTHING)";
 
 double in_seconds(std::int64_t ms) { return static_cast<double>(ms) / 1e3; }
 
@@ -228,7 +245,7 @@ class Writer::Transaction {
     ArrayText groups;
     ArrayText names;
     for (const auto& [name, state] : batch_.edges) {
-      // Whoever was never born may be anybody's invention.
+      // Skips edge nodes without a birth: any client could invent them.
       if (state.id != 0 || !state.tracker.bd_seq()) continue;
       groups.add(name.group);
       names.add(name.edge);
@@ -309,7 +326,7 @@ class Writer::Transaction {
   }
 
   void write_events() {
-    std::map<int, const LifeEvent*> devices;  // the newest of each
+    std::map<int, const LifeEvent*> devices;  // the newest event of each
     for (const LifeEvent& event : batch_.events) {
       if (!event.of_node) {
         devices[event.book->device_id] = &event;
@@ -319,7 +336,7 @@ class Writer::Transaction {
       work_.exec_params(kUpdateEdge, edge, event.online, in_seconds(event.received_ms),
                         in_seconds(event.born_ms));
       work_.exec_params(kInsertEdgeEvent, edge, event.online, in_seconds(event.received_ms));
-      // Each device's own birth must follow.
+      // Each device must send its own birth after this.
       work_.exec_params("UPDATE device SET online = false WHERE edge_id = $1 AND online", edge);
       std::erase_if(devices, [&](const auto& one) { return one.second->book->edge_id == edge; });
     }
@@ -346,7 +363,7 @@ class Writer::Transaction {
     ArrayText births;
     ArrayText historical;
     ArrayText transient;
-    std::unordered_map<int, const ValueRow*> live;  // by metric: the newest of this batch
+    std::unordered_map<int, const ValueRow*> live;  // by metric: newest live value of this batch
     for (const ValueRow& row : batch_.rows.values) {
       const int metric = row.book->metrics[row.metric].id;
       bool of_birth = row.of_birth;

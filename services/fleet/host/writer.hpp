@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Batches into the database: everything of a batch, and how far its edges' messages have come, in one transaction.
+// Writes batches to the database. All rows of a batch and the positions of its edges are written in
+// one transaction.
 #pragma once
 
 #include <cstddef>
@@ -14,23 +15,23 @@
 namespace loopwarden::fleet {
 
 struct WriterSettings {
-  bool ask_evidence = true;  // of each alarm that is raised, some minutes later
+  bool ask_evidence = true;  // for each raised alarm, some minutes later
   int evidence_delay_s = 120;
-  std::int64_t most_evidence_bytes = 64LL * 1024LL * 1024LL;  // of one file
+  std::int64_t most_evidence_bytes = 64LL * 1024LL * 1024LL;  // per file
 };
 
 struct Written {
   std::uint64_t values = 0;      // new rows
-  std::uint64_t duplicates = 0;  // values that were there before
+  std::uint64_t duplicates = 0;  // values that were stored before
 };
 
 class Writer {
  public:
-  // The connection outlives it.
+  // The connection must outlive the writer.
   Writer(pqxx::connection& connection, WriterSettings settings);
 
-  // Throws pqxx's exceptions; then nothing has been written, and the batch must be made anew: it may hold numbers of rows
-  // that don't exist.
+  // Writes a batch. Throws pqxx's exceptions. The batch is then not written and must be prepared
+  // again, because it may contain numbers of rows that don't exist.
   Written write(Batch& batch);
 
  private:
@@ -40,7 +41,8 @@ class Writer {
   WriterSettings settings_;
 };
 
-// Tells `ingest` of the edge nodes of a group (empty: of all groups). `with_births`: for what an earlier run left.
+// Passes the edge nodes of a group (empty: of all groups) from the database to `ingest`.
+// `with_births`: for messages of an earlier run.
 void restore(pqxx::connection& connection, const std::string& group, bool with_births,
              Ingest& ingest);
 

@@ -47,16 +47,16 @@ void read_tls(MapReader& in, const std::string& file, mqtt::ClientSettings& mqtt
                             "private key of certificate_file, PEM, without a pass phrase", file);
   const bool own = !mqtt.certificate_file.empty();
   if (in.describing()) return;
-  if (own != mqtt.key.given()) in.error("certificate_file and key are given both or none");
+  if (own != mqtt.key.given())
+    in.error("certificate_file and key belong together. Give both, or leave both out");
   const bool any = own || !mqtt.ca_file.empty();
   if (any && !mqtt.broker.tls) in.error("url", "certificates need TLS: mqtts://");
 }
 
 void read_waits(MapReader& in, mqtt::ClientSettings& mqtt) {
-  mqtt.keep_alive = std::chrono::seconds(
-      in.integer("keep_alive",
-                 {5, 600, "s", "a broker that says nothing is given up after one to two of these"},
-                 mqtt.keep_alive.count()));
+  mqtt.keep_alive = std::chrono::seconds(in.integer(
+      "keep_alive", {5, 600, "s", "a silent broker is given up after one to two of these"},
+      mqtt.keep_alive.count()));
   const Value<double> shortest =
       in.number("reconnect_min",
                 {"s", between(0.1, 600.0), "first wait before a new attempt; it doubles"}, 1.0);
@@ -82,7 +82,7 @@ void read_broker(MapReader in, const std::string& file, const std::string& clien
   read_url(in, mqtt);
   const std::string meaning = "MQTT client identifier, unique at the broker; empty: " + client_id;
   mqtt.client_id = in.text("client_id", meaning.c_str(), "");
-  mqtt.user = in.text("user", "name at the broker; empty: none", "");
+  mqtt.user = in.text("user", "name at the broker; empty: no user", "");
   mqtt.password = read_secret_at(in, "password", "of user", file);
   if (mqtt.password.given() && mqtt.user.empty()) in.error("password", "needs user");
   read_tls(in, file, mqtt);

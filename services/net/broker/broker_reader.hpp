@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What edge.yaml and feed.yaml have in common: the section `broker`, names of Sparkplug.
+// Reads the parts that edge.yaml and feed.yaml share: the section `broker`, and names of Sparkplug.
 #pragma once
 
 #include <string>
@@ -9,11 +9,12 @@
 
 namespace loopwarden::broker {
 
-// `file`: where relative paths start. `client_id`: in words, what an empty one stands for; it stays empty here.
+// `file`: start of relative paths. `client_id`: describes the default of an empty client
+// identifier.
 void read_broker(config::MapReader in, const std::string& file, const std::string& client_id,
                  mqtt::ClientSettings& mqtt);
 
-// Reports a name that no topic can hold.
+// Reports a name that a topic can't contain.
 void check_identifier(config::MapReader& in, const char* key,
                       const config::Value<std::string>& name);
 

@@ -10,7 +10,7 @@ namespace {
 constexpr double kBurst_s = 4.0;
 constexpr std::size_t kMostBuckets = 4096;
 
-// Of so many places.
+// Returns how many of `places` streams may take.
 std::size_t most_streams(std::size_t places) { return std::max<std::size_t>(1, places * 3 / 4); }
 
 double seconds(Moment from, Moment to) { return std::chrono::duration<double>(to - from).count(); }
@@ -21,7 +21,7 @@ std::optional<std::uint64_t> AdmissionControl::displaceable(const std::string* a
   std::optional<std::uint64_t> goes;
   for (const auto& [id, client] : clients_) {
     if (client.busy || (address != nullptr && client.address != *address)) continue;
-    if (!client.served) return id;  // the oldest of those
+    if (!client.served) return id;  // clients_ is sorted by age: the oldest one
     if (!goes || client.silent_since < clients_.at(*goes).silent_since) goes = id;
   }
   return goes;
@@ -41,7 +41,7 @@ AdmissionControl::Admission AdmissionControl::admit(const std::string& address, 
     }
     ++displaced_;
   }
-  // What may throw comes first: then nobody has come and nobody has gone.
+  // Statements that may throw are first. If one throws, no client is added or removed.
   std::size_t& count = by_address_[address];
   clients_[next_] = {.address = address, .silent_since = now, .loopback = loopback};
   ++count;
@@ -102,7 +102,7 @@ bool AdmissionControl::stream(std::uint64_t id) {
   return client->second.stream;
 }
 
-// Those that would be full by now say nothing that a new one would not.
+// A bucket that is full by now is equal to a new one and can be dropped.
 void AdmissionControl::forget_full_buckets(Moment now) {
   std::erase_if(buckets_,
                 [&](const auto& bucket) { return seconds(bucket.second.at, now) > kBurst_s; });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which clients may hold a connection, and whose is closed to make room for a new one. No sockets, no clock of its own;
-// one thread.
+// Decides which clients may hold a connection, and which connection is closed to make room for a
+// new one. It uses no sockets and no clock. For one thread only.
 #pragma once
 
 #include <chrono>
@@ -16,9 +16,9 @@ using Moment = std::chrono::steady_clock::time_point;
 
 struct ClientLimits {
   std::size_t clients = 200;     // connections in all
-  std::size_t per_address = 50;  // of one address that is not this host's own
-  std::size_t loopback = 100;    // of this host itself, where a proxy may stand
-  double requests_per_s = 50.0;  // of one address, on average; bursts of four seconds
+  std::size_t per_address = 50;  // connections of one address other than this host
+  std::size_t loopback = 100;    // connections of this host, for example of a proxy
+  double requests_per_s = 50.0;  // per address, on average; bursts of four seconds
 };
 
 class AdmissionControl {
@@ -26,23 +26,27 @@ class AdmissionControl {
   explicit AdmissionControl(ClientLimits limits) : limits_(limits) {}
 
   struct Admission {
-    std::uint64_t id = 0;                                   // 0: there is no room
-    std::optional<std::uint64_t> displaced = std::nullopt;  // whose connection is to be closed
+    std::uint64_t id = 0;                                   // 0: no place is free
+    std::optional<std::uint64_t> displaced = std::nullopt;  // connection to be closed
   };
-  // If all places are taken, the oldest connection that never sent a sound request is displaced, else the one that has
-  // been silent for longest; never one whose request is being answered.
+  // Admits a connection. If all places are taken, it displaces the oldest connection that never
+  // sent a valid request. Without such a connection it displaces the one that has been silent
+  // longest. A connection whose request is being answered is never displaced.
   Admission admit(const std::string& address, bool loopback, Moment now);
   void left(std::uint64_t id);
 
-  // A request of this connection is being answered, or the connection waits for the next one.
+  // A request of this connection is being answered (busy), or the connection waits for the next one
+  // (idle).
   void busy(std::uint64_t id);
   void idle(std::uint64_t id, Moment now);
 
-  // False: this connection may not become a stream. Streams have three quarters of all places and of those of an address, so that
-  // who only asks always finds one.
+  // Turns a connection into a stream. Returns false if the limit of streams is reached. Streams may
+  // use three quarters of all places and of the places of an address, so that requests always find
+  // a place.
   bool stream(std::uint64_t id);
 
-  // 0 if a request of this address may be answered, else after how many seconds it may be repeated (Retry-After).
+  // Returns 0 if a request of this address may be answered. Otherwise returns the seconds after
+  // which it may be repeated (Retry-After).
   unsigned retry_after_s(const std::string& address, Moment now);
 
   std::size_t clients() const noexcept { return clients_.size(); }
@@ -69,7 +73,7 @@ class AdmissionControl {
   void forget_full_buckets(Moment now);
 
   ClientLimits limits_;
-  std::map<std::uint64_t, Client> clients_;  // by age
+  std::map<std::uint64_t, Client> clients_;  // by id: oldest first
   std::map<std::string, std::size_t> by_address_;
   std::map<std::string, Bucket> buckets_;
   std::uint64_t next_ = 1;

@@ -79,7 +79,8 @@ Response Assets::answer(const Request& request) const {
   const Asset& asset = found->second;
   Response response;
   response.content_type = asset.type;
-  // Asked for again each time, answered by 304: a new version of the program shows at once.
+  // Browsers revalidate at each use and get 304 if the file is unchanged. So a new version of the
+  // program shows at once.
   response.headers = {
       {"Cache-Control", "no-cache"}, {"ETag", asset.tag}, {"Vary", "Accept-Encoding"}};
   if (request.if_none_match.find(asset.tag) != std::string::npos) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The site's own files, in memory, compressed once.
+// Holds the static files of the site in memory, compressed once.
 #pragma once
 
 #include <filesystem>
@@ -14,21 +14,21 @@ namespace loopwarden::http {
 class Assets {
  public:
   Assets() = default;
-  // From a folder, for work on the site.
+  // Reads a folder, for development of the site.
   explicit Assets(const std::filesystem::path& folder);
 
-  // `path` below the site, such as index.html.
+  // Adds a file. `path` is relative to the site, such as index.html.
   void add(const std::string& path, std::string bytes);
 
-  // Status 404 if there is no such file, 304 if the client has it.
+  // Returns the file. Status 404 if it does not exist, 304 if the client has the present version.
   Response answer(const Request& request) const;
 
  private:
   struct Asset {
     std::string type;
-    std::string tag;  // the ETag, with its quotes
+    std::string tag;  // the ETag, with quotes
     std::shared_ptr<const std::string> plain;
-    std::shared_ptr<const std::string> packed;  // null: gzip makes it no smaller
+    std::shared_ptr<const std::string> packed;  // null: gzip does not make it smaller
   };
 
   std::map<std::string, Asset> assets_;

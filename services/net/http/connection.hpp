@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// One client's connection, in callbacks on the server's loop: handshake, head, body, answer, next head. Included by
-// server.cpp alone, since it brings Beast.
+// One client's connection: handshake, head, body, answer, next head. All steps are callbacks on the
+// server's event loop. Only server.cpp includes this file, because it includes Beast.
 //
-// Callbacks and no coroutines: clang 14 of Debian 12, which builds what the sanitizers watch, has none that Asio 1.74 takes.
+// It uses callbacks, not coroutines: clang 14 of Debian 12, which the sanitizer builds use, has no
+// coroutines that Asio 1.74 supports.
 #pragma once
 
 #include <boost/asio/post.hpp>
@@ -55,10 +56,10 @@ class Client {
   virtual ~Client() = default;
   virtual void close() noexcept = 0;
   virtual void news() noexcept = 0;  // the hub has changed
-  virtual void look() noexcept = 0;  // whether its stream may stay
+  virtual void look() noexcept = 0;  // checks whether its stream may stay
 };
 
-// What all connections share; all of it but pools and counters belongs to the loop's thread.
+// Data that all connections share. Only the loop's thread may use it, except pools and counters.
 struct ServerState {
   ServerState(const ServerSettings& all, Handler& behind)
       : settings(all), handler(behind), admission(all.limits), pools(all.pools) {}
@@ -71,7 +72,7 @@ struct ServerState {
   void for_streams(Act act) const {
     const std::set<Client*> all = streams;
     for (Client* client : all) {
-      // One that has gone meanwhile has taken itself out.
+      // act() may close other streams, which then remove themselves.
       if (streams.contains(client)) act(*client);
     }
   }
@@ -88,12 +89,12 @@ struct ServerState {
   std::map<std::uint64_t, std::weak_ptr<Client>> clients;
   std::set<Client*> streams;
   std::function<void(std::size_t)> on_streams;
-  WorkerPools pools;  // goes first: its threads post to the loop
+  WorkerPools pools;  // destroyed first: its threads post to the loop
 };
 
 struct Peer {
-  std::string address;  // as the journal has it
-  std::string network;  // what limits count: an IPv6 client has a whole /64 to itself
+  std::string address;  // as in the journal
+  std::string network;  // key of the limits; for an IPv6 client its /64
   bool loopback = false;
 };
 
@@ -141,7 +142,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
       state_.clients.erase(id_);
       --state_.counters.connections;
     } catch (const std::exception&) {
-      // Nothing of it can be done twice, and the socket closes with this object.
+      // Every step is done at most once, and the destructor closes the socket.
     }
   }
 
@@ -165,12 +166,12 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
   static constexpr std::uint32_t kMostHeadBytes = 16UL * 1024UL;
   static constexpr std::chrono::milliseconds kPoolIsFull{100};
 
-  // A callback of the loop's: what it throws ends this connection and nothing else.
+  // Wraps a callback of the loop. An exception ends this connection only.
   template <class Act>
   auto mine(Act act) {
     return mine_moved(this->shared_from_this(), std::move(act));
   }
-  // The same with a hold on the connection that is handed over.
+  // The same, with an owner of the connection passed in.
   template <class Act>
   static auto mine_moved(std::shared_ptr<Connection> held, Act act) {
     return [self = std::move(held), act = std::move(act)](auto... arguments) mutable {
@@ -206,11 +207,11 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     if (error == Code::body_limit) return refuse({413, "a body has at most 64 KiB"});
     if (error == Code::end_of_stream || error == Code::partial_message) return close();
     if (error && error.category() == beast::http::make_error_code(Code::bad_method).category()) {
-      return refuse({400, "that is no HTTP"});
+      return refuse({400, "the request is not HTTP"});
     }
     if (error) return give_up(error);
     take_head();
-    if (parser_->get().version() != 11) return refuse({505, "HTTP/1.1 is spoken here"});
+    if (parser_->get().version() != 11) return refuse({505, "only HTTP/1.1 is supported"});
     if (const auto refusal = refusal_of(head_)) return refuse(*refusal);
     if (const unsigned wait = state_.admission.retry_after_s(peer_.network, Clock::now())) {
       return refuse({429, "too many requests"}, wait);
@@ -252,10 +253,10 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     if (!in_pool([this] { return state_.handler.answer(request_); })) respond(busy_response());
   }
 
-  // Makes a response on a thread of the pool; false: its queue is full.
+  // Makes a response on a thread of the pool. Returns false if the pool's queue is full.
   template <class Make>
   bool in_pool(Make make) {
-    // Made beforehand: where memory is short a thread has something to answer with.
+    // Allocated in advance, so that a thread can answer when memory runs out.
     auto answer = std::make_shared<Response>(error_response(500, "the page could not answer"));
     return state_.pools.begin(
         pool_, peer_.network,
@@ -267,7 +268,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
           } catch (const std::exception& e) {
             spdlog::error("answer: {}", e.what());
           }
-          // Moved: the last word on the connection is the loop's.
+          // Moves the owner, so that the connection is destroyed on the loop's thread.
           asio::io_context& loop = self->state_.loop;
           Connection* connection = self.get();
           asio::post(loop, connection->mine_moved(std::move(self), [connection, answer]() mutable {
@@ -277,12 +278,13 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
   }
 
   static Response busy_response() {
-    Response response = error_response(503, "too much to do; try again");
+    Response response = error_response(503, "the server is busy; try again");
     response.headers.emplace_back("Retry-After", "1");
     return response;
   }
 
-  // The connection ends with it: nobody knows where the next request would begin.
+  // Answers with an error and closes the connection, because the start of the next request is
+  // unknown.
   void refuse(const Refusal& refusal, unsigned retry_after_s = 0) {
     ++state_.counters.refused;
     keep_alive_ = false;
@@ -309,7 +311,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     }));
   }
 
-  // Where the pool is full, a little later.
+  // Makes the next response. Retries later if the pool is full.
   void ask_again() {
     if (!in_pool([this] { return response_.next(); })) after(kPoolIsFull, &Connection::ask_again);
   }
@@ -320,7 +322,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
       response_.may_stay = nullptr;
       if (!is_head_) response_ = busy_response();
     }
-    // A stream has no length: its end is the connection's.
+    // A stream has no length. The close of the connection ends it.
     if (response_.may_stay) keep_alive_ = false;
     if (!response_.may_stay) state_.admission.idle(id_, Clock::now());
     out_ =
@@ -336,7 +338,8 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     write_step();
   }
 
-  // Each step has the time-out to itself: who reads slowly gets all of it in the end, who does not read is soon gone.
+  // Writes the next 64 KiB. Each step has its own time-out: a slow reader gets the whole answer,
+  // and a client that stops reading is closed.
   void write_step() {
     constexpr std::size_t kStepBytes = 64UL * 1024UL;
     std::vector<asio::const_buffer> step;
@@ -374,7 +377,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     keep_alive_ ? read_head() : linger();
   }
 
-  // --- a body that is made while it is sent ---
+  // --- body that is produced while it is sent ---
 
   void next_chunk() {
     if (closed_) return;
@@ -384,7 +387,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
       try {
         *piece = self->response_.source->next();
       } catch (const std::exception&) {
-        failed = true;  // the client sees that the last chunk is missing
+        failed = true;  // the client detects that the last chunk is missing
       }
       asio::io_context& loop = self->state_.loop;
       Connection* connection = self.get();
@@ -423,7 +426,7 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
     if (!writing_) pump();
   }
 
-  // What a client says while it listens is no request; that it has gone is seen here.
+  // Reads and discards data of a listening client, to detect that it closes the connection.
   void watch_for_end() {
     tcp().expires_never();
     stream_.async_read_some(asio::buffer(scratch_),
@@ -452,7 +455,8 @@ class Connection final : public Client, public std::enable_shared_from_this<Conn
 
   // --- the end ---
 
-  // What the client still sends is read for a moment: a close with unread bytes would take the answer from it.
+  // Reads the client's remaining data for a moment. Closing with unread bytes would discard the
+  // answer.
   void linger() {
     beast::error_code ignored;
     tcp().socket().shutdown(asio::socket_base::shutdown_send, ignored);

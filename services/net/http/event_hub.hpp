@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stream of events has to say: of each kind only the newest. A client that does not keep up skips to it,
-// so no client has a queue. One thread.
+// Holds the newest event of each kind for the event streams. A client that does not keep up skips
+// to the newest one, so no client needs a queue. For one thread only.
 #pragma once
 
 #include <array>
@@ -17,21 +17,22 @@ inline constexpr std::size_t kEventKinds = 4;
 
 using Frame = std::shared_ptr<const std::string>;
 
-// The last frame of a stream whose reader may not stay.
+// The last frame of a stream that may not stay.
 inline constexpr std::string_view kEndOfStream = "event: ended\ndata: {}\n\n";
 
 class EventHub {
  public:
-  // Where one client stands.
+  // The newest events that a client has received.
   struct Cursor {
     std::array<std::uint64_t, kEventKinds> seen{};
   };
 
-  // `data` is one line.
+  // Replaces the newest event of the kind. `data` must be one line.
   void publish(EventKind kind, std::string_view data);
-  // What the client has not got yet, in the order of the kinds.
+  // Returns the events that the client has not received yet, in the order of the kinds.
   std::vector<Frame> news(Cursor& cursor) const;
-  // Of a client that comes now: it gets the newest of all but `describe`, which only tells of changes.
+  // Returns the cursor of a new client. It receives the newest event of each kind except
+  // `describe`, which only reports changes.
   Cursor newcomer() const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests and answers as the handlers see them: plain data, without sockets and without Beast.
+// Requests and answers for the handlers: plain data, without sockets and without Beast.
 #pragma once
 
 #include <chrono>
@@ -18,8 +18,8 @@ enum class Method { get, head, post, other };
 
 struct Request {
   Method method = Method::get;
-  std::vector<std::string> path;             // decoded; "/" is none, no part is "", "." or ".."
-  std::map<std::string, std::string> query;  // decoded; of a key given twice the last one
+  std::vector<std::string> path;             // decoded; empty for "/"; no part is "", "." or ".."
+  std::map<std::string, std::string> query;  // decoded; the last value if a key is repeated
   std::map<std::string, std::string> cookies;
   std::string body;
   std::string host;          // as sent, with the port
@@ -31,20 +31,21 @@ struct Request {
   bool accepts_gzip = false;
   bool person = false;  // X-Loopwarden-Person: 1: a key or a pointer moved within the last minute
   std::string peer;     // the client's address, without the port
-  std::string network;  // what limits count: of an IPv6 address its /64
+  std::string network;  // key of the limits: the address, for IPv6 its /64
   bool peer_is_loopback = false;
-  bool secure = false;  // it came over TLS
+  bool secure = false;  // received over TLS
 
   std::string_view part(std::size_t index) const noexcept {
     return index < path.size() ? std::string_view(path[index]) : std::string_view();
   }
 };
 
-// A body that is made while it is sent.
+// A body that is produced while it is sent.
 class Source {
  public:
   virtual ~Source() = default;
-  // The next piece, some ten kB; empty: that was all. May block on the disk; called by one thread at a time.
+  // Returns the next piece of some 10 kB; empty at the end. May block on the disk. One thread calls
+  // it at a time.
   virtual std::string next() = 0;
 };
 
@@ -53,24 +54,25 @@ struct Response {
   std::string content_type = "application/json";
   std::vector<std::pair<std::string, std::string>> headers;
   std::string body;
-  std::shared_ptr<const std::string> shared;  // in place of `body`: of many clients
-  std::unique_ptr<Source> source;             // in place of `body`: sent in chunks
-  // In place of a body: the stream of events, as long as this says so; asked every second and by Server::look_at_streams().
+  std::shared_ptr<const std::string> shared;  // replaces `body`: shared by many clients
+  std::unique_ptr<Source> source;             // replaces `body`: sent in chunks
+  // Replaces the body by the stream of events, while this returns true. It is called every second
+  // and by Server::look_at_streams().
   std::function<bool()> may_stay;
-  // In place of an answer: what makes it, asked in the request's pool after `delay`; may ask for another round. So a long wait
-  // holds no thread.
+  // Makes the answer later: called in the request's pool after `delay`. It may return another
+  // deferred answer. So a long wait holds no thread.
   std::function<Response()> next;
-  std::chrono::milliseconds delay{0};  // before the answer is sent; costs a timer, no thread
+  std::chrono::milliseconds delay{0};  // delay of the answer; uses a timer, no thread
 
   std::string_view text() const noexcept { return shared ? *shared : body; }
 };
 
-// Where an answer is made. Each pool but `here` has threads and a queue of its own, so that slow work
-// of one kind never delays another.
+// The pool that makes an answer. Each pool except `here` has its own threads and queue, so that
+// slow work of one kind never delays another.
 enum class Pool { here, daemon, disk, log_in, orders, fleet };
 inline constexpr std::size_t kPools = 6;
 
-// What stands behind the server. `answer` is called by the pool's threads, several at a time.
+// Answers the server's requests. Several threads of the pools call `answer` at a time.
 class Handler {
  public:
   virtual ~Handler() = default;

@@ -52,7 +52,7 @@ void pack(Response& response, const Request& request) noexcept {
     response.shared = std::move(packed);
     response.body.clear();
   } catch (const std::exception&) {
-    // Without memory to make it smaller it goes as it is.
+    // Without memory for compression the body is sent as it is.
   }
 }
 

@@ -8,11 +8,12 @@
 
 namespace loopwarden::http {
 
-// gzip; level from 1 (fastest) to 9 (smallest).
+// Returns `bytes` compressed with gzip, at `level` 1 (fastest) to 9 (smallest).
 std::string gzip(std::string_view bytes, int level);
 
-// Makes a body smaller where its client takes gzip and it is text that is worth it. Nothing of what the handlers' pools
-// answer is a secret beside something that a stranger chose, so its length gives nothing away.
+// Compresses a body if the client accepts gzip and the body is text of sufficient length. The
+// length of an answer reveals no secret: the handlers' pools never put a secret and text chosen by
+// a stranger into one answer.
 void pack(Response& response, const Request& request) noexcept;
 
 }  // namespace loopwarden::http

@@ -27,7 +27,7 @@ std::string_view field(const RequestHead& head, std::string_view name) {
   return {};
 }
 
-// Calls `each` for the parts between separators; stops where it says false, which it then returns.
+// Calls `each` for the parts between separators. Stops and returns false when `each` returns false.
 template <class Each>
 bool for_parts(std::string_view text, char separator, Each each) {
   while (!text.empty()) {
@@ -44,7 +44,8 @@ int hex_digit(char c) {
   return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-// A part that could lead out of its folder, or that another program would read as two.
+// Returns whether a part is safe. Parts that could leave their folder, or that another program
+// would split in two, are not.
 bool is_sound_part(const std::string& part) {
   return part != "." && part != ".." && part.find_first_of("/\\") == std::string::npos;
 }
@@ -94,7 +95,8 @@ std::map<std::string, std::string> cookies_of(std::string_view text) {
   return cookies;
 }
 
-// Of "gzip;q=0" and the like only what refuses it is looked at.
+// Returns whether the client accepts gzip. Of the quality values, only a refusal (q=0) is
+// evaluated.
 bool accepts_gzip(std::string_view text) {
   bool accepts = false;
   for_parts(text, ',', [&](std::string_view one) {
@@ -115,13 +117,13 @@ Method method_of(std::string_view text) {
 }
 
 std::optional<Refusal> refused_promise(const RequestHead& head) {
-  if (count(head, "expect") > 0) return Refusal{417, "nothing is promised before the body"};
+  if (count(head, "expect") > 0) return Refusal{417, "Expect is not supported"};
   return std::nullopt;
 }
 
 std::optional<Refusal> refused_body(const RequestHead& head) {
   if (count(head, "transfer-encoding") > 0) {
-    return Refusal{411, "a body needs a Content-Length; no transfer encoding is taken"};
+    return Refusal{411, "a body needs a Content-Length; transfer encodings are not supported"};
   }
   if (count(head, "content-length") > 1) return Refusal{400, "more than one Content-Length"};
   const std::string_view length = field(head, "content-length");
@@ -130,7 +132,7 @@ std::optional<Refusal> refused_body(const RequestHead& head) {
   const auto [end, error] = std::from_chars(length.begin(), length.end(), bytes);
   if (error == std::errc::result_out_of_range) return Refusal{413, "the body is too large"};
   if (error != std::errc() || end != length.end()) {
-    return Refusal{400, "the Content-Length is no number"};
+    return Refusal{400, "the Content-Length is not a number"};
   }
   if (bytes > kMostBodyBytes) return Refusal{413, "a body has at most 64 KiB"};
   if (bytes > 0 && head.method != "POST") return Refusal{400, "only POST has a body"};
@@ -161,10 +163,10 @@ std::optional<std::string> decoded(std::string_view text, bool plus) {
 }
 
 std::optional<Refusal> refusal_of(const RequestHead& head) {
-  if (count(head, "host") != 1) return Refusal{400, "a request names one Host"};
+  if (count(head, "host") != 1) return Refusal{400, "a request must have exactly one Host"};
   if (head.target.size() > kLongestTarget) return Refusal{414, "the address is too long"};
-  if (!head.target.starts_with('/')) return Refusal{400, "the address is no path"};
-  if (!path_of(path_text(head.target))) return Refusal{400, "no such path can be"};
+  if (!head.target.starts_with('/')) return Refusal{400, "the address is not a path"};
+  if (!path_of(path_text(head.target))) return Refusal{400, "the path is invalid"};
   if (!query_of(query_text(head.target))) return Refusal{400, "the query can't be read"};
   return refused_body(head);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the lines of a request's head to a Request. Strict: what two programs could read in two ways is refused.
+// Parses the head of a request into a Request. A head that two programs could read differently is
+// refused.
 #pragma once
 
 #include <optional>
@@ -15,7 +16,7 @@ namespace loopwarden::http {
 struct RequestHead {
   std::string method;
   std::string target;
-  std::vector<std::pair<std::string, std::string>> fields;  // in their order, names in any case
+  std::vector<std::pair<std::string, std::string>> fields;  // in their order; names in any case
 };
 
 struct Refusal {
@@ -25,14 +26,15 @@ struct Refusal {
 
 inline constexpr std::size_t kMostBodyBytes = 64UL * 1024UL;
 
-// What is wrong with the head by itself, before any of the body is read. A body needs a Content-Length: chunked
-// ones are refused, with all that smuggling lives of.
+// Returns the error of a head, before any of the body is read. A body needs a Content-Length.
+// Chunked bodies are refused, as is everything else that request smuggling relies on.
 std::optional<Refusal> refusal_of(const RequestHead& head);
 
-// Of a head that is not refused. Its peer and body are for the caller to fill in.
+// Returns the request of a valid head. The caller fills in peer and body.
 Request request_of(const RequestHead& head);
 
-// Undoes percent-encoding; `plus`: + is a space. Returns nullopt if the encoding is wrong or holds a control character.
+// Undoes percent-encoding. With `plus`, + is a space. Returns nullopt if the encoding is wrong or
+// contains a control character.
 std::optional<std::string> decoded(std::string_view text, bool plus = false);
 
 }  // namespace loopwarden::http

@@ -40,7 +40,7 @@ bool names(const Response& response, std::string_view name) {
                      [&](const auto& header) { return header.first == name; });
 }
 
-// Headers of every answer, unless it has its own.
+// Adds the headers of every answer, except those that the answer sets itself.
 void add_usual(std::string& head, const Response& response, bool secure) {
   const auto usual = [&](std::string_view name, std::string_view value) {
     if (!names(response, name)) fmt::format_to(std::back_inserter(head), "{}: {}\r\n", name, value);

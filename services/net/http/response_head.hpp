@@ -11,17 +11,17 @@ namespace loopwarden::http {
 struct HeadOptions {
   bool secure = false;     // over TLS
   bool keep_alive = true;  // the connection stays open
-  bool is_head = false;    // of a HEAD request: no body follows, its length is told all the same
+  bool is_head = false;    // answer to a HEAD request: no body follows, but its length is given
 };
 
-// The answer's head, up to the empty line, with the headers that every answer has. A line break in a value ends nothing:
-// such a header is left out.
+// Returns the answer's head up to the empty line, with the headers that every answer has. A header
+// with a line break in its value is left out.
 std::string head_text(const Response& response, const HeadOptions& options);
 
-// {"error": "..."}, and "field" where one is named.
+// Returns {"error": "..."}, with "field" if it is given.
 Response error_response(int status, std::string_view text, std::string_view field = {});
 
-// What the pages themselves may do: scripts and styles of this origin, nothing inline.
+// Content policy of the pages: scripts and styles of this origin, no inline ones.
 extern const char* const kContentPolicy;
 
 }  // namespace loopwarden::http

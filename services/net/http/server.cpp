@@ -29,7 +29,7 @@ Peer peer_of(const tcp::endpoint& endpoint) {
     address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
   }
   Peer peer{.address = address.to_string(), .network = {}, .loopback = address.is_loopback()};
-  // All of 127.0.0.0/8 and ::1 are this host.
+  // All of 127.0.0.0/8 and ::1 are addresses of this host.
   peer.network = peer.loopback ? "loopback" : peer.address;
   if (address.is_v6() && !peer.loopback) {
     auto bytes = address.to_v6().to_bytes();
@@ -65,7 +65,7 @@ class Server::Body {
   }
 
   void load_certificate() {
-    // Connections made before keep theirs alive (SSL_CTX is counted).
+    // Existing connections keep the old context alive (SSL_CTX is reference-counted).
     tls_ = std::make_shared<asio::ssl::context>(make_tls_context(*state_.settings.tls));
   }
 
@@ -108,7 +108,8 @@ class Server::Body {
  private:
   static constexpr int kBacklog = 128;
 
-  // Whether a wait is under way: its callback holds the token, and whatever ends the callback ends the token.
+  // Tracks whether a wait is pending. Its callback holds the token. The token ends with the
+  // callback.
   class Wait {
    public:
     bool is_on() const noexcept { return !token_.expired(); }
@@ -141,7 +142,8 @@ class Server::Body {
     Wait wait;
   };
 
-  // False where something has thrown: for lack of memory one connection may end, not the server.
+  // Runs the loop. Returns false if a callback has thrown: lack of memory may end one connection,
+  // but not the server.
   bool serve() {
     bool ready = false;
     try {
@@ -156,7 +158,8 @@ class Server::Body {
     }
   }
 
-  // Begins every wait that is not under way: all of them at first, later those whose callback has thrown.
+  // Starts every wait that is not pending: at first all of them, later those whose callback has
+  // thrown.
   void take_up() {
     for (Timer& timer : timers_) {
       if (!timer.wait.is_on()) tick(timer);
@@ -201,7 +204,8 @@ class Server::Body {
     });
   }
 
-  // Out of descriptors: who waits stays in the queue, and this loop does not spin on it.
+  // Waits when no descriptors are left. Clients stay in the kernel's queue, and this loop does not
+  // spin.
   void accept_later(Listener& listener) {
     listener.pause.expires_after(std::chrono::milliseconds(500));
     listener.pause.async_wait(

@@ -65,7 +65,7 @@ std::string alternative_names(const std::vector<std::string>& hosts) {
       return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '-' || c == ':';
     };
     if (host.empty() || !std::all_of(host.begin(), host.end(), is_sound)) {
-      throw std::runtime_error("'" + host + "' is no host name or address");
+      throw std::runtime_error("'" + host + "' is not a host name or address");
     }
     const bool address = base::parse_network(host).has_value();
     names += (names.empty() ? "" : ",") + std::string(address ? "IP:" : "DNS:") + host;

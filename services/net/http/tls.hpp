@@ -11,18 +11,19 @@
 
 namespace loopwarden::http {
 
-// A server's context: TLS 1.2 with forward secrecy, or 1.3. Throws std::runtime_error with the file and the reason. The
-// caller frees it.
+// Returns a server's context: TLS 1.2 with forward secrecy, or 1.3. The caller frees it. Throws
+// std::runtime_error with the file and the reason.
 SSL_CTX* make_tls_context(const TlsFiles& files);
 
 struct SelfSigned {
   std::string certificate;  // PEM
   std::string key;          // PEM, EC P-256
 };
-// For these names and addresses, for `days`. Throws std::runtime_error.
+// Makes a certificate for these names and addresses, valid for `days`. Throws std::runtime_error.
 SelfSigned make_self_signed(const std::vector<std::string>& hosts, int days);
 
-// Writes page.crt (0644) and page.key (0600) into `folder`; refuses to replace either. Throws std::runtime_error.
+// Writes page.crt (0644) and page.key (0600) into `folder`. Never replaces an existing file. Throws
+// std::runtime_error.
 TlsFiles write_self_signed(const SelfSigned& made, const std::filesystem::path& folder);
 
 }  // namespace loopwarden::http

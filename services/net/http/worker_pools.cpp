@@ -7,7 +7,7 @@
 namespace loopwarden::http {
 namespace {
 
-// Room for argon2's caller, JSON and file readers; none of them recurses deeply.
+// Enough for callers of argon2, JSON and file readers. None of them recurses deeply.
 constexpr std::size_t kStackBytes = 1024UL * 1024UL;
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The threads that make answers: a few of each pool, with a bounded queue.
+// Thread pools that make answers. Each pool has a few threads and a bounded queue.
 #pragma once
 
 #include <array>
@@ -33,9 +33,10 @@ class WorkerPools {
   WorkerPools& operator=(const WorkerPools&) = delete;
   ~WorkerPools() { stop(); }
 
-  // `work` throws nothing. False: the pool's queue is full, or one client (`whose`) has half of it already.
+  // Queues `work`, which must not throw. Returns false if the pool's queue is full, or if one
+  // client (`whose`) has half of it already.
   bool begin(Pool pool, const std::string& whose, Work work);
-  // Ends the threads; what still waits in a queue is dropped.
+  // Ends the threads. Queued work is dropped.
   void stop();
 
  private:

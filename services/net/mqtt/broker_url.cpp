@@ -30,7 +30,7 @@ std::uint16_t port_of(std::string_view text) {
   return port;
 }
 
-// Takes the host away from the front of `text`.
+// Removes the host from the front of `text` and returns it.
 std::string host_of(std::string_view& text) {
   const bool bracketed = text.starts_with('[');
   const std::size_t end = bracketed ? text.find(']') : text.find(':');

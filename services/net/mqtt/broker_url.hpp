@@ -14,8 +14,9 @@ struct BrokerUrl {
   friend bool operator==(const BrokerUrl&, const BrokerUrl&) = default;
 };
 
-// mqtt://HOST[:PORT] (1883) or mqtts://HOST[:PORT] (TLS, 8883); an IPv6 address stands in brackets. Throws
-// std::invalid_argument that says what is wrong; user and password have no place here.
+// Parses mqtt://HOST[:PORT] (default 1883) or mqtts://HOST[:PORT] (TLS, default 8883). An IPv6
+// address is written in brackets. User and password are not allowed in the URL. Throws
+// std::invalid_argument with the problem.
 BrokerUrl parse_broker_url(std::string_view text);
 std::string to_text(const BrokerUrl& url);
 

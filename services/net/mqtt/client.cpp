@@ -13,7 +13,7 @@
 namespace loopwarden::mqtt {
 namespace {
 
-// How long the network thread sleeps where nothing wakes it: libmosquitto looks at keep-alive between two sleeps.
+// Longest sleep of the network thread. libmosquitto checks keep-alive between two sleeps.
 constexpr int kLoopMs = 500;
 constexpr std::chrono::seconds kGoodbye{2};  // longest wait for confirmations
 
@@ -26,7 +26,7 @@ struct Library {
 
 void demand(int result, const char* what) {
   if (result == MOSQ_ERR_SUCCESS) return;
-  // strerror for what the system refused.
+  // Errors of the system have their own text.
   const std::string why = result == MOSQ_ERR_ERRNO ? std::generic_category().message(errno)
                                                    : mosquitto_strerror(result);
   throw std::runtime_error(fmt::format("{}: {}", what, why));
@@ -34,7 +34,7 @@ void demand(int result, const char* what) {
 
 const char* text_or_null(const std::string& text) { return text.empty() ? nullptr : text.c_str(); }
 
-// A key with a pass phrase would be asked for on a terminal.
+// Refuses a pass phrase: the library would ask for it on a terminal.
 int no_pass_phrase(char*, int, int, void*) { return 0; }
 
 }  // namespace
@@ -43,7 +43,7 @@ Client::Client(ClientSettings settings)
     : settings_(std::move(settings)),
       back_off_{.first = settings_.reconnect_min, .longest = settings_.reconnect_max} {
   static const Library library;
-  // TLS needs more stack than the daemon's threads.
+  // TLS needs more stack than the daemon's other threads.
   thread_.start({.name = "lw-mqtt", .stack_bytes = 1024UL * 1024UL}, [this] { run(); });
 }
 
@@ -100,25 +100,27 @@ std::vector<Event> Client::events(std::chrono::milliseconds patience) {
 
 void Client::push(Event event) {
   std::unique_lock lock(mutex_);
-  // Who sends faster than is fetched waits in the network, at the broker in the end.
+  // Limits the queue: a sender that is faster than the user's fetching waits in the network,
+  // finally at the broker.
   changed_.wait(lock, [this] { return quit_ || events_.size() < settings_.most_events; });
   events_.push_back(std::move(event));
   lock.unlock();
   changed_.notify_all();
 }
 
-// --- the network thread ---
+// --- network thread ---
 
 void Client::run() {
   while (wait_for_attempt()) {
     const Clock::time_point start = Clock::now();
     attempt();
-    // A connection that breaks at once, as where another client has this one's name, is no success.
+    // A connection that breaks at once counts as a failure. An example is another client that uses
+    // the same name.
     if (leaving_.exchange(false) || Clock::now() - start > back_off_.longest) failures_ = 0;
   }
 }
 
-// False: the end.
+// Waits until the next attempt is due. Returns false when the client ends.
 bool Client::wait_for_attempt() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return quit_ || wanted_; });
@@ -153,9 +155,10 @@ void Client::open(const std::optional<Message>& will) {
   ungranted_ = 0;
   {
     const std::lock_guard lock(handle_mutex_);
-    // A new one each time: what an old connection did not deliver is its user's to send again.
+    // A new handle per connection. The user must publish again what an old connection did not
+    // deliver.
     handle_ = mosquitto_new(settings_.client_id.c_str(), true, this);
-    if (handle_ == nullptr) throw std::runtime_error("no MQTT client to be had");
+    if (handle_ == nullptr) throw std::runtime_error("can't create an MQTT client");
     set_up(will);
   }
   demand(mosquitto_connect_async(handle_, settings_.broker.host.c_str(), settings_.broker.port,
@@ -205,7 +208,7 @@ void Client::secure() {
   }
 }
 
-// Until the connection ends; says why it did.
+// Serves the connection until it ends. Returns the reason.
 std::string Client::serve() {
   for (;;) {
     const int result = mosquitto_loop(handle_, kLoopMs, 1);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A connection to an MQTT 3.1.1 broker (libmosquitto) that never makes its user wait: the network has a thread of its
-// own, what happens there is fetched as events.
+// A connection to an MQTT 3.1.1 broker (libmosquitto) that never blocks its user. The network has
+// its own thread. The user fetches events.
 //
-//   client.connect(will)          one attempt, after the wait that failed ones before it ask for
-//   for (Event& e : client.events(1s)) ...   connected | message ... | disconnected; then connect() again
+//   client.connect(will)          one attempt, after the wait that earlier failures require
+//   for (Event& e : client.events(1s)) ...   connected | message ... | disconnected;
+//                                 then connect() again
 //
-// A broker that accepts and then says nothing is found by keep-alive: the connection is given up after one to two
-// keep-alive times, also while it is being made. What can't be told: whether a message of QoS 0 that was written to
-// the network has come to the broker.
+// Keep-alive detects a broker that accepts the connection and then is silent. The connection is
+// closed after one to two keep-alive times, also while it is being made. Limit: for a message of
+// QoS 0 that was written to the network, delivery to the broker is unknown.
 #pragma once
 
 #include <atomic>
@@ -40,22 +41,23 @@ struct Subscription {
   Qos qos = Qos::at_least_once;
 };
 
-// Files and secrets are read anew at each connection, so that a renewed certificate needs no restart.
+// Settings of a client. Files and secrets are read again at each connection, so a renewed
+// certificate needs no restart.
 struct ClientSettings {
   BrokerUrl broker;
   std::string client_id;  // unique at the broker
-  std::string user;       // empty: none
+  std::string user;       // empty: no user
   base::Secret password;
-  std::string ca_file;           // of TLS; empty: those of the system
-  std::string certificate_file;  // the client's own; empty: none
+  std::string ca_file;           // for TLS; empty: the system's CAs
+  std::string certificate_file;  // the client's certificate; empty: no certificate
   base::Secret key;
-  std::chrono::seconds keep_alive{15};  // at least 5: libmosquitto
+  std::chrono::seconds keep_alive{15};  // at least 5, a limit of libmosquitto
   std::chrono::milliseconds reconnect_min{1000};
   std::chrono::milliseconds reconnect_max{60'000};
-  std::size_t most_waiting = 200;     // see waiting()
-  std::size_t most_events = 100'000;  // not fetched; then the network waits
+  std::size_t most_waiting = 200;     // limit of waiting()
+  std::size_t most_events = 100'000;  // events not fetched yet; at the limit the network waits
   std::vector<Subscription>
-      subscriptions;  // of every connection, granted before it counts as connected
+      subscriptions;  // made at every connection; it counts as connected when all are granted
 };
 
 struct Message {
@@ -69,32 +71,36 @@ struct Event {
   enum class Kind : std::uint8_t { connected, disconnected, message };
   Kind kind = Kind::message;
   Message message;
-  std::string why;  // of disconnected
+  std::string why;  // reason; for disconnected
 };
 
 class Client {
  public:
-  // Throws std::runtime_error if there is no thread to be had.
+  // Throws std::runtime_error if no thread can be started.
   explicit Client(ClientSettings settings);
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
-  // Without a goodbye: the broker publishes the will. Waits for a name server that hangs.
+  // Disconnects without notice, so the broker publishes the will. Waits for a name server that
+  // hangs.
   ~Client();
 
-  // After the start and after each `disconnected`: tries once, with this will. Clean session.
+  // Tries to connect once, with this will and a clean session. Call it at the start and after each
+  // `disconnected`.
   void connect(std::optional<Message> will);
-  // Says goodbye (no will) once nothing is waiting, for 2 s at most: a connection that ends with a confirmation on its
-  // way is to a broker one that broke. `disconnected` follows, also where the broker hangs. The wait before the next
-  // attempt is the shortest again. Without a connection nothing happens.
+  // Disconnects in order (the will is not published) when no message is waiting, at the latest
+  // after 2 s. A pending confirmation would make the broker treat the connection as broken.
+  // `disconnected` follows, also if the broker hangs. The next attempt has the shortest wait. Has
+  // no effect without a connection.
   void leave();
 
-  // False, and nothing is sent: not connected, or too many are waiting.
+  // Publishes a message. Returns false, and does not send, if not connected or if too many messages
+  // are waiting.
   bool publish(const Message& message);
-  // Messages handed over and not yet on the network (QoS 0) or confirmed (QoS 1).
+  // Messages accepted by publish() but not yet on the network (QoS 0) or confirmed (QoS 1).
   std::size_t waiting() const noexcept { return waiting_.load(std::memory_order_relaxed); }
   bool connected() const noexcept { return connected_.load(std::memory_order_relaxed); }
 
-  // What has happened, in order; waits for at most `patience` until there is something.
+  // Returns the events since the last call, in order. Waits up to `patience` for the first one.
   std::vector<Event> events(std::chrono::milliseconds patience);
 
  private:
@@ -120,7 +126,7 @@ class Client {
   std::int64_t failures_ = 0;  // attempts since the last success
   std::minstd_rand random_{std::random_device{}()};
 
-  std::mutex handle_mutex_;  // of what follows: the handle's user and its network thread
+  std::mutex handle_mutex_;  // guards the handle, between its user and its network thread
   mosquitto* handle_ = nullptr;
   Clock::time_point leave_by_;
   bool goodbye_said_ = false;
@@ -128,15 +134,15 @@ class Client {
   std::atomic<bool> connected_{false};
   std::atomic<bool> leaving_{false};
 
-  // Of the network thread.
+  // For the network thread only.
   bool first_ = true;
-  std::size_t ungranted_ = 0;  // subscriptions
+  std::size_t ungranted_ = 0;  // subscriptions that are not granted yet
   std::string why_;
 
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   std::deque<Event> events_;
-  bool wanted_ = false;  // a connection
+  bool wanted_ = false;  // a connection is requested
   std::optional<Message> will_;
   bool quit_ = false;
   base::Thread thread_;

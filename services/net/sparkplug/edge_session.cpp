@@ -9,13 +9,13 @@ EdgeSession::EdgeSession(bool has_primary_host, std::optional<std::uint8_t> last
 std::uint8_t EdgeSession::connecting() noexcept {
   bd_seq_ = bd_seq_ ? bd_seq_after(*bd_seq_) : std::uint8_t{0};
   state_ = State::offline;
-  // What the host said last is said again by the broker, which retains it.
+  // The broker retains the host's last state and sends it again.
   host_.forget();
   return *bd_seq_;
 }
 
 EdgeSession::Next EdgeSession::connected() noexcept {
-  // A broker may send what it retains before it grants the subscription.
+  // A broker may send retained messages before it grants the subscription.
   const bool go = !has_primary_host_ || host_.online();
   state_ = go ? State::live : State::waiting_for_host;
   return go ? Next::births : Next::nothing;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an edge node may do when, by the specification: it is told what happens and answers what must follow.
+// States of an edge node by the Sparkplug specification. The caller reports events and gets the
+// required next step.
 //
-//   offline --connected--> waiting for the primary host, if there is one --host online--> live: births, then data
-//   live --host offline--> its own death, then it leaves the broker and connects anew
-//   live --rebirth asked--> births again, with the same bdSeq, from seq 0
+//   offline --connected--> waiting for the primary host, if there is one
+//           --host online--> live: births, then data
+//   live --host offline--> publishes its own death, leaves the broker and connects again
+//   live --rebirth requested--> births again, with the same bdSeq, from seq 0
 #pragma once
 
 #include <cstdint>
@@ -20,27 +22,29 @@ class EdgeSession {
   enum class State : std::uint8_t { offline, waiting_for_host, live };
   enum class Next : std::uint8_t {
     nothing,
-    births,  // NBIRTH and every DBIRTH, before anything else
+    births,  // publish NBIRTH and every DBIRTH before any other message
     leave    // publish NDEATH, disconnect
   };
 
-  // `last_bd_seq`: of the last connection that was tried, also by an earlier run of the program; nullopt if none was.
+  // `last_bd_seq`: bdSeq of the last attempted connection, also by an earlier run of the program;
+  // nullopt: none.
   EdgeSession(bool has_primary_host, std::optional<std::uint8_t> last_bd_seq);
 
-  // A connection is about to be tried; returns the bdSeq of its will, to be kept on the disk before.
+  // Call it before each attempt to connect. Returns the bdSeq for the will. Store it on the disk
+  // before connecting.
   std::uint8_t connecting() noexcept;
   Next connected() noexcept;
   void disconnected() noexcept;
-  // Of the primary host.
+  // State of the primary host.
   Next host_said(const HostState& state);
   Next rebirth_asked() const noexcept;
 
   State state() const noexcept { return state_; }
   bool live() const noexcept { return state_ == State::live; }
   bool host_online() const noexcept { return host_.online(); }
-  // Of the newest connection that was tried; 0 before the first.
+  // bdSeq of the newest attempted connection; 0 before the first one.
   std::uint8_t bd_seq() const noexcept { return bd_seq_.value_or(0); }
-  // seq of the NBIRTH, which begins the count; then of each message after it.
+  // seq of the NBIRTH, which restarts the count; and seq of the next message.
   std::uint8_t birth_seq() noexcept { return seq_.restart(); }
   std::uint8_t next_seq() noexcept { return seq_.next(); }
 

@@ -6,7 +6,7 @@
 namespace loopwarden::sparkplug {
 namespace {
 
-// bdSeq and seq count from 0 to 255. Older clients send bdSeq signed.
+// bdSeq and seq count from 0 to 255. Older clients send bdSeq as a signed number.
 std::optional<std::uint8_t> counter_of(const Value& value) {
   std::uint64_t number = 256;
   if (const auto* unsigned_one = std::get_if<std::uint64_t>(&value)) number = *unsigned_one;
@@ -16,7 +16,8 @@ std::optional<std::uint8_t> counter_of(const Value& value) {
   return number < 256 ? std::optional(static_cast<std::uint8_t>(number)) : std::nullopt;
 }
 
-// `alias`: of bdSeq, in the birth before; a metric may have it in place of the name.
+// Returns bdSeq. `alias`: alias of bdSeq in the previous birth; a metric may have it instead of the
+// name.
 std::optional<std::uint8_t> bd_seq_of(const Payload& payload, std::optional<std::uint64_t> alias) {
   const Metric* metric = payload.find("bdSeq");
   for (const Metric& one : payload.metrics) {
@@ -52,7 +53,7 @@ Verdict EdgeTracker::take_birth(Message message, std::vector<Message>& ready) {
   if (born_ && bd_seq == bd_seq_ && time != 0 && times_[0] == time && next_ != 0) {
     return Verdict::duplicate;
   }
-  // What waited is older than this birth.
+  // Held messages are older than this birth.
   give_up(ready);
   times_.fill(0);
   born_ = true;
@@ -70,8 +71,8 @@ Verdict EdgeTracker::take_death(Message message, std::vector<Message>& ready) {
   if (bd_seq_ && !born_) return Verdict::duplicate;
   give_up(ready);
   born_ = false;
-  // The next thing to come is a birth; until then there is nothing to ask for. Unless the death is
-  // of an older connection: then the edge node is there and answers.
+  // After a death, the next message is a birth, so no rebirth is requested. A death of an older
+  // connection is the exception: the edge node is alive and answers a request.
   wants_rebirth_ = !bd_seq;
   if (bd_seq) bd_seq_ = bd_seq;
   ready.push_back(std::move(message));
@@ -93,7 +94,7 @@ Verdict EdgeTracker::take_data(Message message, std::int64_t now_ms, std::vector
   }
   const std::uint64_t time = time_of(message);
   if (time != 0 && times_[*seq] == time) return Verdict::duplicate;
-  // The window ahead of what is expected is small; all else is behind it.
+  // A number up to `window` ahead waits. A number from 128 ahead on counts as an earlier, late one.
   if (distance <= settings_.window) return hold(distance, std::move(message), now_ms, ready);
   if (distance >= 128) {
     if (times_[*seq] != 0) ++conflicts_;
@@ -101,7 +102,7 @@ Verdict EdgeTracker::take_data(Message message, std::int64_t now_ms, std::vector
     ready.push_back(std::move(message));
     return Verdict::late;
   }
-  // So much is missing that waiting makes no sense.
+  // Too many messages are missing to wait for them.
   give_up(ready);
   missing_ += static_cast<std::uint8_t>(*seq - next_);
   wants_rebirth_ = true;
@@ -117,7 +118,7 @@ Verdict EdgeTracker::hold(std::uint8_t distance, Message message, std::int64_t n
   if (!is_new) {
     if (time_of(place->second) == time_of(message)) return Verdict::duplicate;
     ++conflicts_;
-    // Both have something to say; the order of two of one number can't be known.
+    // Both messages are passed on. The order of two messages with the same number is unknown.
     ready.push_back(std::move(message));
     return Verdict::late;
   }
@@ -142,7 +143,7 @@ void EdgeTracker::forget() noexcept {
 bool EdgeTracker::give_up_late(std::int64_t now_ms, std::vector<Message>& ready) {
   if (held_.empty()) return false;
   const std::int64_t waited = now_ms - gap_since_ms_;
-  // A clock that was set back must not make the wait endless.
+  // A clock that was set back must not extend the wait without limit.
   if (waited >= 0 && waited < settings_.reorder_timeout_ms) return false;
   give_up(ready);
   return true;

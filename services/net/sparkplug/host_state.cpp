@@ -6,7 +6,7 @@
 namespace loopwarden::sparkplug {
 namespace {
 
-// 2100. Whoever says a time after it would have the last word for ever: nobody can say a later one.
+// The year 2100, in ms. A state with a later time would block all later states, so it is refused.
 constexpr std::uint64_t kLastTime = 4'102'444'800'000;
 
 }  // namespace

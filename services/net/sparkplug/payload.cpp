@@ -40,18 +40,18 @@ std::uint64_t unsigned_of(std::uint64_t raw, int bits) noexcept {
   return bits == 64 ? raw : raw & ((std::uint64_t{1} << bits) - 1);
 }
 
-// Whether two's complement of that many bits holds it.
+// Returns whether `value` fits into `bits` bits of two's complement.
 bool fits(std::int64_t value, int bits) noexcept {
   return signed_of(static_cast<std::uint64_t>(value), bits) == value;
 }
 
-// Text that any reader takes.
+// Returns whether the text is valid UTF-8 without zero bytes.
 bool is_plain_utf8(std::string_view text) {
   return text.find('\0') == text.npos && base::is_utf8(text);
 }
 
 const std::string& checked(const std::string& text, const char* what) {
-  if (!is_plain_utf8(text)) throw BadPayload(fmt::format("{} is no UTF-8 text", what));
+  if (!is_plain_utf8(text)) throw BadPayload(fmt::format("{} is not UTF-8 text", what));
   return text;
 }
 
@@ -60,7 +60,7 @@ DataType checked_type(std::uint32_t type) {
   return static_cast<DataType>(type);
 }
 
-// --- to the wire; Out is a metric's or a property's message ---
+// --- encoding; Out is a metric's or a property's message ---
 
 template <class Out>
 void put_integer(Out& out, std::uint64_t raw, int bits) {
@@ -123,7 +123,7 @@ void put_value(Out& out, DataType type, const Value& value) {
         if (!takes_bytes(type)) misfit(type);
         out.set_bytes_value(v.data);
       } else {
-        misfit(type);  // no property has bytes
+        misfit(type);  // properties have no bytes
       }
     } else if constexpr (std::is_same_v<T, Opaque>) {
       misfit(type);
@@ -166,7 +166,7 @@ void put_metric(Wire::Metric& out, const Metric& metric, Types types) {
   put_value(out, metric.type, metric.value);
 }
 
-// --- from the wire ---
+// --- decoding ---
 
 Value typed_integer(std::uint64_t raw, DataType type) {
   if (type == DataType::unknown) return raw;
@@ -300,7 +300,7 @@ Payload decode(std::string_view bytes) {
   }
   Wire in;
   if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    throw BadPayload("no Sparkplug B payload");
+    throw BadPayload("not a Sparkplug B payload");
   }
   if (static_cast<std::size_t>(in.metrics_size()) > kMostMetrics) {
     throw BadPayload(
@@ -319,7 +319,7 @@ std::optional<double> number_of(const Value& value) noexcept {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
   if (const auto* count = std::get_if<std::uint64_t>(&value)) return static_cast<double>(*count);
   const auto* real = std::get_if<double>(&value);
-  // No number is what a sensor without a reading has: as good as null.
+  // A sensor without a reading may send NaN. It counts as null.
   return real != nullptr && std::isfinite(*real) ? std::optional(*real) : std::nullopt;
 }
 

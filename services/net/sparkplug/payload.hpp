@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Sparkplug B payload as plain values, and its bytes on the wire.
+// A Sparkplug B payload as plain values, with encoding and decoding.
 //
-// Numbers carry the type of their metric: a signed one is std::int64_t here, whatever its width, an unsigned one or a
-// date std::uint64_t, both kinds of floating point double. Where a message leaves the type out (DDATA does, since the
-// birth gave it), an integer is std::uint64_t with the bits of the wire until retyped() gives it its type.
+// A number has the type of its metric. Signed integers are std::int64_t, unsigned integers and
+// dates std::uint64_t, floating-point numbers double, whatever their width. A message may leave out
+// the type. DDATA does, because the birth has it. An integer is then std::uint64_t with the bits of
+// the wire, until retyped() applies its type.
 //
-// Not kept: what data sets, templates and property sets within property sets hold; such a value is Opaque. Arrays are
-// the Bytes of the wire.
+// Contents of data sets, templates and nested property sets are not kept: such a value is Opaque.
+// Arrays are the Bytes of the wire.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +21,7 @@
 
 namespace loopwarden::sparkplug {
 
-// Numbers are the specification's (6.4.16).
+// Numbers are those of the specification (6.4.16).
 enum class DataType : std::uint8_t {
   unknown = 0,
   int8 = 1,
@@ -45,17 +46,17 @@ enum class DataType : std::uint8_t {
   property_set = 20,
   property_set_list = 21,
   int8_array = 22,
-  date_time_array = 34  // all from int8_array to here are arrays
+  date_time_array = 34  // the types from int8_array on are arrays
 };
 
-// "Int8", "DateTime": as the specification writes it.
+// Returns the name in the specification: "Int8", "DateTime".
 const char* to_text(DataType type) noexcept;
 
 struct Bytes {
   std::string data;
   friend bool operator==(const Bytes&, const Bytes&) = default;
 };
-// There is a value, of a kind that is not kept.
+// A value of a kind that is not kept.
 struct Opaque {
   friend bool operator==(const Opaque&, const Opaque&) = default;
 };
@@ -70,7 +71,7 @@ struct Property {
   friend bool operator==(const Property&, const Property&) = default;
 };
 
-// Of a file or a part of one. What is 0 or empty is not sent.
+// Describes a file or a part of one. Members that are 0 or empty are not sent.
 struct MetaData {
   bool multi_part = false;
   std::string content_type;
@@ -84,9 +85,9 @@ struct MetaData {
 };
 
 struct Metric {
-  std::string name;  // empty: not there, the alias names it
+  std::string name;  // empty: absent, the metric is identified by its alias
   std::optional<std::uint64_t> alias;
-  std::optional<std::uint64_t> time_ms;  // since 1970, UTC: when the value was taken
+  std::optional<std::uint64_t> time_ms;  // since 1970, UTC: when the value was measured
   DataType type = DataType::unknown;
   bool historical = false;
   bool transient = false;
@@ -104,7 +105,7 @@ struct Payload {
   std::vector<Metric> metrics;
   friend bool operator==(const Payload&, const Payload&) = default;
 
-  // The first of that name; null: none.
+  // Returns the first metric of that name, or null.
   const Metric* find(std::string_view name) const noexcept;
 };
 
@@ -116,22 +117,27 @@ class BadPayload : public std::runtime_error {
 inline constexpr std::size_t kMostPayloadBytes = 4UL * 1024UL * 1024UL;
 inline constexpr std::size_t kMostMetrics = 20'000;
 
-// Whether each metric's type goes out: births must have it, data and commands should not.
+// Whether the types of metrics are sent. Births must have them, data and commands should not.
 enum class Types : std::uint8_t { sent, left_out };
 
-// The value is written as the metric's type wants it; one that does not fit it is a std::logic_error, since the
-// caller chose both. A metric of type unknown goes by its value alone.
+// Encodes a payload. Each value is written as its metric's type requires. Throws std::logic_error
+// if the value does not fit the type, because the caller chose both. A metric of type unknown is
+// written by the type of its value.
 std::string encode(const Payload& payload, Types types);
 
-// Any bytes: throws BadPayload if they are no payload, too large, too many metrics, hold text that is not UTF-8
-// (or has a zero byte), a type that does not exist, or a property set whose two lists differ in length. A value that
-// contradicts its type is Opaque.
+// Decodes any bytes. A value that contradicts its type becomes Opaque. Throws BadPayload if:
+// - the bytes are not a payload, are too large or contain too many metrics,
+// - text is not UTF-8 or has a zero byte,
+// - a type does not exist,
+// - the two lists of a property set differ in length.
 Payload decode(std::string_view bytes);
 
-// An integer of a message without types, as the birth's type has it; everything else as it is.
+// Applies the birth's type to an integer of a message without types. Other values are returned
+// unchanged.
 Value retyped(Value value, DataType type);
 
-// Numbers as they are, true and false as 1 and 0; nullopt for text, null and all else.
+// Returns a number unchanged, and 1 or 0 for true or false; nullopt for text, null and other
+// values.
 std::optional<double> number_of(const Value& value) noexcept;
 
 bool is_signed(DataType type) noexcept;    // Int8 to Int64

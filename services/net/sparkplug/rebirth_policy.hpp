@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often edge nodes are asked for a rebirth: one that does not answer less and less often, and all together only as
-// often as the plant bears. No clock of its own.
+// Limits requests for a rebirth. An edge node that does not answer is asked less and less often.
+// All requests together stay below a rate that the plant can bear. It uses no clock.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace loopwarden::sparkplug {
 inline constexpr std::int64_t kFirstRebirthWaitMs = 5'000;
 inline constexpr std::int64_t kLongestRebirthWaitMs = 300'000;
 
-// Of one edge node.
+// The wait of one edge node.
 class RebirthWait {
  public:
   bool may_ask(std::int64_t now_ms) const noexcept { return !asked_ || passed(now_ms) >= wait_ms_; }
@@ -20,13 +20,13 @@ class RebirthWait {
     asked_ = true;
     asked_ms_ = now_ms;
   }
-  // It has been born. One that breaks again at once must not be asked at once.
+  // A birth was received. If the node breaks again at once, the next request still waits.
   void born(std::int64_t now_ms) noexcept {
     if (asked_ && passed(now_ms) >= 2 * kFirstRebirthWaitMs) asked_ = false;
   }
 
  private:
-  // A clock that was set back is treated as stopped.
+  // Returns the time since the last request. A clock that was set back counts as stopped.
   std::int64_t passed(std::int64_t now_ms) const noexcept {
     return std::max<std::int64_t>(0, now_ms - asked_ms_);
   }
@@ -36,7 +36,7 @@ class RebirthWait {
   std::int64_t wait_ms_ = kFirstRebirthWaitMs;
 };
 
-// Of all: a bucket of `burst` that fills by `per_second`.
+// The rate limit of all edge nodes: a token bucket of `burst` tokens that gains `per_second`.
 class RebirthBudget {
  public:
   RebirthBudget(double per_second, double burst) noexcept

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two counters of Sparkplug B, both from 0 to 255 and then 0 again.
+// The two counters of Sparkplug B. Both count from 0 to 255 and then restart at 0.
 #pragma once
 
 #include <cstdint>
 
 namespace loopwarden::sparkplug {
 
-// seq: of each message of an edge node, 0 in its NBIRTH. NDEATH has none.
+// seq: number of each message of an edge node, 0 in its NBIRTH. NDEATH has none.
 class Sequence {
  public:
   std::uint8_t restart() noexcept {
@@ -19,8 +19,8 @@ class Sequence {
   std::uint8_t next_ = 0;
 };
 
-// bdSeq: joins a connection's will with the births sent on it. It must outlive the program, so that the death of an
-// older connection is never taken for one of the newest.
+// Returns the next bdSeq, which links a connection's will with its births. Store it across
+// restarts, so that the death of an older connection is never taken for one of the newest.
 constexpr std::uint8_t bd_seq_after(std::uint8_t previous) noexcept {
   return static_cast<std::uint8_t>(previous + 1);
 }

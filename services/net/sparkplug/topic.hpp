@@ -19,23 +19,23 @@ struct Topic {
   std::string group;
   MessageType type = MessageType::nbirth;
   std::string edge;
-  std::string device;  // empty: of the edge node itself
+  std::string device;  // empty: the edge node itself
   friend bool operator==(const Topic&, const Topic&) = default;
 };
 
 std::string to_text(const Topic& topic);
-// Returns nullopt if it is no topic of that form; STATE is not one.
+// Returns nullopt if the text is not a topic of that form. STATE topics are not.
 std::optional<Topic> parse_topic(std::string_view text);
 
 std::string state_topic(std::string_view host);
-// The host that a STATE topic names; nullopt if it is no STATE topic.
+// Returns the host of a STATE topic; nullopt for other topics.
 std::optional<std::string> parse_state_topic(std::string_view text);
 
-// What a group, an edge node, a device or a host may be called: UTF-8, not empty, without / + # and control
-// characters, at most kMostIdentifierBytes.
+// Most bytes in the name of a group, an edge node, a device or a host. is_identifier() also
+// requires UTF-8 that is not empty and has no / + # or control characters.
 inline constexpr std::size_t kMostIdentifierBytes = 200;
 bool is_identifier(std::string_view text) noexcept;
-// A loop's tag as such a name: what it may not hold becomes '_'.
+// Converts a loop's tag into such a name. Each invalid character becomes '_'.
 std::string identifier_of(std::string_view tag);
 
 }  // namespace loopwarden::sparkplug

@@ -17,7 +17,7 @@ namespace {
 // Libraries for names and TLS need more than the loops' threads do.
 constexpr std::size_t kStackBytes = 1024UL * 1024UL;
 constexpr std::int64_t kLongestSleep = 60'000;  // ms
-// Between two attempts to reach the disk.
+// Pause between two attempts to reach the disk.
 constexpr std::chrono::milliseconds kDiskPause{2000};
 
 }  // namespace
@@ -27,9 +27,9 @@ Attempt judge(const Delivery& delivery, const Message& message, std::int64_t now
   Attempt attempt{.id = message.id, .at_ms = now_ms, .result = delivery.text};
   if (delivery.is_sent()) return attempt;
   if (delivery.outcome == Delivery::Outcome::shut_out) {
-    // Due as soon as the program has been started again.
+    // Due as soon as the program is started again.
     attempt.state = MessageState::queued;
-    attempt.result += "; nothing is sent before the next start";
+    attempt.result += "; the channel sends again after the next start";
     return attempt;
   }
   attempt.state = MessageState::failed;
@@ -87,7 +87,7 @@ void ChannelWorker::run() {
       wake_.wait_for(lock, kDiskPause, [this] { return quit_.load(); });
     }
   }
-  // The last word about what was sent: without it the next start would send it again.
+  // Stores the last result. Without it the next start would send the message again.
   try {
     if (last_) outbox_.settle(*last_);
   } catch (const std::exception& e) {
@@ -127,7 +127,7 @@ void ChannelWorker::send(Message message) {
   if (pictures_ != nullptr) message.pictures = pictures_->of(message);
   Delivery delivery = attempt(message);
   if (delivery.outcome == Delivery::Outcome::refused && !message.pictures.empty()) {
-    // Perhaps it is too large.
+    // The message may be too large with its pictures.
     message.pictures.clear();
     delivery = attempt(message);
   }
@@ -144,7 +144,7 @@ void ChannelWorker::send(Message message) {
   trouble_ = good ? std::string() : last_->result;
 }
 
-// What passes by itself is a warning, what doesn't an error.
+// Logs the last result: a fault that may pass as a warning, any other as an error.
 void ChannelWorker::tell(const Message& message) const {
   const bool may_pass = last_->state == MessageState::queued && !shut_out_;
   const char* what = last_->state == MessageState::sent     ? "did not go to all"

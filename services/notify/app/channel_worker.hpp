@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends the messages of one channel, one after the other, on a thread of its own.
+// Sends the messages of one channel, one after the other, on its own thread.
 #pragma once
 
 #include <atomic>
@@ -24,12 +24,13 @@ inline constexpr base::BackOff kBackOff{.first = std::chrono::seconds(2),
                                         .longest = std::chrono::minutes(15)};
 inline constexpr std::int64_t kGiveUp_ms = 24LL * 3600 * 1000;  // after the message was made
 
-// What an attempt means for the message; `chance` from 0 to 1 shortens the pause before the next.
+// Returns the new state of `message` after `delivery`. `chance` from 0 to 1 shortens the pause
+// before the next attempt.
 Attempt judge(const Delivery& delivery, const Message& message, std::int64_t now_ms, double chance);
 
 class ChannelWorker {
  public:
-  // `pictures`: null where its messages have none.
+  // `pictures`: null if the channel's messages have no pictures.
   ChannelWorker(std::string name, std::unique_ptr<Channel> channel, Outbox& outbox,
                 PictureMaker* pictures);
   ChannelWorker(const ChannelWorker&) = delete;
@@ -37,14 +38,15 @@ class ChannelWorker {
   ~ChannelWorker() { stop_for(std::chrono::milliseconds(0)); }
 
   void start();
-  // There is a new message.
+  // Reports a new message to the thread.
   void wake();
   void ask_to_end();
-  // Ends an attempt under way; its message is sent again after the next start. False if the thread still hangs.
+  // Ends an attempt under way. Its message is sent again after the next start. Returns false if the
+  // thread still hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
   const std::string& name() const noexcept { return name_; }
-  // Why the newest attempt failed; empty if it did not.
+  // Returns why the newest attempt failed, or an empty string if it succeeded.
   std::string trouble() const;
 
  private:
@@ -61,7 +63,7 @@ class ChannelWorker {
   PictureMaker* pictures_;
   std::mt19937_64 random_{std::random_device{}()};
   std::optional<Attempt> last_;  // not on the disk yet
-  bool shut_out_ = false;        // until the next start, which reads user and password anew
+  bool shut_out_ = false;        // until the next start, which reads user and password again
 
   std::atomic<bool> quit_{false};
   mutable std::mutex mutex_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What loopwarden-notify does besides running: each prints its result and returns the exit code.
+// The commands of loopwarden-notify. Each prints its result and returns the exit code.
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,17 @@
 
 namespace loopwarden::notify {
 
-// Sends a test message through each channel, or the one named, all at once, and says what came of it. 74 if one did
-// not take it, 64 if there is no channel of that name. Rules, queue and journal have no part in it.
+// Sends a test message through all channels at once, or through the one named, and prints the
+// results. Rules, queue and journal are not used. Returns 74 if a channel did not take it, 64 if no
+// channel has that name.
 int test_channels(const NotifyConfig& config, const std::string& only);
 
-// The newest notifications of the state directory, newest first, with what came of them. 74 if there is no journal.
+// Prints the newest notifications of the state directory with their results, newest first. Returns
+// 74 if there is no journal.
 int list_notifications(const NotifyConfig& config, std::size_t most, bool json);
 
-// Watches until SIGTERM or SIGINT, which must be blocked. 78 if a secret is missing, 74 if the store can't be
-// opened.
+// Watches until SIGTERM or SIGINT, which must be blocked. Returns 78 if a secret is missing, 74 if
+// the store can't be opened.
 int watch(NotifyConfig config);
 
 }  // namespace loopwarden::notify

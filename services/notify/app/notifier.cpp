@@ -28,7 +28,7 @@ std::vector<Message> messages_of(const ChannelRule& rule, std::span<const Event>
   return messages;
 }
 
-// `which`: positions, rising.
+// `which`: positions in rising order.
 void take_out(std::vector<Waiting>& waiting, const std::vector<std::size_t>& which) {
   std::vector<Waiting> kept;
   kept.reserve(waiting.size() - which.size());
@@ -54,7 +54,7 @@ std::unique_ptr<Outbox> open_outbox(const std::string& state_directory) {
   return sqlite::open_or_replace(
       file, base::utc_ms(), [&] { return std::make_unique<Outbox>(file); },
       [](const sqlite::Error& e, const std::filesystem::path& aside) {
-        spdlog::error("{}; kept as {}, a new one begins: alarms that stand are told again",
+        spdlog::error("{}; kept as {}. A new file is used: active alarms are reported again",
                       e.what(), aside.string());
       });
 }
@@ -100,7 +100,7 @@ void Notifier::step() {
     if (!trouble_.empty()) spdlog::warn("the disk takes it again");
     trouble_.clear();
   } catch (const sqlite::Error& e) {
-    // What was read is kept, and what changed since is told when it can be stored.
+    // The snapshot is kept. Its changes are reported once they can be stored.
     if (trouble_ != e.what()) spdlog::error("not stored: {}", e.what());
     trouble_ = e.what();
   }
@@ -138,7 +138,7 @@ void Notifier::make_messages(Line& line, std::int64_t now_ms) {
   std::vector<std::size_t> which =
       ready(line.rule, config_.rules.quiet_hours, line.waiting, made, now_ms);
   if (which.empty()) return;
-  // While a message is on its way, or waits for a channel that is dead, events gather for the next.
+  // While a message is being sent, or waits for a dead channel, events gather for the next one.
   const std::size_t queued = outbox_->queued(line.rule.name);
   const std::size_t most = line.rule.one_each ? Outbox::kMostQueued : 1;
   if (queued >= most) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All parts together: what the watcher reads becomes events, events become messages, workers send them.
+// Connects all parts: snapshots of the watcher become events, then messages, which workers send.
 #pragma once
 
 #include <chrono>
@@ -19,18 +19,18 @@ namespace loopwarden::notify {
 
 class Notifier {
  public:
-  // Opens the store and the channels. Throws sqlite::Error, or std::runtime_error where a secret is missing.
+  // Opens store and channels. Throws sqlite::Error, or std::runtime_error if a secret is missing.
   explicit Notifier(NotifyConfig config);
   Notifier(const Notifier&) = delete;
   Notifier& operator=(const Notifier&) = delete;
 
   void start();
-  // One round: looks, stores, makes messages. To be called several times a second.
+  // Runs one round: reads, stores, makes messages. Call it several times per second.
   void step();
-  // False if a thread still hangs in a call when the patience is at its end.
+  // Returns false if a thread still hangs in a call after `patience`.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // One line for the service manager.
+  // Returns one line for the service manager.
   std::string status() const;
 
  private:
@@ -49,14 +49,15 @@ class Notifier {
   std::unique_ptr<Outbox> outbox_;
   WatchRules rules_;
   std::vector<AlarmReading> newest_;
-  std::optional<Snapshot> unstored_;  // what was read while the disk did not take it
+  std::optional<Snapshot> unstored_;  // the snapshot that the disk has not taken yet
   PictureMaker pictures_;
   std::map<std::string, Line> lines_;
   Watcher watcher_;
   std::string trouble_;
 };
 
-// Opens the database of the configuration's state directory; one that is damaged or none of ours is moved aside.
+// Opens the database in the configuration's state directory. A damaged or foreign one is moved
+// aside.
 std::unique_ptr<Outbox> open_outbox(const std::string& state_directory);
 std::string outbox_file(const std::string& state_directory);
 

@@ -25,7 +25,7 @@ Message test_message(const std::string& channel) {
                     .state = "normal",
                     .severity_percent = std::nullopt,
                     .worst_percent = std::nullopt,
-                    .reason = "sent by hand, nothing has happened"};
+                    .reason = "test message, no alarm was raised"};
   Message message = message_of(channel, std::span(&event, 1), event.utc_ms);
   message.test = true;
   return message;

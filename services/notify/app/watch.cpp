@@ -20,7 +20,7 @@ namespace loopwarden::notify {
 namespace {
 
 constexpr std::chrono::milliseconds kRound{200};
-// An attempt under way ends within that, or is given up.
+// An attempt under way is given up if it has not ended after this time.
 constexpr std::chrono::milliseconds kPatienceAtEnd{5000};
 
 bool end_asked() { return base::wait_for_signal({SIGTERM, SIGINT}, kRound) != 0; }
@@ -53,7 +53,7 @@ int watch(NotifyConfig config) {
   sd_notify(0, "READY=1");
   run_rounds(*notifier);
   sd_notify(0, "STOPPING=1");
-  // Threads that hang still work on what the destructors would take away.
+  // Hanging threads still use objects that the destructors would destroy.
   if (!notifier->stop_for(kPatienceAtEnd)) ::_exit(kExitIo);
   return kExitOk;
 }

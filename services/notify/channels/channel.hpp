@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One way out of the box. Each channel has a thread of its own, so a dead one delays no other; each call ends within the
-// channel's time-outs.
+// A way to send messages from the box. Each channel has its own thread, so a dead channel delays no
+// other. Each call ends within the channel's time-outs.
 #pragma once
 
 #include <atomic>
@@ -16,18 +16,18 @@
 
 namespace loopwarden::notify {
 
-// What came of it.
+// The result of one attempt.
 struct Delivery {
   enum class Outcome : std::uint8_t {
     sent,
-    sent_to_some,  // others of those that it is for are refused, and will be
+    sent_to_some,  // the other recipients are refused, and always will be
     later,         // the fault may pass: try again
     refused,       // this message will never be taken
-    shut_out       // nor will any other: the channel's own user or password is refused
+    shut_out       // no message will be taken: the channel's user or password is refused
   };
   Outcome outcome = Outcome::sent;
   std::string text;                       // one line
-  std::optional<std::int64_t> wait_ms{};  // as the other side asks for it
+  std::optional<std::int64_t> wait_ms{};  // as requested by the other side
 
   bool is_sent() const noexcept {
     return outcome == Outcome::sent || outcome == Outcome::sent_to_some;
@@ -47,11 +47,11 @@ class Channel {
   Channel& operator=(const Channel&) = delete;
   virtual ~Channel() = default;
 
-  // Ends early with `later` where `quit` becomes true. Throws nothing but for lack of memory.
+  // Ends early with `later` if `quit` becomes true. Throws only if memory runs out.
   virtual Delivery send(const Message& message, const std::atomic<bool>& quit) = 0;
 };
 
-// Reads the channel's secrets. Throws std::runtime_error if one can't be read.
+// Opens a channel and reads its secrets. Throws std::runtime_error if a secret can't be read.
 std::unique_ptr<Channel> open_channel(const ChannelSettings& settings, const Sender& sender);
 
 }  // namespace loopwarden::notify

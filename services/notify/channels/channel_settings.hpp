@@ -17,7 +17,7 @@ struct TimeOuts {
 
 struct TlsFiles {
   std::string authorities;  // PEM; empty: those of the system
-  std::string certificate;  // of this box, PEM; empty: none
+  std::string certificate;  // of this box, PEM; empty: no certificate
   std::string key;
 };
 
@@ -53,7 +53,7 @@ struct EmailSettings {
 struct WebhookSettings {
   std::string url;
   base::Secret url_secret;  // in place of `url`, if that holds a key
-  base::Secret key;         // of the signature; none: not signed
+  base::Secret key;         // of the signature; empty: not signed
   TlsFiles tls;
   TimeOuts time_outs;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A transfer by libcurl with what all of ours have in common: time-outs, certificates that are checked, an early end
-// where the program quits, and no signals.
+// A transfer by libcurl with the settings that all channels share: time-outs, checked certificates,
+// an early end if the program quits, and no signals.
 #pragma once
 
 #include <curl/curl.h>
@@ -16,7 +16,7 @@ namespace loopwarden::notify {
 
 class CurlRequest {
  public:
-  // `protocols` as libcurl names them: nothing else is spoken, whatever the URL says.
+  // `protocols`: the allowed ones, as libcurl names them. A URL with another protocol is refused.
   CurlRequest(const std::string& url, const char* protocols, const TlsFiles& tls,
               const TimeOuts& time_outs);
   CurlRequest(const CurlRequest&) = delete;
@@ -27,12 +27,12 @@ class CurlRequest {
     check(curl_easy_setopt(handle_.get(), option, value));
   }
   void set(CURLoption option, const std::string& text) { set(option, text.c_str()); }
-  // A header line, or a recipient, of the list of that option.
+  // Appends a header line or a recipient to the list of `option`.
   void append(CURLoption option, const std::string& line);
 
   CURLcode perform(const std::atomic<bool>& quit);
   long response_code() const;
-  // In words, after perform().
+  // Returns the error as text. Call it after perform().
   std::string error(CURLcode code) const;
   CURL* handle() noexcept { return handle_.get(); }
 

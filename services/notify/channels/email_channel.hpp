@@ -8,8 +8,8 @@
 
 namespace loopwarden::notify {
 
-// Sent: the server has taken it for at least one recipient; those it refused stand in the text. A recipient's own server
-// may still bounce it.
+// Sent: the server has taken the message for at least one recipient. The text lists the recipients
+// that it refused. A recipient's own server may still bounce the message.
 class SmtpChannel final : public Channel {
  public:
   SmtpChannel(EmailSettings settings, Sender sender);
@@ -21,7 +21,7 @@ class SmtpChannel final : public Channel {
   std::string password_;
 };
 
-// Sent: the program has taken it into its queue.
+// Sent: the program has put the message into its queue.
 class SendmailChannel final : public Channel {
  public:
   SendmailChannel(EmailSettings settings, Sender sender);

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 #include <sys/uio.h>
-// The fields are put together here; the place in this source would tell nobody anything.
+// Leaves out the position in this source: the fields below describe the event.
 #define SD_JOURNAL_SUPPRESS_LOCATION
 #include <systemd/sd-journal.h>
 #include <unistd.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kSocket = "/run/systemd/journal/socket";
 
-// Of each change, for `journalctl MESSAGE_ID=`; by Change, made with `journalctl --new-id128`.
+// Message ids for `journalctl MESSAGE_ID=`, one per Change, made with `journalctl --new-id128`.
 constexpr std::array kMessageIds{
     "85484973c60c49e8b84e24317688ea48", "8c651e71174f462080ea613eaf379b12",
     "444cd89ecf4745549948ff65683eb692", "40440f289401421487e03ebc23913e86",
@@ -54,7 +54,7 @@ std::vector<std::string> journal_fields(const Event& event, const Message& messa
 
 Delivery JournalChannel::send(const Message& message, const std::atomic<bool>& quit) {
   static_cast<void>(quit);  // it never waits
-  // Without a journal the call below says nothing and loses the entry.
+  // Without a journal, the call below reports success and loses the entry.
   if (access(kSocket, W_OK) != 0) {
     return later(fmt::format("no journal at {}: {}", kSocket, std::strerror(errno)));
   }

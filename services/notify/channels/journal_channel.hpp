@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The systemd journal, with each part of an event as a field of its own:
+// Writes to the systemd journal, with a separate field for each part of an event:
 //   journalctl -t loopwarden-notify LOOPWARDEN_LOOP=FIC-101
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace loopwarden::notify {
 
-// NAME=value of each field.
+// Returns NAME=value of each field.
 std::vector<std::string> journal_fields(const Event& event, const Message& message,
                                         const Sender& sender);
 

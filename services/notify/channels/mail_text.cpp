@@ -35,13 +35,13 @@ std::string recipients(const std::vector<std::string>& to) {
   return text + "\n";
 }
 
-// The same for each attempt, so that a mail server which gets it twice can tell.
+// The id is the same for each attempt, so that a mail server can recognise a repeated mail.
 std::string message_id(const Message& message, const Sender& sender, const std::string& from) {
   return fmt::format("Message-ID: <loopwarden.{}.{}.{}@{}>\n", message.made_ms, message.id,
                      base::sha256_hex(sender.box).substr(0, 16), from.substr(from.find('@') + 1));
 }
 
-// Quoted-printable has no "=_", and base64 none of the two: it stands in no part.
+// Occurs in no part: quoted-printable has no "=_", and base64 has no "_".
 constexpr const char* kBoundary = "=_loopwarden";
 
 std::string text_part(const Message& message, const Sender& sender) {
@@ -50,7 +50,7 @@ std::string text_part(const Message& message, const Sender& sender) {
          quoted_printable(letter(message, sender));
 }
 
-// "trend-FIC-101.png", of letters that stand in any file's name.
+// Returns "trend-FIC-101.png", for example, with only letters that every file system accepts.
 std::string file_name(const std::string& loop) {
   std::string name(base::cut(loop, 40));
   std::replace_if(
@@ -77,7 +77,7 @@ std::string picture_part(const Picture& picture, const Message& message) {
   return text;
 }
 
-// Text alone, or text and pictures behind it.
+// Returns the text, followed by the pictures if there are any.
 std::string body(const Message& message, const Sender& sender) {
   if (message.pictures.empty()) return text_part(message, sender);
   std::string text = fmt::format("Content-Type: multipart/mixed; boundary=\"{0}\"\n\n--{0}\n{1}",
@@ -108,7 +108,7 @@ std::string header_field(std::string_view name, std::string_view raw) {
   std::string field = fmt::format("{}: ", name);
   std::size_t column = field.size();
   for (std::string_view rest = text; !rest.empty();) {
-    // As much as leaves the line within 76 characters (RFC 2047), whole characters in each word.
+    // Takes as many whole characters as keep the line within 76 characters (RFC 2047).
     const std::size_t room = (kLongestLine - column - kEncodedWordMarks) / 4 * 3;
     const std::string_view part = base::cut(rest, room);
     rest.remove_prefix(part.size());
@@ -129,7 +129,7 @@ std::string quoted_printable(std::string_view text) {
       continue;
     }
     const bool ends_line = i + 1 == text.size() || text[i + 1] == '\n';
-    // A dot that begins a line is encoded too: then no transport has to double it.
+    // A dot that begins a line is encoded too, so that no transport has to double it.
     const bool plain = c > ' ' && c <= '~' && c != '=' && !(c == '.' && column == 0);
     const std::string shown =
         plain || (c == ' ' && !ends_line) ? std::string(1, c) : encoded_byte(c);

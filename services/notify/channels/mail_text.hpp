@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A message of e-mail as RFC 5322, 2045 and 2047 want it: whatever stands in a name or a reason, it stays inside its
+// Writes e-mails as RFC 5322, 2045 and 2047 require. The text of a name or a reason can't leave its
 // field. Lines end with \n; SMTP needs \r\n (to_crlf).
 #pragma once
 
@@ -11,18 +11,19 @@
 
 namespace loopwarden::notify {
 
-// Where the message has pictures, they follow the text as parts of their own, to be shown with it.
+// Pictures of the message follow the text as separate parts, to be displayed with it.
 std::string mail_text(const Message& message, const Sender& sender, const EmailSettings& settings);
 
-// A field of unstructured text, folded; encoded words if the text is not short plain ASCII.
+// Returns a folded field of unstructured text, as encoded words unless it is short plain ASCII.
 std::string header_field(std::string_view name, std::string_view text);
-// In one line.
+// Returns base64 in one line.
 std::string base64(std::string_view bytes);
-// Lines of at most 76 characters.
+// Returns lines of at most 76 characters.
 std::string quoted_printable(std::string_view text);
 std::string to_crlf(std::string_view text);
 
-// A plain address, local@domain, ASCII: nothing that could end a header or begin an option.
+// Returns whether `text` is a plain ASCII address, local@domain, without characters that could end
+// a header or begin an option.
 bool is_address(std::string_view text);
 
 }  // namespace loopwarden::notify

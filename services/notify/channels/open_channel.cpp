@@ -8,7 +8,7 @@
 namespace loopwarden::notify {
 namespace {
 
-// One of each kind of settings.
+// Opens a channel, with one function per kind of settings.
 struct Opener {
   const Sender& sender;
 

@@ -24,8 +24,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPause{10};
 
-// A file in memory: the child reads its input from one and writes what it has to say to the other, so neither side can
-// make the other wait.
+// A file in memory. The child reads its input from one and writes its output to another, so neither
+// process waits for the other.
 class MemoryFile {
  public:
   MemoryFile() : fd_(memfd_create("loopwarden-notify", MFD_CLOEXEC)) {
@@ -55,7 +55,7 @@ class MemoryFile {
   int fd_;
 };
 
-// What will be no better next time.
+// Returns whether a new attempt would fail in the same way.
 bool is_final(int exit_code) {
   return exit_code == EX_USAGE || exit_code == EX_DATAERR || exit_code == EX_NOUSER ||
          exit_code == EX_NOHOST;

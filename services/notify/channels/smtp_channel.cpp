@@ -28,7 +28,7 @@ std::size_t read_upload(char* buffer, std::size_t size, std::size_t count, void*
   return n;
 }
 
-// What the server refused.
+// Collects the server's refusals.
 struct Replies {
   std::string refusals;
   int newest = 0;  // its code
@@ -57,7 +57,8 @@ std::string url_of(const EmailSettings& settings) {
 
 using Outcome = Delivery::Outcome;
 
-// A wrong user or password is no fault of the message, and is none that passes by itself (RFC 4954, 6).
+// Returns whether the server refused user or password. Such a fault is not the message's, and it
+// does not pass by itself (RFC 4954, 6).
 bool is_of_login(CURLcode code, int refusal) {
   constexpr std::array kCodes{530, 534, 535, 538};
   return code == CURLE_LOGIN_DENIED ||

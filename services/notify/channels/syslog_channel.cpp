@@ -77,7 +77,7 @@ curl_socket_t socket_of(CURL* handle) {
   return fd;
 }
 
-// Empty if all went out.
+// Sends all bytes. Returns the error, or an empty string if all were sent.
 std::string send_all(CURL* handle, std::string_view bytes, Clock::time_point until,
                      const std::atomic<bool>& quit) {
   while (!bytes.empty()) {
@@ -91,7 +91,7 @@ std::string send_all(CURL* handle, std::string_view bytes, Clock::time_point unt
   return {};
 }
 
-// What the kernel has taken may never arrive: it is there when the peer has confirmed the last byte.
+// Waits until the peer has confirmed the last byte: bytes in the kernel may still be lost.
 std::string wait_confirmed(curl_socket_t fd, Clock::time_point until,
                            const std::atomic<bool>& quit) {
   for (;;) {
@@ -138,7 +138,7 @@ std::string SyslogChannel::open_datagram() {
 }
 
 Delivery SyslogChannel::send_datagram(const std::string& line) {
-  // A second time where the receiver was started again in between: the first send finds out.
+  // Tries a second time because the first send fails if the receiver was restarted in between.
   for (int attempt = 0; attempt < 2; ++attempt) {
     if (datagram_ < 0) {
       const std::string why = open_datagram();
@@ -155,7 +155,7 @@ Delivery SyslogChannel::send_datagram(const std::string& line) {
   return later(fmt::format("nobody takes it: {}", std::strerror(errno)));
 }
 
-// Collectors never speak first: what can be read is the end of the connection.
+// Collectors never send data: a readable socket means that the connection has ended.
 bool SyslogChannel::connection_lives() {
   if (!stream_) return false;
   char byte = 0;
@@ -167,7 +167,7 @@ Delivery SyslogChannel::send_stream(const std::string& line, const std::atomic<b
   const Clock::time_point until =
       Clock::now() + std::chrono::milliseconds(settings_.time_outs.all_ms);
   if (!connection_lives()) {
-    // libcurl connects, and does TLS; of HTTP nothing is spoken.
+    // libcurl connects and handles TLS; no HTTP is sent.
     const bool tls = settings_.transport == Transport::tls;
     const bool v6 = settings_.host.find(':') != std::string::npos;
     stream_ = std::make_unique<CurlRequest>(
@@ -186,7 +186,7 @@ Delivery SyslogChannel::send_stream(const std::string& line, const std::atomic<b
   }
   std::string why = send_all(stream_->handle(), line, until, quit);
   if (why.empty()) why = wait_confirmed(socket_of(stream_->handle()), until, quit);
-  // Confirmed by a collector that was ending: what it had not read it has dropped.
+  // A collector that is ending may confirm bytes and drop them unread.
   if (why.empty() && !connection_lives()) why = "the collector ended the connection";
   if (!why.empty()) {
     stream_.reset();

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Syslog, RFC 5424: to the local socket, by UDP (RFC 5426), TCP with octet counting (RFC 6587) or TLS (RFC 5425).
+// Sends syslog (RFC 5424) to the local socket or by UDP (RFC 5426), TCP with octet counting (RFC
+// 6587) or TLS (RFC 5425).
 //
-// A datagram counts as sent when it has left; over TCP and TLS, when the collector's TCP has confirmed it. What the
-// collector does with it syslog never says.
+// A datagram counts as sent when it has left; over TCP and TLS, when the collector's TCP has
+// confirmed it. Syslog has no report of the collector's further processing.
 #pragma once
 
 #include <memory>

@@ -12,16 +12,16 @@ namespace loopwarden::notify {
 namespace {
 
 constexpr std::size_t kLongestHostName = 255;
-constexpr const char* kByteOrderMark = "\xEF\xBB\xBF";  // says that the text is UTF-8
+constexpr const char* kByteOrderMark = "\xEF\xBB\xBF";  // marks the text as UTF-8
 
-// Printable ASCII without spaces, as the header has it.
+// Returns printable ASCII without spaces, as the header requires.
 std::string header_word(const std::string& text) {
   std::string word;
   for (const char c : text.substr(0, kLongestHostName)) word += c > ' ' && c < '\x7F' ? c : '_';
   return word.empty() ? "-" : word;
 }
 
-// RFC 5424, 6.3.3: what ends a value is escaped.
+// Escapes the characters that end a value (RFC 5424, 6.3.3).
 std::string parameter(const char* name, std::string_view value) {
   std::string text = fmt::format(" {}=\"", name);
   for (const char c : value) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A syslog message as RFC 5424 wants it.
+// Writes syslog messages as RFC 5424 requires.
 #pragma once
 
 #include <cstddef>
@@ -11,15 +11,15 @@
 
 namespace loopwarden::notify {
 
-// The most that every receiver of UDP should take (RFC 5424, 6.1), and what we send otherwise.
+// Length that every UDP receiver should accept (RFC 5424, 6.1), and the limit for other transports.
 inline constexpr std::size_t kMostDatagramBytes = 2048;
 inline constexpr std::size_t kMostStreamBytes = 8192;
 
-// Header, structured data and text of one event; the text is cut where the whole would be longer.
+// Returns header, structured data and text of one event. The text is cut to fit `most_bytes`.
 std::string syslog_line(const Event& event, const Message& message, const Sender& sender,
                         const SyslogSettings& settings, std::size_t most_bytes);
 
-// Octet counting of RFC 6587: the length, a space, the message.
+// Returns the frame of RFC 6587 (octet counting): the length, a space, the message.
 std::string octet_frame(std::string_view line);
 
 }  // namespace loopwarden::notify

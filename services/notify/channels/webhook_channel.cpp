@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr std::int64_t kLongestWait = 3'600'000;  // ms, whatever the other side asks for
 
-// What it answers with says nothing that the code does not say.
+// Ignores the body of the answer: only the status code is evaluated.
 std::size_t drop_answer(char* bytes, std::size_t size, std::size_t count, void* unused) {
   static_cast<void>(bytes);
   static_cast<void>(unused);
@@ -96,7 +96,7 @@ Delivery WebhookChannel::send(const Message& message, const std::atomic<bool>& q
   CurlRequest request(settings_.url, "http,https", settings_.tls, settings_.time_outs);
   const auto header = [&](const std::string& line) { request.append(CURLOPT_HTTPHEADER, line); };
   header("Content-Type: application/json");
-  header("Expect:");  // the body is small: it goes at once
+  header("Expect:");  // the small body is sent at once
   header(fmt::format("X-Loopwarden-Timestamp: {}", now_s));
   header(fmt::format("X-Loopwarden-Delivery: {}.{}.{}", base::sha256_hex(sender_.box).substr(0, 16),
                      message.made_ms, message.id));

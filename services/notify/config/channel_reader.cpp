@@ -34,7 +34,7 @@ constexpr std::array kSecurities{Choice<Security>{"starttls", Security::starttls
                                  Choice<Security>{"tls", Security::tls},
                                  Choice<Security>{"none", Security::none}};
 
-// By number, RFC 5424.
+// Indexed by number, RFC 5424.
 const std::vector<std::string> kFacilities{
     "kern",   "user",   "mail",     "daemon", "auth",   "syslog", "lpr",    "news",
     "uucp",   "cron",   "authpriv", "ftp",    "ntp",    "audit",  "alert",  "clock",
@@ -53,10 +53,10 @@ TlsFiles read_tls(MapReader& in, const std::string& file) {
   tls.authorities =
       config::read_path(in, "ca_file",
                         "certificates (PEM) that may have signed the other side's; those of "
-                        "the system where it is not given",
+                        "the system if not given",
                         file);
   tls.certificate = config::read_path(
-      in, "certificate_file", "this box's own certificate (PEM), where one is asked for", file);
+      in, "certificate_file", "this box's own certificate (PEM), if the server requests one", file);
   tls.key = config::read_path(in, "key_file", "its key (PEM)", file);
   if (tls.certificate.empty() != tls.key.empty()) {
     in.error("certificate_file and key_file belong together");
@@ -78,7 +78,7 @@ std::uint16_t read_port(MapReader& in, std::int64_t fallback, const char* fallba
       in.integer("port", {1, 65535, "", "port", false, fallback_text}, fallback));
 }
 
-// A name or an address, as it goes into a URL.
+// Returns a name or an address that fits into a URL.
 std::string read_host(MapReader& in) {
   const Value<std::string> host = in.need_text("host", "name or address of the server");
   const bool plain = host.value.find_first_not_of(
@@ -141,10 +141,10 @@ std::string read_address(MapReader& in, std::string_view key, const std::string&
 
 void read_smtp(MapReader in, const std::string& file, EmailSettings& settings) {
   settings.host = read_host(in);
-  settings.security = in.one_of(
-      "security", kSecurities,
-      "TLS from the start (tls), before anything is said (starttls), or none: on this host only",
-      Security::starttls);
+  settings.security =
+      in.one_of("security", kSecurities,
+                "TLS from the start (tls), after STARTTLS (starttls), or none: on this host only",
+                Security::starttls);
   const std::int64_t port = settings.security == Security::starttls ? 587
                             : settings.security == Security::tls    ? 465
                                                                     : 25;
@@ -156,7 +156,7 @@ void read_smtp(MapReader in, const std::string& file, EmailSettings& settings) {
     in.error("user and password belong together");
   }
   if (settings.security == Security::none && !is_loopback(settings.host)) {
-    in.error("security", "may be none only where the server is this host (localhost, 127.0.0.1)");
+    in.error("security", "may be none only if the server is this host (localhost, 127.0.0.1)");
   }
 }
 
@@ -193,7 +193,7 @@ void check_url(MapReader& in, const std::string& url) {
   }
   const std::string host = url.substr(7, url.find_first_of(":/", 7) - 7);
   if (plain && !is_loopback(host) && host != "[") {
-    in.warning("url", "is not encrypted: who listens reads all of it");
+    in.warning("url", "is not encrypted: others on the network can read it. Use https");
   }
 }
 
@@ -208,7 +208,7 @@ WebhookSettings read_webhook(MapReader in, const std::string& file) {
     in.error("must have either `url` or `url_secret`");
   }
   settings.key = config::read_secret_at(
-      in, "key", "where the key of the signature is; none: not signed", file);
+      in, "key", "credential or file with the key of the signature; not signed if not given", file);
   settings.tls = read_tls(in, file);
   settings.time_outs = read_time_outs(in);
   return settings;
@@ -238,12 +238,12 @@ void read_rule(MapReader& in, Kind kind, ChannelRule& rule) {
   rule.one_each = kind == Kind::journal || kind == Kind::syslog;
   rule.group_ms =
       ms_of(in.number("group",
-                      {"s", between(0.0, 3600.0), "events of so long go into one message",
+                      {"s", between(0.0, 3600.0), "events within this time go into one message",
                        "30 s (email), 10 s (webhook), 0 s"},
                       defaults.group_s));
   rule.most_per_hour = in.integer("most_per_hour",
                                   {0, 100'000, "",
-                                   "messages an hour; what is more waits and joins the next "
+                                   "messages per hour; further events wait and join the next "
                                    "message. 0: any number",
                                    false, "20 (email), 60 (webhook), 0"},
                                   defaults.most_per_hour);
@@ -253,7 +253,7 @@ void read_digest(MapReader& in, ChannelRule& rule) {
   constexpr const char* kMeaning =
       "time of day, hh:mm, for which alarms of low priority wait: one message a day";
   if (in.describing() || !in.given("digest")) {
-    in.text("digest", kMeaning, "they are told as all others");
+    in.text("digest", kMeaning, "they are sent as all others");
     return;
   }
   rule.digest_min = read_time(in, "digest", kMeaning);

@@ -14,7 +14,7 @@ struct ReadChannel {
   ChannelRule rule;
 };
 
-// One entry of `channels`. Relative paths start from the folder of `file`.
+// Reads one entry of `channels`. Relative paths start from the folder of `file`.
 ReadChannel read_channel(config::MapReader& in, const std::string& name, const std::string& file);
 
 }  // namespace loopwarden::notify

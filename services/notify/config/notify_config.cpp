@@ -57,7 +57,8 @@ void read_channels(MapReader& in, const std::string& file, NotifyConfig& notify)
 
 std::string read_page_url(MapReader& in) {
   std::string url =
-      in.text("page_url", "of the box's page, https://HOST[:PORT], for links; none where not given",
+      in.text("page_url",
+              "address of the box's page, https://HOST[:PORT], for links; no links if not given",
               "")
           .value;
   if (url.empty()) return url;
@@ -77,7 +78,7 @@ std::vector<std::string> names_of(const NotifyConfig& notify) {
   return names;
 }
 
-// A channel that nobody is told through is a slip of the pen.
+// Warns about a channel that no route uses: it is probably a mistake.
 void report_unused(MapReader& in, const RuleSettings& rules) {
   for (const ChannelRule& channel : rules.channels) {
     const auto has = [&](const std::vector<std::string>& names) {
@@ -104,7 +105,7 @@ bool is_for_logs_alone(const Route& route, const std::vector<ChannelRule>& chann
                      [&](const Escalation& step) { return all_logs(step.channels); });
 }
 
-// The box's alarms are no loop's, and easily forgotten.
+// Warns about alarms of the box without a route. They belong to no loop and are easily forgotten.
 void report_box_alarms(MapReader& in, const RuleSettings& rules) {
   std::vector<std::string> by_all, by_none;
   for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
@@ -113,13 +114,13 @@ void report_box_alarms(MapReader& in, const RuleSettings& rules) {
     if (way == BoxWay::none) by_none.emplace_back(to_text(kind));
   }
   if (!by_all.empty()) {
-    in.warning("routes", fmt::format("no route to people has the box's {}: all routes tell them; "
-                                     "name box in the `loops` of one",
+    in.warning("routes", fmt::format("no route to people has the box's {}: all routes report them. "
+                                     "Name box in the `loops` of one",
                                      fmt::join(by_all, ", ")));
   }
   if (!by_none.empty()) {
-    in.warning("routes",
-               fmt::format("no route has the box's {}: nobody is told", fmt::join(by_none, ", ")));
+    in.warning("routes", fmt::format("no route has the box's {}: no channel reports them",
+                                     fmt::join(by_none, ", ")));
   }
 }
 
@@ -129,17 +130,20 @@ void read_rules(MapReader& in, NotifyConfig& notify) {
   rules.daemon_down_after_ms =
       std::llround(1000.0 * in.number("daemon_down_after",
                                       {"s", config::between(5.0, 3600.0),
-                                       "silence of the daemon that is told, as alarm `daemon`"},
+                                       "silence of the daemon that raises the alarm `daemon`"},
                                       15.0));
-  for (MapReader& route : in.maybe_list("routes", "who is told what; each that fits applies")) {
+  for (MapReader& route : in.maybe_list(
+           "routes", "which channels get which alarms; every route that matches applies")) {
     rules.routes.push_back(read_route(route, names));
     rules.routes.back().logs_only = is_for_logs_alone(rules.routes.back(), rules.channels);
   }
-  for (MapReader& hours : in.maybe_list("quiet_hours", "what comes then waits for their end")) {
+  for (MapReader& hours :
+       in.maybe_list("quiet_hours", "hours during which events wait until their end")) {
     rules.quiet_hours.push_back(read_quiet_hours(hours, names));
   }
   if (in.describing()) return;
-  if (rules.routes.empty()) in.error("routes", "must hold a route, or nobody is told anything");
+  if (rules.routes.empty())
+    in.error("routes", "must hold at least one route; otherwise no alarm is sent");
   report_unused(in, rules);
   if (!rules.routes.empty()) report_box_alarms(in, rules);
 }

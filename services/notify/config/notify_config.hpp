@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// notify.yaml: what loopwarden-notify watches, its channels, who is told what. docs/notify-keys.md lists every key.
+// Reads notify.yaml: the daemon that loopwarden-notify watches, its channels and its routes.
+// docs/notify-keys.md lists every key.
 #pragma once
 
 #include <filesystem>
@@ -20,13 +21,13 @@ struct NotifyConfig {
   std::string state_directory;
   std::string log_level;
   const date::time_zone* zone = nullptr;  // of times in texts
-  std::string page_url;                   // without a slash at the end; empty: none
+  std::string page_url;                   // without a slash at the end; empty: no page
   RuleSettings rules;
   std::vector<ChannelSettings> channels;  // in the order of rules.channels
 };
 
 config::Loaded<NotifyConfig> read_notify_file(const std::filesystem::path& path);
-// `file` is the name that diagnostics carry, and where relative paths start.
+// `file`: name in diagnostics, and start of relative paths.
 config::Loaded<NotifyConfig> read_notify_text(const std::string& file, std::string_view text);
 
 config::KeyReference describe_notify();

@@ -29,7 +29,7 @@ std::vector<std::string> alarm_names() {
   return names;
 }
 
-// At least one of those that there are.
+// Reads the names of at least one existing channel.
 std::vector<std::string> read_channels(MapReader& in, const std::vector<std::string>& channels) {
   const Value<std::vector<std::string>> named =
       in.maybe_words("channels", channels, "names of channels; required");
@@ -41,7 +41,7 @@ std::vector<std::string> read_channels(MapReader& in, const std::vector<std::str
 
 void read_changes(MapReader& in, Route& route) {
   const Value<std::vector<std::string>> changes =
-      in.maybe_words("states", kChanges, "what is told; [came, went] where it is not given");
+      in.maybe_words("states", kChanges, "changes that are sent; [came, went] if not given");
   const std::vector<std::string> wanted =
       changes.given ? changes.value : std::vector<std::string>{"came", "went"};
   for (std::size_t i = 0; i < kChanges.size(); ++i) {
@@ -59,7 +59,7 @@ std::int64_t read_most(MapReader& in) {
 
 Escalation read_step(MapReader& in, const std::vector<std::string>& channels) {
   Escalation step;
-  step.after_min = read_minutes(in, "after_min", "so long nobody has acknowledged");
+  step.after_min = read_minutes(in, "after_min", "time without acknowledgement");
   step.channels = read_channels(in, channels);
   const Value<std::int64_t> every =
       in.maybe_integer("every_min", {1, kMostMinutes, "min", "again and again", false, "once"});
@@ -87,26 +87,26 @@ int read_time(MapReader& in, std::string_view key, const char* meaning) {
 Route read_route(MapReader& in, const std::vector<std::string>& channels) {
   Route route;
   route.loops = in.maybe_texts(
-      "loops", "patterns of tags with * and ?, box for the box's own alarms; all where not given");
-  route.alarms = in.maybe_words("alarms", alarm_names(), "all where not given");
+      "loops", "patterns of tags with * and ?, box for the box's own alarms; all if not given");
+  route.alarms = in.maybe_words("alarms", alarm_names(), "all if not given");
   read_changes(in, route);
   route.min_severity_percent = in.number(
       "min_severity_percent",
       {"%", between(0.0, 100.0), "of the CO span, and more; alarms without a size pass"}, 0.0);
   route.channels = read_channels(in, channels);
   if (auto repeat = in.maybe_section("repeat",
-                                     "again to the same channels while nobody "
-                                     "acknowledges")) {
+                                     "again to the same channels while the alarm is "
+                                     "unacknowledged")) {
     const std::int64_t every_min = read_minutes(*repeat, "every_min", "between two");
-    // The first of them is no repeat.
+    // The first notification is not a repeat.
     const std::int64_t most = read_most(*repeat);
     route.reminders.push_back({every_min, every_min, most - 1, route.channels});
   }
-  for (MapReader& step : in.maybe_list("escalation", "steps while nobody acknowledges")) {
+  for (MapReader& step : in.maybe_list("escalation", "steps while the alarm is unacknowledged")) {
     route.reminders.push_back(read_step(step, channels));
   }
   if (!in.describing() && !route.reminders.empty() && !route.changes[0]) {
-    in.error("states", "must have `came` where the route repeats or escalates");
+    in.error("states", "must have `came` if the route repeats or escalates");
   }
   return route;
 }
@@ -128,17 +128,17 @@ QuietHours read_quiet_hours(MapReader& in, const std::vector<std::string>& chann
       in.need_text("time_zone", "whose hours they are, such as Europe/Berlin");
   hours.zone = read_zone(in, "time_zone", zone);
   hours.from_min = read_time(in, "from", "hh:mm");
-  hours.to_min = read_time(in, "to", "hh:mm, on the next day where it is not after `from`");
+  hours.to_min = read_time(in, "to", "hh:mm, on the next day if it is not after `from`");
   if (!in.describing() && hours.from_min == 24 * 60) in.error("from", "must be before 24:00");
   const Value<std::vector<std::string>> days =
-      in.maybe_words("days", kDays, "on which they begin; all where not given");
+      in.maybe_words("days", kDays, "on which they begin; all if not given");
   for (std::size_t i = 0; days.given && i < kDays.size(); ++i) {
     hours.begins_on.at(i) =
         std::find(days.value.begin(), days.value.end(), kDays[i]) != days.value.end();
   }
   const Value<double> severe = in.maybe_number(
       "override_severity_percent",
-      {"%", between(0.0, 100.0), "from that on it is sent all the same", "nothing is"});
+      {"%", between(0.0, 100.0), "events from this severity on are sent all the same", "no event"});
   if (severe.given) hours.override_severity_percent = severe.value;
   hours.override_alarms = in.maybe_words("override_alarms", alarm_names(), "are sent all the same");
   return hours;

@@ -26,7 +26,7 @@ namespace history = page::history;
 
 constexpr std::size_t kStackBytes = 1024UL * 1024UL;  // fonts need more than the loops' threads do
 constexpr std::chrono::milliseconds kDaemonPatience{1000};
-constexpr std::size_t kPoints = 1600;  // about three a pixel
+constexpr std::size_t kPoints = 1600;  // about three per pixel
 constexpr std::int64_t kHour_ms = 3'600'000;
 
 bool asks(const Event& event) {
@@ -76,9 +76,9 @@ std::vector<Picture> PictureMaker::of(const Message& message) {
     auto drawn = errand_.ask<std::vector<Picture>>(
         [this, events = std::move(events)] { return draw(events); }, kPatience);
     if (drawn) return std::move(*drawn);
-    spdlog::info("message {} goes without its picture: it is not there in time", message.id);
+    spdlog::info("message {} is sent without its picture: not ready in time", message.id);
   } catch (const std::exception& e) {
-    spdlog::info("message {} goes without its picture: {}", message.id, one_line(e.what()));
+    spdlog::info("message {} is sent without its picture: {}", message.id, one_line(e.what()));
   }
   return {};
 }
@@ -137,7 +137,7 @@ history::Curves PictureMaker::curves_of(const protocol::LoopDescription& loop, d
   } catch (const record::RecordError& e) {
     spdlog::info("loop {}: {}", loop.tag, one_line(e.what()));
   }
-  // What the daemon has in its memory, without a folder.
+  // The curves in the daemon's memory, without a folder.
   return history::History().past({}, stretch, kPoints, newer).curves;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures of a message's alarms, from the recorder's segments and the daemon's memory. A thread of its own gets and
-// draws them: a message waits kPatience at most and goes without what is not there by then.
+// Draws the pictures of a message's alarms from the recorder's segments and the daemon's memory, on
+// its own thread. A message waits at most kPatience and is sent without the pictures that are not
+// ready then.
 #pragma once
 
 #include <chrono>
@@ -15,14 +16,15 @@
 
 namespace loopwarden::notify {
 
-inline constexpr std::size_t kMostPictures = 3;            // of a message
-inline constexpr std::size_t kMostPictureBytes = 200'000;  // of one; usual are 30 kB
+inline constexpr std::size_t kMostPictures = 3;            // per message
+inline constexpr std::size_t kMostPictureBytes = 200'000;  // per picture; typical: 30 kB
 
-// Of which of its events a message has pictures: of those that came or wait, one of each loop. None where they are too many
-// to be told one by one.
+// Returns the events of a message that get a picture: raised and unacknowledged alarms, one per
+// loop. Empty if they are too many to be listed one by one.
 std::vector<std::size_t> pictured(const Message& message);
 
-// What is shown of it: enough before it came to see what is usual, and what has happened since.
+// Returns the displayed stretch: enough before the alarm to show normal behaviour, and the time
+// since.
 page::history::Stretch stretch_of(const Event& event, double sample_time_s, double accelerate,
                                   std::int64_t now_ms);
 
@@ -34,9 +36,9 @@ class PictureMaker {
   PictureMaker(const PictureMaker&) = delete;
   PictureMaker& operator=(const PictureMaker&) = delete;
 
-  // Any thread. Throws nothing but for lack of memory.
+  // Any thread may call it. Throws only if memory runs out.
   std::vector<Picture> of(const Message& message);
-  // False if the thread still hangs at the disk.
+  // Returns false if the thread still hangs at the disk.
   bool stop_for(std::chrono::milliseconds patience) { return errand_.stop_for(patience); }
 
  private:
@@ -47,7 +49,7 @@ class PictureMaker {
 
   const date::time_zone* zone_;
   protocol::DaemonClient daemon_;
-  base::DiskErrand errand_;  // the last: its thread ends before the others go
+  base::DiskErrand errand_;  // last member: its thread ends before the others are destroyed
 };
 
 }  // namespace loopwarden::notify

@@ -24,7 +24,7 @@ using page::history::Column;
 struct Colour {
   double red, green, blue;
 };
-// The page's, in its light theme.
+// The page's colours, in its light theme.
 constexpr Colour kPaper{1.0, 1.0, 1.0};
 constexpr Colour kGrid{0.87, 0.89, 0.91};
 constexpr Colour kFrame{0.60, 0.64, 0.68};
@@ -39,7 +39,7 @@ constexpr double kLeft = 62.0;  // px
 constexpr double kRight = kPictureWidth - 14.0;
 constexpr double kSmall = 11.0;
 constexpr double kLarge = 15.0;
-constexpr double kMark = 48.0;  // where the alarm's time stands, above the panels
+constexpr double kMark = 48.0;  // position of the alarm's time, above the panels
 
 struct Box {
   double top, bottom;
@@ -58,7 +58,7 @@ struct Panel {
   Box box;
   std::string unit;
   std::array<double, 2> range;
-  std::vector<Line> lines;  // the last lies on top
+  std::vector<Line> lines;  // the last is drawn on top
 };
 
 struct Axis {
@@ -88,12 +88,12 @@ class Canvas {
     cairo_text_extents(get(), text.c_str(), &extents);
     return extents.x_advance;
   }
-  // `part`: of its width left of x; 0, 0.5 or 1.
+  // `part`: share of the text's width left of x; 0, 0.5 or 1.
   void text(const std::string& text, double x, double y, double part = 0.0) {
     cairo_move_to(get(), x - part * width(text), y);
     cairo_show_text(get(), text.c_str());
   }
-  // As much of it as `room` has.
+  // Draws as much of the text as fits into `room`.
   void text_within(const std::string& whole, double x, double y, double room) {
     std::string shown = whole;
     for (std::size_t bytes = whole.size(); bytes > 0 && width(shown) > room; --bytes) {
@@ -101,7 +101,7 @@ class Canvas {
     }
     text(shown, x, y);
   }
-  // A hair line lies on pixels, not between them.
+  // Centres a hairline on pixels, not between them.
   void hair(double x0, double y0, double x1, double y1) {
     cairo_set_line_width(get(), 1.0);
     cairo_move_to(get(), std::floor(x0) + 0.5, std::floor(y0) + 0.5);
@@ -139,7 +139,7 @@ bool is_there(const TrendPicture& picture, Column column) {
   return std::any_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
 }
 
-// 1, 2 or 5 times a power of ten, about a `parts`-th of the span.
+// Returns 1, 2 or 5 times a power of ten, about 1/`parts` of the span.
 double round_step(double span, double parts) {
   const double power = std::pow(10.0, std::floor(std::log10(span / parts)));
   for (const double times : {1.0, 2.0, 5.0}) {
@@ -148,8 +148,8 @@ double round_step(double span, double parts) {
   return 10.0 * power;
 }
 
-// What its lines cover, no less than a twentieth of the range and not far beyond it: noise is not to look like a swing, nor
-// a wrong value to flatten all others.
+// Returns the range of the panel's lines: at least a twentieth of the loop's range, and not far
+// beyond it. So noise does not look like a swing, and a wrong value does not flatten all others.
 Axis axis_of(const Panel& panel, const TrendPicture& picture) {
   constexpr double kLeast = 0.05;
   constexpr double kBeyond = 0.1;
@@ -193,7 +193,7 @@ std::string clock_text(std::int64_t utc_ms, const date::time_zone& zone, const c
       format, date::make_zoned(&zone, date::floor<std::chrono::seconds>(moment_of(utc_ms))));
 }
 
-// Whole seconds, minutes or hours of the local clock.
+// Returns a step of whole seconds, minutes or hours of the local clock.
 std::int64_t time_step_ms(std::int64_t span_ms) {
   constexpr std::int64_t kMostTicks = 7;
   for (const std::int64_t step_s :
@@ -241,7 +241,8 @@ void draw_levels(Canvas& canvas, const Panel& panel, const Axis& axis) {
   }
 }
 
-// What is no number breaks the line. Far outside it is cut: cairo counts in 1/256 px of 32 bits.
+// A value that is not a number interrupts the line. Values far outside are cut: cairo counts in
+// 1/256 px of 32 bits.
 void draw_line(Canvas& canvas, const TrendPicture& picture, const Line& line, const Box& box,
                const Axis& axis, const TimeAxis& time) {
   constexpr double kFar = 1000.0;  // px
@@ -268,7 +269,7 @@ void draw_line(Canvas& canvas, const TrendPicture& picture, const Line& line, co
   cairo_restore(canvas.get());
 }
 
-// Above the panel, behind its unit.
+// Draws the legend above the panel, after its unit.
 void draw_legend(Canvas& canvas, const Panel& panel) {
   constexpr double kSwatch = 20.0;     // px
   constexpr double kMostUnit = 150.0;  // px
@@ -278,7 +279,7 @@ void draw_legend(Canvas& canvas, const Panel& panel) {
   canvas.colour(kSoft);
   canvas.text_within(unit, kLeft, y, kMostUnit);
   double x = kLeft + (unit.empty() ? 0.0 : std::min(canvas.width(unit), kMostUnit) + 18.0);
-  // What lies on top is named first.
+  // Names the line on top first.
   for (auto line = panel.lines.rbegin(); line != panel.lines.rend(); ++line) {
     canvas.colour(line->colour);
     cairo_set_line_width(canvas.get(), 2.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop's trend around one moment, as people get it with a message: PV and SP above, CO and the valve's travel below, local
-// times, a line where it happened. A pure function of what it is given.
+// Draws a loop's trend around one moment for a message: PV and SP above, CO and the valve's travel
+// below, local times, and a line at the moment. A pure function of its arguments.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct TrendPicture {
   page::history::Curves curves;
 };
 
-// A PNG; empty where there is neither PV nor CO to draw, or no memory.
+// Returns a PNG; empty if there is neither PV nor CO to draw, or memory runs out.
 std::string png_of(const TrendPicture& picture);
 
 }  // namespace loopwarden::notify

@@ -16,7 +16,7 @@ bool is_off(std::string_view state) noexcept {
   return state == "normal" || state == "returned_unacknowledged" || state.starts_with("latched_");
 }
 
-// Seen by the operator: an alarm that is there, or one that had gone and waited for it.
+// Returns whether the operator acknowledged an active alarm, or a cleared one that waited for it.
 bool is_acknowledgement(std::string_view before, std::string_view now) noexcept {
   const bool seen = now == "acknowledged" || now == "latched_acknowledged";
   const bool waited_off = before == "returned_unacknowledged" || before == "latched_unacknowledged";
@@ -99,9 +99,9 @@ std::vector<Event> take_changes(AlarmPicture& picture, const AlarmReading& readi
     picture.worst_percent = worse(picture.worst_percent, reading.severity_percent);
   }
 
-  // Nothing happens after it was read: a clock was set back.
+  // A later time means that a clock was set back.
   const auto at = [now_ms](std::int64_t ms) { return ms > 0 && ms <= now_ms ? ms : now_ms; };
-  // What comes back from a shelf or a suppression came before, and comes back now.
+  // An alarm that leaves a shelf or a suppression was raised earlier, and is reported now.
   const bool back = !again && (before == "shelved" || before == "suppressed");
   std::vector<Event> events;
   const auto add = [&](Change change, std::int64_t utc_ms) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::int64_t kHour = 3'600'000;  // ms
 
-// How many messages may be made now. Times ahead of a clock that was set back don't count.
+// Returns how many messages may be made now. Times in the future (clock set back) don't count.
 std::size_t messages_left(const ChannelRule& channel, std::span<const std::int64_t> made_ms,
                           std::int64_t now_ms) {
   if (channel.most_per_hour == 0) return std::numeric_limits<std::size_t>::max();
@@ -19,7 +19,7 @@ std::size_t messages_left(const ChannelRule& channel, std::span<const std::int64
   return static_cast<std::size_t>(std::max<std::int64_t>(channel.most_per_hour - used, 0));
 }
 
-// Also where the clock was set back so far that it would wait for longer than it may.
+// Also true if the clock was set back so far that the event would wait for longer than it may.
 bool group_is_full(const ChannelRule& channel, const Waiting& oldest, std::int64_t now_ms) {
   return now_ms - oldest.since_ms >= channel.group_ms || now_ms < oldest.since_ms;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// When events that wait for a channel become a message: after the grouping time, outside quiet hours, and within the
-// channel's rate. What may not go yet waits and joins the next message, so a flood of alarms makes few messages.
+// Decides when the waiting events of a channel become a message: after the grouping time, outside
+// quiet hours, and within the channel's rate. Events that must wait join the next message, so a
+// flood of alarms makes few messages.
 #pragma once
 
 #include <cstddef>
@@ -21,12 +22,13 @@ struct Waiting {
   Event event;
 };
 
-// Of those, the positions of the ones that go now, in their order. `made_ms`: when the channel's last messages were made.
+// Returns the positions of the waiting events that are sent now, in their order. `made_ms`: when
+// the channel's last messages were made.
 std::vector<std::size_t> ready(const ChannelRule& channel, const std::vector<QuietHours>& quiet,
                                std::span<const Waiting> waiting,
                                std::span<const std::int64_t> made_ms, std::int64_t now_ms);
 
-// The message of these events.
+// Returns the message of these events.
 Message message_of(const std::string& channel, std::span<const Event> events, std::int64_t now_ms);
 
 }  // namespace loopwarden::notify

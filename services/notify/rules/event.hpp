@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be told: an alarm of a loop, or the daemon itself, has changed.
+// An event to report: an alarm of a loop, or the daemon itself, has changed.
 #pragma once
 
 #include <cstdint>
@@ -38,16 +38,16 @@ struct Event {
   Change change = Change::came;
   std::string state{};                       // of the alarm, as the daemon calls it
   std::optional<double> severity_percent{};  // % of the CO span; nullopt if the alarm has no size
-  std::optional<double> worst_percent{};     // the most since it came
-  std::int64_t waits_min = 0;                // of a reminder: since when nobody has acknowledged it
+  std::optional<double> worst_percent{};     // the largest since it was raised
+  std::int64_t waits_min = 0;                // of a reminder: time without acknowledgement
   std::string peer{};                        // who acknowledged or shelved it
   std::string reason{};
   std::string description{};    // of the loop
-  std::int64_t noticed_ms = 0;  // when it was read of the daemon; 0: at once
+  std::int64_t noticed_ms = 0;  // when it was read from the daemon; 0: at once
   std::string area{};           // of the loop
   std::string priority{};       // low, medium, high, critical; empty: not known
   bool of_incident = false;     // others may belong to the same one
-  std::string why{};            // what explains it, where something does
+  std::string why{};            // explanation, if there is one
   std::string action{};         // what to do, as the loop's file has it; empty: as the guide
   std::string time_to_act{};
 

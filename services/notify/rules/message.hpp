@@ -12,7 +12,7 @@
 
 namespace loopwarden::notify {
 
-// More events than that are only counted.
+// Events beyond this number are only counted.
 inline constexpr std::size_t kMostListed = 100;
 
 // The trend around one of a message's events.

@@ -39,7 +39,7 @@ std::optional<std::int64_t> quiet_until(const QuietHours& hours, std::int64_t no
   const date::sys_time<milliseconds> now{milliseconds(now_ms)};
   const local_days today = date::floor<days>(hours.zone->to_local(now));
   const int over_midnight = hours.to_min <= hours.from_min ? 1 : 0;
-  // What began yesterday may last until today; a change of the clocks moves neither by a day.
+  // Hours that began yesterday may last until today. A change of the clocks moves no end by a day.
   for (const int back : {1, 0}) {
     const local_days day = today - days(back);
     const unsigned weekday = date::weekday(day).iso_encoding() - 1;

@@ -30,15 +30,15 @@ bool has_loop(const Route& route, const std::string& loop) {
          });
 }
 
-// Loop and alarm are the route's. The daemon is everybody's: without it no loop is watched. So is the box, unless a route
-// has it.
+// Returns whether the route has this loop and alarm. The daemon concerns every route, because
+// without it no loop is watched. The box does so as well, unless a route names it.
 bool concerns(const std::vector<Route>& routes, const Route& route, const Event& event) {
   if (!has_alarm(route, event.alarm)) return false;
   if (event.loop.empty() || has_loop(route, event.loop)) return true;
   return event.loop == alarm::kBox && box_way(routes, event.alarm) != BoxWay::own;
 }
 
-// How often the step has fallen due by then.
+// Returns how often the step has fallen due until `at_ms`.
 std::int64_t times_due(const Escalation& step, std::int64_t since_ms, std::int64_t at_ms) {
   const std::int64_t late_ms = at_ms - since_ms - step.after_min * kMinute;
   if (late_ms < 0) return 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which channels an event goes to, and which hear of it again while nobody acknowledges.
+// Selects the channels of an event, and the channels that are reminded while it is unacknowledged.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,21 @@ namespace loopwarden::notify {
 
 using ChannelNames = std::set<std::string>;
 
-// How an alarm of the box gets to people: by routes that have the box, else by all that have the alarm, whatever their
-// loops; to logs alone; or not at all.
+// How an alarm of the box reaches people: by routes that name the box (own), otherwise by all
+// routes that have the alarm, whatever their loops (all), only through logs, or not at all.
 enum class BoxWay : std::uint8_t { own, all, logs, none };
 BoxWay box_way(const std::vector<Route>& routes, const std::string& alarm);
 
-// Of a change. An alarm that was not severe enough for a route when it came is not told there when it goes.
+// Returns the channels of a change. A route reports a cleared alarm only if the alarm was severe
+// enough for it when it was raised.
 ChannelNames channels_of(const std::vector<Route>& routes, const Event& event);
 
-// Of an alarm that was there and is worse now: the channels of the routes for which only now it is severe enough.
+// Returns the channels of the routes for which an active alarm has only now become severe enough.
 ChannelNames newly_told(const std::vector<Route>& routes, const Event& event,
                         std::optional<double> worst_before);
 
-// Repeats and escalation steps of an alarm that came at `since_ms`, that fall due after `from_ms` and not after `to_ms`.
-// Several repeats of one step that fell due meanwhile are one.
+// Returns the channels of repeats and escalation steps that fall due after `from_ms` and not after
+// `to_ms`, for an alarm raised at `since_ms`. Several missed repeats of one step count as one.
 ChannelNames reminded(const std::vector<Route>& routes, const Event& event, std::int64_t since_ms,
                       std::int64_t from_ms, std::int64_t to_ms);
 

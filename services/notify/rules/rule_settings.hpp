@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who is told what, and when. Times of the rules are whole minutes or milliseconds as the names say.
+// The rules: which channels report which events, and when. Times are whole minutes or milliseconds,
+// as the names state.
 #pragma once
 
 #include <array>
@@ -13,9 +14,9 @@
 
 namespace loopwarden::notify {
 
-// One more step while nobody acknowledges: other channels are told, once or again and again.
+// One more step while the alarm is unacknowledged: other channels report it, once or repeatedly.
 struct Escalation {
-  std::int64_t after_min = 0;  // since the alarm came
+  std::int64_t after_min = 0;  // since the alarm was raised
   std::int64_t every_min = 0;  // 0: once
   std::int64_t most = 0;       // repeats
   std::vector<std::string> channels;
@@ -28,15 +29,15 @@ struct Route {
   double min_severity_percent = 0.0;  // alarms without a size pass
   std::vector<std::string> channels;
   std::vector<Escalation> reminders;  // the route's own repeats, and its steps
-  bool logs_only = false;             // none of its channels is for people
+  bool logs_only = false;             // no channel of the route is for people
 };
 
 struct ChannelRule {
   std::string name;
-  std::int64_t group_ms = 0;       // events of so long go into one message
+  std::int64_t group_ms = 0;       // events within this time go into one message
   std::int64_t most_per_hour = 0;  // messages; 0: any number
-  bool one_each = false;           // a message for each event: logs
-  // What is of low priority waits for this minute of the local day; nothing: it goes as all else.
+  bool one_each = false;           // one message per event: logs
+  // Events of low priority wait for this minute of the local day; nullopt: they don't wait.
   std::optional<int> digest_min{};
   const date::time_zone* zone = nullptr;  // of that day
 };

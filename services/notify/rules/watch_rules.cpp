@@ -8,13 +8,13 @@
 namespace loopwarden::notify {
 namespace {
 
-// Is this line what made that change?
+// Returns whether this journal line caused the change.
 bool tells_of(const JournalLine& line, const Event& event) {
   if (line.key != AlarmKey{event.loop, event.alarm}) return false;
   if (event.change == Change::acknowledged)
     return line.what == "acknowledge" || line.what == "reset";
   if (event.change == Change::shelved) return line.what == "shelve";
-  // Between two looks it may have come and gone: each has its own line.
+  // Between two readings the alarm may have been raised and cleared: each change has its own line.
   const bool comes = !is_told(line.from) && is_told(line.to);
   const bool goes = is_told(line.from) && !is_told(line.to);
   return line.kind == "alarm" && (event.change == Change::came ? comes : goes);
@@ -46,7 +46,7 @@ Step WatchRules::read(std::span<const AlarmReading> readings, std::span<const Jo
   return step;
 }
 
-// As it was told last, or is told by this step; null: never yet.
+// Returns the alarm as reported by this step or earlier; null: not reported yet.
 const AlarmPicture* WatchRules::picture_of(const AlarmKey& key, const Step& step) const {
   const auto now = step.changed.find(key);
   if (now != step.changed.end()) return &now->second;
@@ -76,7 +76,7 @@ ChannelNames WatchRules::without_its_others(ChannelNames channels, const Event& 
         if (picture->unacknowledged) told = channels_of(settings_.routes, its);
         break;
       case Change::unacknowledged:
-        // The one that has waited longest.
+        // The alarm that has waited longest.
         if (picture->unacknowledged && since(other.key) < since(reading.key)) {
           told = reminded(settings_.routes, its, 0, -1, std::numeric_limits<std::int64_t>::max());
         }
@@ -103,10 +103,10 @@ void WatchRules::look(const AlarmReading& reading, Readings all, std::span<const
   }
   if (!came && is_told(picture.state) && picture.worst_percent != before.worst_percent) {
     Event worse = event_of_reading(reading, picture, Change::came, now_ms, now_ms);
-    worse.reason = "more severe than when it came";
+    worse.reason = "more severe than when it was raised";
     const ChannelNames channels = newly_told(settings_.routes, worse, before.worst_percent);
     post(step, channels, worse);
-    // Who is told only now has all the time to acknowledge.
+    // Channels that report it only now start with the full time to acknowledge.
     if (!channels.empty()) picture.since_ms = picture.reminded_ms = now_ms;
   }
   remind(reading, all, picture, now_ms, step);
@@ -116,7 +116,7 @@ void WatchRules::look(const AlarmReading& reading, Readings all, std::span<const
 void WatchRules::remind(const AlarmReading& reading, Readings all, AlarmPicture& picture,
                         std::int64_t now_ms, Step& step) const {
   if (!picture.unacknowledged) return;
-  // A clock that was set back counts from where it is now.
+  // If a clock was set back, the time counts from now.
   if (picture.reminded_ms > now_ms) picture.since_ms = picture.reminded_ms = now_ms;
   Event event = event_of_reading(reading, picture, Change::unacknowledged, now_ms, now_ms);
   event.waits_min = (now_ms - picture.since_ms) / kMinute;
@@ -146,7 +146,7 @@ Step WatchRules::silence(std::int64_t silent_ms, std::int64_t now_ms) const {
   const AlarmKey key{"", kDaemonAlarm};
   const auto known = pictures_.find(key);
   AlarmReading reading{.key = key, .state = "normal", .severity_percent = std::nullopt};
-  // Between the first failure and the time it takes to count, it stays what it was.
+  // The state is kept between the first failure and the time after which it counts.
   const bool was_down = known != pictures_.end() && is_told(known->second.state);
   if (down || (was_down && silent_ms > 0)) {
     reading.state = "unacknowledged";

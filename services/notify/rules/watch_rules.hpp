@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns what is read of the daemon into events for channels. Without a clock and without memory beyond the pictures it is
-// given: what comes out is stored first, in one transaction, and only then becomes the new state. So a kill between the
-// two repeats the step instead of losing or doubling it.
+// Turns the daemon's readings into events for channels, without a clock and without memory beyond
+// the given pictures. The result is first stored, in one transaction, and only then becomes the new
+// state. A kill between the two repeats the step instead of losing or doubling it.
 //
-// Alarms of one incident are told as one: a channel hears of the first that comes, of the last that goes or is
-// acknowledged, and is reminded of one.
+// Alarms of one incident are reported as one. A channel reports the first that is raised and the
+// last that clears or is acknowledged, and one reminder for all.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ namespace loopwarden::notify {
 
 using Pictures = std::map<AlarmKey, AlarmPicture>;
 
-// A line of the daemon's journal: who did it and why.
+// A line of the daemon's journal, with its author and reason.
 struct JournalLine {
   std::int64_t id = 0;
   std::string kind;  // alarm, operator, ...
@@ -52,22 +52,22 @@ class WatchRules {
   WatchRules(const RuleSettings& settings, Pictures pictures)
       : settings_(settings), pictures_(std::move(pictures)) {}
 
-  // All alarms of the daemon, and the newest lines of its journal, newest first.
+  // Processes all alarms of the daemon and the newest lines of its journal, newest first.
   Step read(std::span<const AlarmReading> readings, std::span<const JournalLine> lines,
             std::int64_t now_ms) const;
-  // The daemon has not answered for `silent_ms`; 0: it answers.
+  // `silent_ms`: time for which the daemon has not answered; 0: it answers.
   Step silence(std::int64_t silent_ms, std::int64_t now_ms) const;
-  // The step is on the disk.
+  // Makes the step the new state. Call it when the step is on the disk.
   void accept(const Step& step);
 
   const Pictures& pictures() const noexcept { return pictures_; }
 
  private:
   using Readings = std::span<const AlarmReading>;
-  // `all`: of which others may belong to the same incident.
+  // `all`: all readings, of which some may belong to the same incident.
   void look(const AlarmReading& reading, Readings all, std::span<const JournalLine> lines,
             std::int64_t now_ms, Step& step) const;
-  // Without the channels that another alarm of the incident tells, or has told.
+  // Returns `channels` without those that report, or have reported, another alarm of the incident.
   ChannelNames without_its_others(ChannelNames channels, const Event& event,
                                   const AlarmReading& reading, Readings all,
                                   const Step& step) const;

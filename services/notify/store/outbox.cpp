@@ -61,7 +61,7 @@ sqlite::Database opened(const std::filesystem::path& file, sqlite::Access access
   }
 }
 
-// Also where the clock was set back since.
+// Also true if the clock was set back since.
 bool is_due(std::int64_t again_ms, std::int64_t now_ms) {
   constexpr std::int64_t kLongestPause = 2LL * 3600 * 1000;  // ms
   return again_ms <= now_ms || again_ms > now_ms + kLongestPause;
@@ -79,7 +79,7 @@ const char* to_text(MessageState state) noexcept {
   return "failed";
 }
 
-// All or nothing, while nobody else is at it.
+// A transaction under the lock: all or nothing, and no other thread takes part.
 class Outbox::Transaction {
  public:
   explicit Transaction(Outbox& outbox) : lock_(outbox.mutex_), transaction_(outbox.database_) {}
@@ -93,7 +93,7 @@ class Outbox::Transaction {
 Outbox::Outbox(const std::filesystem::path& file, sqlite::Access access)
     : database_(opened(file, access)) {
   if (access == sqlite::Access::read) return;
-  // What was being sent when the program ended.
+  // Messages that were being sent when the program ended.
   database_.execute(
       "UPDATE message SET state = 0, perhaps_twice = 1, again_ms = 0 WHERE state = 1");
 }
@@ -253,7 +253,7 @@ std::optional<Message> Outbox::next(const std::string& channel, std::int64_t now
   if (last) keep(*last);
   std::optional<Message> message;
   {
-    // In the order in which they were made: what is told of an alarm must not change places.
+    // In the order in which they were made: the changes of one alarm must keep their order.
     Statement read(database_,
                    "SELECT id, made_ms, content, attempts, perhaps_twice, again_ms FROM message "
                    "WHERE channel = ? AND state = 0 ORDER BY id",

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was told and what is to be told, in one SQLite database: the alarms as they were told last, events that wait for
-// their message, messages with what came of them.
+// Stores in one SQLite database the alarms as last reported, events that wait for their message,
+// and messages with their results.
 //
-// Each call is one transaction that is on the disk when it returns (WAL, synchronous=FULL). A message is marked before
-// it is sent and again after: one that was marked only once when the program was killed is sent again under its old
-// number, and says so; nobody can know whether it had gone out. Any other is sent exactly once.
+// Each call is one transaction that is on the disk when it returns (WAL, synchronous=FULL). A
+// message is marked before it is sent and again afterwards. If the program is killed in between,
+// the message may or may not have left. It is then sent again under its old number, and states
+// that. Every other message is sent exactly once.
 //
-// A message or waiting event that can't be read fails alone: it says so, and is not sent.
+// A message or waiting event that can't be read is not sent and reports so. No other is affected.
 //
-// Bounded: at most kMostWaiting events a channel (the oldest go first, and are counted), kMostQueued messages a channel
-// (the caller makes no more), kMostKept messages that are done.
+// Limits: at most kMostWaiting events per channel (the oldest are dropped and counted), kMostQueued
+// messages per channel (the caller makes no more) and kMostKept finished messages.
 //
-// Any thread; calls wait for each other, and for the disk.
+// Any thread may call it. Calls wait for each other and for the disk.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +34,7 @@ namespace loopwarden::notify {
 enum class MessageState : std::uint8_t { queued, sending, sent, failed };
 const char* to_text(MessageState state) noexcept;
 
-// What came of one attempt.
+// The result of one attempt.
 struct Attempt {
   std::int64_t id = 0;
   MessageState state = MessageState::sent;  // queued: to be tried again
@@ -55,36 +56,39 @@ class Outbox {
   static constexpr std::size_t kMostQueued = 100;
   static constexpr std::int64_t kMostKept = 20'000;
 
-  // Opens or makes the file; with `read`, one that another process writes. Throws sqlite::Error, as all of these.
+  // Opens or makes the file. With `read`, it opens a file that another process writes. All
+  // functions throw sqlite::Error.
   explicit Outbox(const std::filesystem::path& file, sqlite::Access access = sqlite::Access::write);
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
   Pictures pictures();
-  // Of the channel, oldest first.
+  // Returns the waiting events of the channel, oldest first.
   std::vector<Waiting> waiting(const std::string& channel);
-  // When its newest messages were made.
+  // Returns when its newest messages were made.
   std::vector<std::int64_t> made_ms(const std::string& channel, std::size_t most);
 
-  // Stores a step; returns what now waits in addition, by channel. Where that makes too many, the oldest are gone.
+  // Stores a step. Returns the events that now wait in addition, by channel. If a channel has too
+  // many, its oldest are dropped.
   std::map<std::string, std::vector<Waiting>> post(const Step& step, std::int64_t now_ms);
-  // Turns these waiting events into those messages of one channel. The first has how many events were lost before.
+  // Turns these waiting events into those messages of one channel. The first message states how
+  // many events were lost before.
   void queue(std::span<const Message> messages, std::span<const std::int64_t> waiting_ids);
   std::size_t queued(const std::string& channel);
 
-  // Takes down what came of the last attempt and hands out the next message that is due. Its attempts include the one
-  // that now begins.
+  // Stores the result of the last attempt and returns the next due message. Its attempts include
+  // the one that now begins.
   std::optional<Message> next(const std::string& channel, std::int64_t now_ms,
                               const std::optional<Attempt>& last);
-  // Takes down what came of the last attempt before the end.
+  // Stores the result of the last attempt before the end.
   void settle(const Attempt& last);
-  // When the channel's next message is due; nullopt if none is queued.
+  // Returns when the channel's next message is due; nullopt if no message is queued.
   std::optional<std::int64_t> due_ms(const std::string& channel);
 
-  // What waits for channels that there are no longer will never go.
+  // Gives up messages and events of all channels except these.
   void give_up_others(const std::vector<std::string>& channels);
 
-  // The newest, newest first.
+  // Returns the newest messages, newest first.
   std::vector<MessageRow> newest(std::size_t most);
 
  private:

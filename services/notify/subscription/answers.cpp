@@ -66,7 +66,7 @@ std::map<std::string, LoopWords> words_of(const protocol::Description& about) {
 
 AlarmWords words_of(const protocol::Explained& told, const AlarmReading& reading) {
   AlarmWords words{.action = one_line(told.action), .time_to_act = one_line(told.time_to_act)};
-  // What joined an incident later has the explanation of what opened it.
+  // An alarm that joined an incident later has the explanation of the alarm that opened it.
   const std::int64_t since_ms =
       reading.incident.empty() ? told.alarm.raised_ms : reading.incident_ms;
   if (told.explanation && told.explanation->raised_ms >= since_ms) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the daemon answers on its status socket, as the rules want it. Names and reasons become one line each.
+// Converts answers of the daemon's status socket for the rules. Names and reasons become one line.
 #pragma once
 
 #include <map>
@@ -18,16 +18,16 @@ struct LoopWords {
   std::string description;
   std::string area;
 };
-// What the loops are for and where, by their tags.
+// Returns purpose and place of the loops, by tag.
 std::map<std::string, LoopWords> words_of(const protocol::Description& about);
 
-// What a person is told beside the alarm itself.
+// The texts that a person gets in addition to the alarm itself.
 struct AlarmWords {
-  std::string why{};  // of this coming or its incident; empty: nothing explains it
+  std::string why{};  // explanation of this alarm or its incident; empty: not explained
   std::string action{};
   std::string time_to_act{};
 };
-// `reading`: the alarm that was asked about.
+// `reading`: the alarm for which the explanation was requested.
 AlarmWords words_of(const protocol::Explained& told, const AlarmReading& reading);
 
 }  // namespace loopwarden::notify

@@ -19,9 +19,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPeriod{1000};
 constexpr std::uint64_t kNewestLines = 200;  // of the journal
-// For all explanations of one change.
+// Time limit for all explanations of one change.
 constexpr std::chrono::milliseconds kExplains{2000};
-// An answer that takes so long is as good as none.
+// An answer that takes longer counts as missing.
 constexpr std::chrono::milliseconds kLate{3000};
 
 }  // namespace
@@ -91,7 +91,7 @@ void Watcher::ask() {
     try {
       snapshot.journal = lines_of(answer_to(protocol::JournalRequest{.most = kNewestLines}));
     } catch (const std::exception& e) {
-      // The alarm counts; who and why are missing then.
+      // The alarm is reported without persons and reasons.
       spdlog::warn("no reasons: {}", e.what());
     }
   }
@@ -113,7 +113,7 @@ void Watcher::ask() {
   snapshot_ = std::move(snapshot);
 }
 
-// Only where something may be told. A reload may have changed them.
+// Called only if something may be reported. A reload may have changed the descriptions.
 void Watcher::describe() {
   try {
     loops_ = words_of(answer_to(protocol::DescribeRequest{}));
@@ -123,8 +123,9 @@ void Watcher::describe() {
   }
 }
 
-// Of those that are there, the newest words. A flood is told without them, and so is what a slow disk has not given in
-// time: the alarm itself does not wait for it. What was known of the same incident or coming stays until then.
+// Reads the newest explanations of the active alarms. The alarms don't wait for them: in a flood,
+// or with a slow disk, they are reported without. Explanations of the same incident or raise are
+// kept until new ones arrive.
 void Watcher::explain(const std::vector<AlarmReading>& alarms) {
   constexpr std::size_t kMostExplained = 20;
   const Clock::time_point until = Clock::now() + kExplains;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Asks the daemon once a second, on a thread of its own: a daemon that hangs delays nothing but this. Connects again by
-// itself.
+// Asks the daemon once a second on its own thread, so that a daemon that hangs delays only this
+// thread. Reconnects automatically.
 #pragma once
 
 #include <atomic>
@@ -21,10 +21,10 @@ namespace loopwarden::notify {
 
 struct Snapshot {
   std::vector<AlarmReading> alarms;
-  std::vector<JournalLine> journal;  // only where an alarm has changed since the last one
+  std::vector<JournalLine> journal;  // only if an alarm has changed since the last snapshot
 };
 
-// `newer` takes the place of `older`, which nobody has looked at; the reasons of its changes stay, the newest thousand.
+// Replaces `older`, which was not taken, by `newer`. The newest thousand of its reasons are kept.
 void keep_reasons(Snapshot& newer, Snapshot older);
 
 class Watcher {
@@ -35,20 +35,20 @@ class Watcher {
   ~Watcher() { stop_for(std::chrono::milliseconds(0)); }
 
   void start();
-  // False if the thread still hangs in a call.
+  // Returns false if the thread still hangs in a call.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // The newest answer, once.
+  // Returns the newest answer, once.
   std::optional<Snapshot> take();
-  // How long the daemon has not answered; 0 from an answer until the next question fails.
+  // Returns how long the daemon has not answered; 0 from an answer until the next question fails.
   std::chrono::milliseconds silent() const;
-  // Why it does not answer; empty if it does.
+  // Returns why it does not answer; empty if it does.
   std::string error() const;
 
  private:
   void run();
   void ask();
-  // Whatever it says, the daemon answers.
+  // Records that the daemon answers, even if it refuses the request.
   template <class Request>
   auto answer_to(const Request& request);
   void describe();
@@ -57,20 +57,20 @@ class Watcher {
 
   static constexpr std::chrono::milliseconds kPatience{3000};
 
-  // Of the thread alone.
+  // Used only by the thread.
   protocol::DaemonClient daemon_;
   std::vector<AlarmReading> before_;
   std::map<std::string, LoopWords> loops_;
   struct Explained {
     AlarmWords words;
-    std::string incident;  // that they are of, else the coming
+    std::string incident;  // that they belong to; empty: they belong to one raise
     std::int64_t times_raised = 0;
     bool is_of(const AlarmReading& alarm) const {
       return incident == alarm.incident &&
              (!incident.empty() || times_raised == alarm.times_raised);
     }
   };
-  std::map<AlarmKey, Explained> words_;  // of the alarms that are there
+  std::map<AlarmKey, Explained> words_;  // of the active alarms
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

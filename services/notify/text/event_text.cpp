@@ -35,10 +35,10 @@ std::string daemon_sentence(const Event& event) {
   return "the daemon does not answer: no loop is watched";
 }
 
-// An alarm is told within seconds, unless the program or the daemon was away.
+// Alarms are reported within seconds, unless the program or the daemon was away.
 constexpr std::int64_t kLate = kMinute;
 
-// "anna" of "anna@10.0.0.5 by page (uid 997)"; who has no name is told as the daemon has it.
+// Returns "anna" of "anna@10.0.0.5 by page (uid 997)". A peer without a name is returned unchanged.
 std::string person_of(const std::string& peer) {
   const std::size_t at = peer.find('@');
   return at < peer.find(" by ") ? peer.substr(0, at) : peer;
@@ -52,7 +52,7 @@ std::string what_happened(const Event& event, const Sender& sender) {
   return to_text(event.change);
 }
 
-// Of all alarms of the message, or the page itself where they are many.
+// Returns links to all alarms of the message, or to the page itself if they are many.
 std::string links(const Message& message, const Sender& sender) {
   if (sender.page_url.empty()) return "";
   std::vector<std::string> told;
@@ -67,7 +67,7 @@ std::string links(const Message& message, const Sender& sender) {
   return text;
 }
 
-// " of FIC-101 and FIC-102", where they are few.
+// Returns " of FIC-101 and FIC-102", for example, if they are few.
 std::string few_loops(const Message& message) {
   constexpr std::size_t kFew = 3;
   std::vector<std::string> loops;
@@ -85,7 +85,7 @@ std::string few_loops(const Message& message) {
   return text;
 }
 
-// "8 came, 4 went"
+// Returns the count of each change in words.
 std::string counted(const Message& message) {
   std::string text;
   for (std::size_t i = 0; i < message.counts.size(); ++i) {
@@ -108,7 +108,7 @@ struct Usual {
   alarm::Priority priority;
 };
 
-// Of an alarm of a loop or of the box; nothing: it is none that is known here.
+// Returns guide and priority of an alarm of a loop or of the box; nullopt if the alarm is unknown.
 std::optional<Usual> usual_of(const std::string& alarm) {
   if (const auto kind = named(alarm::kAlarmKinds, alarm)) {
     return Usual{alarm::guide_of(*kind), alarm::usual_priority(*kind)};
@@ -119,7 +119,7 @@ std::optional<Usual> usual_of(const std::string& alarm) {
   return std::nullopt;
 }
 
-// Of one alarm: where, since when, how much, why, what to do.
+// Returns the details of one alarm: place, time, size, explanation, action.
 std::string details(const Event& event, const Sender& sender) {
   const std::optional<Usual> usual = usual_of(event.alarm);
   if (!usual) return "";
@@ -144,7 +144,7 @@ std::string details(const Event& event, const Sender& sender) {
   return text;
 }
 
-// Of those that somebody has to do something about, each once.
+// Returns the guide of each alarm that requires an action, each once.
 std::string guides(const Message& message, const Sender& sender) {
   std::set<AlarmKey> told;
   std::string text;
@@ -239,8 +239,8 @@ std::string letter(const Message& message, const Sender& sender) {
   }
   const auto listed = static_cast<std::int64_t>(message.events.size());
   if (message.count() > listed) text += fmt::format("... and {} more\n", message.count() - listed);
-  if (message.lost > 0) text += fmt::format("{} older ones found no room\n", message.lost);
-  if (message.perhaps_twice) text += "This message may have come before.\n";
+  if (message.lost > 0) text += fmt::format("{} older events were dropped\n", message.lost);
+  if (message.perhaps_twice) text += "This message may be a repetition.\n";
   if (message.events.size() <= kMostGuided) text += guides(message, sender);
   text += links(message, sender);
   return text + fmt::format("\n-- \nloopwarden-notify on {}, message {}\n", sender.box, message.id);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What people and programs read of events and messages.
+// Texts of events and messages, for people and programs.
 #pragma once
 
 #include <string>
@@ -14,41 +14,43 @@ class time_zone;
 
 namespace loopwarden::notify {
 
-// How texts name the box and the time.
+// The names of the box and the time zone in texts.
 struct Sender {
   std::string box;
   const date::time_zone* zone = nullptr;  // of times in texts for people
-  std::string page_url{};  // of the box's page, without a slash at the end; empty if there is none
+  std::string page_url{};  // of the box's page, without a slash at the end; empty if not configured
 };
 
 std::string rfc3339(std::int64_t utc_ms);  // 2026-11-24T07:00:00.123Z
 // "2026-11-24 08:00:00 +0100"
 std::string local_time(std::int64_t utc_ms, const date::time_zone& zone);
 
-// "Low air supply": an alarm as people call it, as on the page.
+// Returns "Low air supply", for example: an alarm's name as on the page.
 std::string alarm_words(const std::string& alarm);
-// Of a message of at most so many events each alarm is told with why and what to do.
+// A message of at most this many events explains each alarm and its action.
 inline constexpr std::size_t kMostGuided = 5;
 
-// "FIC-101 (cooling water): Stiction"
+// Returns "FIC-101 (cooling water): Stiction", for example.
 std::string subject_of(const Event& event);
-// "FIC-101 (cooling water): Stiction came, 6.1 %": without the time, unless it is told long after it came.
+// Returns "FIC-101 (cooling water): Stiction came, 6.1 %", for example. The time follows only if
+// the report is late.
 std::string sentence(const Event& event, const Sender& sender);
-// One line for the whole message: of one event its sentence, of several their numbers.
+// Returns one line for the whole message: the sentence of a single event, or the counts of several.
 std::string headline(const Message& message, const Sender& sender);
-// Where the page shows the alarm or its incident; it holds nothing secret. Empty: no page is configured, or it is no loop's.
+// Returns the page's address of the alarm or its incident; it contains no secret. Empty if no page
+// is configured or the event belongs to no loop.
 std::string page_of(const Event& event, const Sender& sender);
-// Text of several lines, each ending with \n: all events that are listed and, of few, what to do.
+// Returns lines that end with \n: all listed events and, if they are few, the actions.
 std::string letter(const Message& message, const Sender& sender);
 
 nlohmann::json to_json(const Event& event);
 Event event_from(const nlohmann::json& json);
 
-// The least of the syslog and journal priorities (0 emergency ... 7 debug) that fits: 3 where valves or the daemon need
-// somebody now, 4 warning, 5 notice.
+// Returns the syslog and journal priority (0 emergency ... 7 debug): 3 if valves or the daemon need
+// a person now, 4 warning, 5 notice.
 int priority_of(const Event& event);
 
-// As a line of JSON; what is no UTF-8 is replaced.
+// Returns one line of JSON. Bytes that are not UTF-8 are replaced.
 std::string dump(const nlohmann::json& json);
 
 }  // namespace loopwarden::notify

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names and reasons come from people and files. Before they go into a header, a log line or a field they become one line
-// of valid UTF-8.
+// People and files supply names and reasons. Before these go into a header, a log line or a field,
+// they become one line of valid UTF-8.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace loopwarden::notify {
 
-// Control characters, line and paragraph separators, marks that turn the direction of writing, and what is no UTF-8
-// become '?'. At most `most_bytes`, cut between characters.
+// Returns `text` with '?' in place of control characters, line and paragraph separators, marks that
+// turn the direction of writing, and invalid UTF-8. At most `most_bytes`, cut between characters.
 std::string one_line(std::string_view text, std::size_t most_bytes = 300);
 
 }  // namespace loopwarden::notify

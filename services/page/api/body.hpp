@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies and queries, strictly: each key is asked for, what nobody asks for is an error with its name.
+// Reads bodies and queries strictly: a key that no handler reads is an error that names the key.
 #pragma once
 
 #include <cstdint>
@@ -14,21 +14,21 @@
 
 namespace loopwarden::page::api {
 
-// The body as an object with no other keys than these. Throws ApiError 400.
+// Returns the body as an object. Throws ApiError 400 if it has other keys than these.
 nlohmann::json object_of(const http::Request& request,
                          std::initializer_list<std::string_view> keys);
-// The same of an object within it.
+// Checks the keys of an object within the body in the same way.
 void check_keys(const nlohmann::json& object, std::string_view name,
                 std::initializer_list<std::string_view> keys);
 
-// Throw ApiError 400 if the key is missing or its value is of another type.
+// Return the value at `key`. Throw ApiError 400 if it is missing or of another type.
 std::string text_at(const nlohmann::json& object, const char* key, std::size_t longest);
 std::string text_or(const nlohmann::json& object, const char* key, std::size_t longest,
                     std::string fallback);
 std::int64_t whole_at(const nlohmann::json& object, const char* key, std::int64_t low,
                       std::int64_t high);
 
-// Of the query; nullopt if the key is absent or empty. Throws ApiError 400.
+// Returns a value of the query; nullopt if the key is absent or empty. Throws ApiError 400.
 std::optional<std::int64_t> whole_in(const http::Request& request, const char* key,
                                      std::int64_t low, std::int64_t high);
 std::string text_in(const http::Request& request, const char* key, std::size_t longest);
@@ -36,7 +36,7 @@ void check_query(const http::Request& request, std::initializer_list<std::string
 
 inline constexpr std::int64_t kLastMoment_ms = 4'102'444'800'000;  // 2100
 
-// As JSON, whatever bytes its texts have.
+// Returns JSON. Invalid bytes in texts are replaced.
 std::string dump(const nlohmann::json& value);
 http::Response json_response(const nlohmann::json& value);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the handlers work with. Each is used by several threads.
+// The objects that the handlers use. Several threads use each of them.
 #pragma once
 
 #include <functional>
@@ -33,21 +33,21 @@ struct Context {
   UserDirectory& users;
   Sessions& sessions;
   LogInGuard& guard;
-  ldap::LogIns* ldap;  // null: page.yaml has none
+  ldap::LogIns* ldap;  // null: not configured in page.yaml
   history::History& history;
   files::ReportStore& reports;
-  fleet::Fleet* fleet;  // null: page.yaml has none
+  fleet::Fleet* fleet;  // null: not configured in page.yaml
   std::function<http::Response(const http::Request&)> site;
   std::function<http::Counters()> counters;
 };
 
-// A request on its way to a handler, and who asks.
+// A request on its way to a handler, with the identity of its sender.
 struct Call {
   const http::Request& request;
   Identity who;
 };
 
-// Ends a handler; becomes {"error": what, "field": field}.
+// Ends a handler. The answer is {"error": what, "field": field}.
 class ApiError : public std::runtime_error {
  public:
   ApiError(int status, const std::string& what, std::string field = {})

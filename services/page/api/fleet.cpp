@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plant of boxes, out of the host's database.
+// Shows the plant of boxes from the host's database.
 #include "services/page/fleet_queries/fleet.hpp"
 
 #include "services/page/api/body.hpp"
@@ -16,7 +16,7 @@ http::Response response_of(std::shared_ptr<const std::string> answer) {
   return response;
 }
 
-// What was known last goes with the reason: a page that has just been opened has nothing else to show.
+// Returns the last data with the reason: a page that was just opened has no other data to show.
 http::Response with_last(const fleet::FleetDown& down,
                          const std::shared_ptr<const std::string>& last) {
   http::Response response;

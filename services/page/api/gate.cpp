@@ -7,7 +7,7 @@
 namespace loopwarden::page::api {
 namespace {
 
-// "box.plant:8480" is box.plant, "[::1]:8480" is ::1.
+// Returns the host name: box.plant for "box.plant:8480", ::1 for "[::1]:8480".
 std::string host_name(const std::string& host) {
   if (host.starts_with('[')) {
     const std::size_t end = host.find(']');
@@ -38,7 +38,7 @@ Identity identity_of(Context& context, const http::Request& request, Renews rene
 
 void check_host(const Context& context, const http::Request& request) {
   const std::string name = host_name(request.host);
-  // An address can't be made to lead elsewhere.
+  // An address can't be redirected by DNS.
   if (name == "localhost" || context.hosts.has(name) || base::parse_network(name)) return;
   throw ApiError(403, "this box has no name '" + name + "' that page.yaml knows (key hosts)");
 }

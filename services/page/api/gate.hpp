@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a request must pass before a handler sees it.
+// Checks that a request must pass before a handler gets it.
 #pragma once
 
 #include "services/page/api/context.hpp"
@@ -8,25 +8,26 @@ namespace loopwarden::page::api {
 
 inline constexpr const char* kCookie = "lw_session";
 
-// Whether a request keeps its session from ending as idle: one that a person makes (a POST, or X-Loopwarden-Person) does, what the
-// page asks by itself does not, nor does a stream that is looked at.
+// Whether a request keeps its session from ending as idle. Requests of a person do (a POST, or
+// X-Loopwarden-Person). Automatic requests of the page and open streams don't.
 enum class Renews { by_person, never };
 
-// Who asks. Without a users file everybody on this host is a viewer.
+// Returns the sender of the request. Without a users file, every client on this host is a viewer.
 Identity identity_of(Context& context, const http::Request& request,
                      Renews renews = Renews::by_person);
 
-// The host that the browser thinks it talks to is one of ours, so that no name of a stranger's leads here (DNS
-// rebinding). Throws ApiError 403.
+// Checks that the browser addresses one of this box's names, so that a foreign name can't lead here
+// (DNS rebinding). Throws ApiError 403.
 void check_host(const Context& context, const http::Request& request);
 
-// Throws ApiError 403 if Sec-Fetch-Site or Origin, as far as they are sent, show that another origin's page made the browser ask.
+// Throws ApiError 403 if Sec-Fetch-Site or Origin, as far as they are sent, show that a page of
+// another origin made the request.
 void check_origin(const http::Request& request);
 
-// A POST has the session's token and a JSON body. Throws ApiError 403 or 415.
+// Checks that a POST has the session's token and a JSON body. Throws ApiError 403 or 415.
 void check_post(const http::Request& request, const Identity& who);
 
-// Throws ApiError 401 or 403.
+// Checks that the sender has at least this role. Throws ApiError 401 or 403.
 void check_role(const Identity& who, Role needed);
 
 }  // namespace loopwarden::page::api

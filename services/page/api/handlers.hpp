@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One function a path; router.cpp has the table. Each throws ApiError, protocol::DaemonError or FleetDown.
+// One function per path; router.cpp has the table. They throw ApiError, DaemonError or FleetDown.
 #pragma once
 
 #include "services/page/api/context.hpp"

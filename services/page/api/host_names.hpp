@@ -8,7 +8,8 @@
 
 namespace loopwarden::page::api {
 
-// Names of this box in a browser's address line, in lower case, beside addresses. Any thread: a new certificate brings others.
+// Names of this box in a browser's address line, in lower case; addresses are always accepted. Any
+// thread: a new certificate changes the names.
 class HostNames {
  public:
   explicit HostNames(std::set<std::string> names) { replace(std::move(names)); }

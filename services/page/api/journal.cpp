@@ -39,7 +39,7 @@ constexpr std::array kColumns{
     "id",   "utc_ms", "kind", "loop", "alarm",  "from",  "to", "severity_percent",
     "peer", "what",   "old",  "new",  "result", "reason"};
 
-// A cell for spreadsheets: what they would take for a formula gets a quote before it.
+// Returns a cell for spreadsheets. Text that they would take for a formula gets a leading quote.
 std::string cell(const json& value) {
   if (value.is_null()) return {};
   if (!value.is_string()) return value.dump();

@@ -32,7 +32,8 @@ json state_json(const Box::Now& now) {
   return {{"up", now.up}, {"since_ms", now.since_ms}, {"why", now.why}};
 }
 
-// A daemon of another version may not know them; null where a slow disk has them, which holds up nothing else.
+// Returns the setups: an empty list if the daemon's version does not know them, null if a slow disk
+// delays them. The rest of the page does not wait for them.
 json setups_json(protocol::Daemon& daemon) {
   try {
     return daemon.ask(protocol::SetupsRequest{}).at("setups");
@@ -51,7 +52,7 @@ http::Response describe(Context& context, const Call& call) {
     response.body = dump({{"up", false}, {"loops", json::array()}});
     return response;
   }
-  // The daemon's text is an object: this goes in at its front.
+  // The daemon's text is an object; `up` is inserted at its front.
   response.body = (now.up ? R"({"up":true,)" : R"({"up":false,)") + now.state->text.substr(1);
   return response;
 }
@@ -60,7 +61,7 @@ http::Response events(Context& context, const Call& call) {
   check_query(call.request, {});
   http::Response response;
   response.content_type = "text/event-stream";
-  // Before the first event: how soon a browser comes back.
+  // Before the first event: the time after which a browser reconnects.
   response.body = "retry: 1000\n\n";
   response.may_stay = [&context, request = call.request] {
     return identity_of(context, request, Renews::never).role >= Role::viewer;

@@ -26,7 +26,7 @@ const protocol::LoopDescription& loop_at(const std::shared_ptr<const BoxState>& 
                                          std::string_view tag) {
   if (!state) {
     throw protocol::DaemonError(protocol::DaemonError::Kind::down,
-                                "nothing has been heard of the daemon yet");
+                                "the daemon has not answered yet; try again");
   }
   const protocol::LoopDescription* loop = state->find(tag);
   if (loop == nullptr) throw ApiError(404, "there is no loop of that name");
@@ -56,7 +56,7 @@ http::Response loop_alarms(Context& context, const Call& call) {
 
 namespace {
 
-// Who has the alarm that the address names: a loop's tag, or the box itself.
+// Returns the owner of the alarm in the address: a loop's tag, or the box itself.
 std::string owner_of(const std::shared_ptr<const BoxState>& state, std::string_view name) {
   constexpr std::string_view kBox = "box";
   return state && name == kBox ? std::string(kBox) : loop_at(state, name).tag;
@@ -74,7 +74,7 @@ http::Response loop_alarm(Context& context, const Call& call) {
 
 namespace {
 
-// Who has what the address names, where alarms may be acted on.
+// Returns the owner of the alarm in the address if alarms may be acted on.
 std::string owner_to_act_on(const std::shared_ptr<const BoxState>& state, const Call& call) {
   std::string owner = owner_of(state, call.request.part(2));
   if (!state->about.page.alarms) {

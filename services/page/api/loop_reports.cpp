@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports that the daemon has made of what is recorded of a loop: those there are, and an engineer's wish for one.
+// Lists the reports that the daemon has made from a loop's record, and takes an engineer's request
+// for a new one.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace loopwarden::page::api {
 
 using nlohmann::json;
 
-// Each with `id` where the page can show it: the index of reports may be some seconds behind.
+// Adds `id` to each report that the page can show. The index of reports may be some seconds old.
 http::Response loop_reports(Context& context, const Call& call) {
   check_query(call.request, {});
   const auto state = context.now().state;
@@ -36,7 +37,8 @@ http::Response ask_for_report(Context& context, const Call& call) {
   const auto state = context.now().state;
   const std::string tag = loop_at(state, call.request.part(2)).tag;
   if (!state->about.page.reports) {
-    throw ApiError(403, "loopwardend.yaml has no page: {reports: true}, so none can be asked for");
+    throw ApiError(403,
+                   "loopwardend.yaml has no page: {reports: true}, so reports can't be requested");
   }
   const json body = object_of(call.request, {"kind", "from_ms", "to_ms"});
   const protocol::ReportRequest request{

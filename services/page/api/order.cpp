@@ -57,7 +57,7 @@ Wish wish_of(const http::Request& request, const std::string& tag) {
   return wish;
 }
 
-// `to`: a request or what it expects.
+// `to`: a request, or the values that it expects.
 template <class To>
 void put(const std::string& what, const json& value, To& to) {
   if (what == "mode") {
@@ -75,8 +75,8 @@ http::Response changed_meanwhile(const json& told) {
   return response;
 }
 
-// Looks at the order again and again until the loop's cycle has taken it and the journal's line is on the disk. A slow loop's
-// cycle comes in seconds or minutes: between the looks no thread is held.
+// Polls a command until the loop's cycle has taken it and the journal's line is on the disk. The
+// cycle of a slow loop takes seconds or minutes. No thread is blocked between two polls.
 class Outcome {
  public:
   Outcome(Context& context, std::string tag, const protocol::OrderTaken& sent)
@@ -96,7 +96,8 @@ class Outcome {
   static constexpr std::chrono::milliseconds kLongestPause{1000};
   static constexpr std::chrono::milliseconds kForDisk{1000};
 
-  // The longer it takes the more seldom: page.sock answers so many lines a second, and acknowledgements need some of them.
+  // Returns a pause that grows with the waiting time: page.sock limits the lines per second, and
+  // acknowledgements need some of them.
   std::chrono::milliseconds pause() const {
     const auto waited =
         std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begun_);
@@ -148,7 +149,7 @@ protocol::Gains gains_at(const json& object, const char* key) {
 void check_may_tune(const BoxState& state, const protocol::LoopDescription& loop) {
   if (!state.about.page.tuning) {
     throw ApiError(403,
-                   "loopwardend.yaml has no page: {tuning: true}, so no gains are set from here");
+                   "loopwardend.yaml has no page: {tuning: true}, so the page can't set gains");
   }
   if (loop.control == "elsewhere") {
     throw ApiError(403, "another controller has this loop, and its gains");
@@ -161,14 +162,14 @@ http::Response order(Context& context, const Call& call) {
   if (!context.settings.control) throw ApiError(403, "page.yaml has no control: true");
   if (!state->about.page.control) {
     throw ApiError(403,
-                   "loopwardend.yaml has no page: {control: true}, so nothing is set from here");
+                   "loopwardend.yaml has no page: {control: true}, so the page can't set values");
   }
   const Wish wish = wish_of(call.request, loop.tag);
   protocol::SetRequest request{
       .loop = loop.tag, .user = call.who.user, .address = call.request.peer};
   put(wish.what, wish.value, request);
-  // Nothing known is no value to hold the order to, a loop that has not run yet: but where the output stands may be
-  // not known to the loop either, until somebody orders it.
+  // The command is not compared with an unknown old value, because the loop has not run yet. The
+  // output is an exception: until the first command the loop itself may not know it.
   if (wish.old && (!wish.old->is_null() || wish.what == "output")) {
     put(wish.what, *wish.old, request.expect.emplace());
   }

@@ -28,7 +28,8 @@ history::Stretch stretch_of(const http::Request& request) {
   return {from_ms, to_ms};
 }
 
-// What the daemon's memory has beyond the segments: where nothing is recorded, or the disk is behind.
+// Returns the rows in the daemon's memory that the segments lack, because the loop is not recorded
+// or the disk is late.
 std::vector<history::Block> newer_rows(Context& context, const Box::Now& now, const BoxState& state,
                                        const protocol::LoopDescription& loop,
                                        const std::optional<history::Block>& newest) {
@@ -60,7 +61,7 @@ void append_list(std::string& text, const char* name, const Values& values, Appe
 
 json or_null(const std::optional<std::int64_t>& value) { return value ? json(*value) : json(); }
 
-// By hand: a library takes ten times as long for the four thousand rows.
+// Written without a JSON library, which takes ten times as long for the four thousand rows.
 std::string past_json(const history::Past& past, const history::Stretch& stretch,
                       const protocol::LoopDescription& loop) {
   const json head = {
@@ -89,8 +90,8 @@ std::string past_json(const history::Past& past, const history::Stretch& stretch
   return text + "}";
 }
 
-// Time counts periods from the first row, so that the file is a record for `loopwarden gap` and `diagnose`; what is
-// missing is missing there.
+// Writes rows as CSV. Time counts periods from the first row, so the file is a record for
+// `loopwarden gap` and `diagnose`. Missing rows are left out; missing values are empty cells.
 class RowsAsCsv final : public http::Source {
  public:
   RowsAsCsv(const std::filesystem::path& folder, const history::Stretch& stretch, bool stem)
@@ -111,7 +112,8 @@ class RowsAsCsv final : public http::Source {
  private:
   void append(std::string& text, const history::RowReader::Row& row) {
     if (!first_ || first_->run != row.run) {
-      // Behind a restart periods count anew: the file goes on by the clock, in whole periods.
+      // Each run of the daemon counts its own periods. After a restart the file's time follows the
+      // clock, in whole periods.
       offset_ = first_ ? std::max(1.0, std::round(static_cast<double>(row.utc_ms - last_ms_) /
                                                   1000.0 / row.period_s)) +
                              last_period_

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-// A report is a page by itself, with scripts inline; it gets an origin of its own, from which nothing here can be asked.
+// A report has inline scripts. It gets a separate origin, which can't send requests to this page.
 constexpr const char* kReportPolicy =
     "sandbox allow-scripts allow-popups; default-src 'none'; style-src 'unsafe-inline'; "
     "script-src 'unsafe-inline'; img-src data:";
@@ -70,7 +70,7 @@ http::Response report(Context& context, const Call& call) {
   const auto& path = call.request.path;
   http::Response response;
   if (path.size() == 2) {
-    // To where its own links lead from.
+    // Redirects to the address to which the report's own links are relative.
     const auto name = context.reports.name(path[1]);
     if (!name) throw ApiError(404, "there is no such report");
     response.status = 302;

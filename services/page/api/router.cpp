@@ -24,7 +24,7 @@ using http::Pool;
 using http::Request;
 using http::Response;
 
-// What page.yaml must have for it.
+// The part of page.yaml that a path requires.
 enum class Of { page, box, fleet };
 
 struct Route {
@@ -96,7 +96,7 @@ const Route* find(const Request& request) {
   return nullptr;
 }
 
-// Methods that the path has; empty: there is no such path.
+// Returns the methods of the path; empty if there is no such path.
 std::string allowed(const Request& request) {
   std::string methods;
   for (const Route& route : kRoutes) {
@@ -124,7 +124,7 @@ void check_there(const Context& context, Of of) {
   if (of == Of::fleet && context.fleet == nullptr) throw ApiError(404, "page.yaml has no fleet");
 }
 
-// In the words of whatever was thrown.
+// Returns the answer for a thrown exception.
 Response excuse(std::exception_ptr what) {
   try {
     std::rethrow_exception(what);
@@ -138,11 +138,12 @@ Response excuse(std::exception_ptr what) {
     return http::error_response(e.kind() == record::RecordError::Kind::io ? 503 : 409, e.what());
   } catch (const std::exception& e) {
     spdlog::error("answer: {}", e.what());
-    return http::error_response(500, "the page could not answer; its log says why");
+    return http::error_response(500, "the page could not answer; its log has the reason");
   }
 }
 
-// What `make` returns or throws; the rounds that follow as well.
+// Returns the response of `make`, or the answer for its exception. The same applies to the
+// response's later rounds.
 Response excused(const std::function<Response()>& make) noexcept {
   try {
     Response response = make();
@@ -177,7 +178,7 @@ Response Router::route(const Request& request) {
                            : wrong_method(methods);
   }
   const Identity who = identity_of(context_, request);
-  // A page that a report opens is another origin's: it is in a sandbox.
+  // A page that a report opens has another origin, because it is in a sandbox.
   if (request.part(0) == "api") check_origin(request);
   if (route->method == Method::post) check_post(request, who);
   check_role(who, route->role);

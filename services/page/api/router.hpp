@@ -6,7 +6,7 @@
 
 namespace loopwarden::page::api {
 
-// Finds a request's handler, keeps who may not from it, and puts what it throws into words.
+// Finds a request's handler, rejects senders without the required role, and answers exceptions.
 class Router final : public http::Handler {
  public:
   explicit Router(Context context) : context_(std::move(context)) {}

@@ -27,7 +27,7 @@ std::string host_of_this_box() {
   return name.data();
 }
 
-// Of the process, which main() has given page.yaml's zone.
+// Returns the offset of the process's time zone, which main() sets from page.yaml.
 long utc_offset_s() {
   const std::time_t now = std::time(nullptr);
   std::tm local{};
@@ -71,16 +71,16 @@ http::Response too_often(unsigned wait_s) {
   return response;
 }
 
-// A log-in, for as long as its answer takes.
+// A log-in, from the request to its answer.
 struct Attempt {
   Context* context;
-  http::Request from;  // without its body, which has the password
-  std::string name;    // of the user; as the guard counts it
+  http::Request from;  // without its body, because that has the password
+  std::string name;    // of the user, as the guard counts it
   Moment begun = std::chrono::steady_clock::now();
 };
 
-// Where there is a directory a refusal comes as long after its request whatever was wrong, and by whom it was judged,
-// unless the directory itself takes longer than this: the time tells neither names nor passwords.
+// With a directory, every refusal takes this long, whatever its reason and whoever checked it. So
+// its time reveals neither names nor passwords, unless the directory itself takes longer.
 constexpr std::chrono::milliseconds kAnswerOfDirectory{1000};
 constexpr std::chrono::seconds kPatience{10};
 constexpr std::chrono::milliseconds kLook{50};
@@ -102,7 +102,7 @@ http::Response wrong(const Attempt& attempt) {
   return refused(attempt, 401, "user or password is wrong");
 }
 
-// It counts as no try, but is as late as a refusal: whoever tries again at once gains nothing.
+// Does not count as a try, but has the delay of a refusal, so an immediate new try gains no time.
 http::Response not_judged(const Attempt& attempt, const char* why) {
   attempt.context->guard.not_judged(attempt.name, attempt.from.network, attempt.begun);
   return refused(attempt, 503, why);
@@ -114,13 +114,13 @@ http::Response admitted(const Attempt& attempt, const User& user) {
   context.guard.right(attempt.name, request.network);
   spdlog::info("{} logged in from {}{}", attempt.name, request.peer,
                user.directory ? " by the directory" : "");
-  // What was there before ends: nobody's cookie grows into a session.
+  // Ends the earlier session, so that no cookie of before the log-in becomes a session (fixation).
   if (const auto old = request.cookies.find(kCookie); old != request.cookies.end()) {
     context.sessions.end(old->second);
   }
   const Moment now = std::chrono::steady_clock::now();
   const std::string cookie = context.sessions.begin(attempt.name, user, now);
-  // In this order: of a directory's user who has no session nothing is kept.
+  // The order matters: a directory's user is admitted only if he has a session.
   if (user.directory) context.users.admit(attempt.name, user.role, user.hash);
   const auto who = context.sessions.find(cookie, *context.users.users(), now, true);
   if (!who) throw ApiError(503, "the users have just changed; try again");
@@ -150,7 +150,7 @@ http::Response by_directory(const Attempt& attempt,
   spdlog::warn("log-in from {} refused by the directory: {}", attempt.from.peer, outcome.why);
   switch (outcome.end) {
     case End::unavailable:
-      return not_judged(attempt, "the directory can't be asked; the page's log says why");
+      return not_judged(attempt, "the directory can't be asked; the page's log has the reason");
     case End::no_group:
       return refused(attempt, 403,
                      "the directory knows you, but no group of yours gives a role here");
@@ -163,7 +163,7 @@ http::Request without_body(http::Request request) {
   return request;
 }
 
-// As the directory has it; nothing: it is not asked about this one.
+// Returns the name in the directory; nullopt if the directory is not asked about this user.
 std::optional<std::string> name_in_directory(const Context& context, const std::string& typed) {
   if (context.ldap == nullptr) return std::nullopt;
   std::optional<std::string> name = ldap::account_name(typed, context.settings.ldap->domains);

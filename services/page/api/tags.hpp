@@ -10,15 +10,15 @@
 
 namespace loopwarden::page::api {
 
-// The loop of a path, valid as long as the state. Throws ApiError 404.
+// Returns the loop of a path, valid as long as the state. Throws ApiError 404.
 const protocol::LoopDescription& loop_at(const std::shared_ptr<const BoxState>& state,
                                          std::string_view tag);
 
-// Throws ApiError 403.
+// Checks that the page may set this loop's gains. Throws ApiError 403.
 void check_may_tune(const BoxState& state, const protocol::LoopDescription& loop);
 
-// Where the recorder keeps the loop's segments: where the page's state directory is another than the daemon's, such as a copy,
-// it is the page's.
+// Returns the folder of the loop's segments. If the page's state directory differs from the
+// daemon's (a copy, for example), the page's directory is used.
 std::filesystem::path segments_of(const Context& context, const protocol::LoopDescription& loop);
 
 }  // namespace loopwarden::page::api

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What gains a loop could have, beside those in force. Nothing is set here.
+// Proposes gains for a loop and compares them with those in force. It sets no values.
 #include "services/page/tuning/proposal.hpp"
 
 #include <algorithm>
@@ -40,7 +40,7 @@ json process_json(const plant::ProcessParameters& process) {
           {"dead_time_s", process.dead_time_s}};
 }
 
-// Every so many samples of a curve.
+// Returns every `every`-th sample of a curve.
 json curve(const std::vector<double>& values, std::size_t every) {
   json points = json::array();
   for (std::size_t i = 0; i < values.size(); i += every) points.push_back(values[i]);
@@ -93,7 +93,7 @@ plant::LoopModel twin_of(Context& context, const std::string& tag) {
   return std::move(*loaded.value);
 }
 
-// The process from the record, with what is to be said of it in `about`.
+// Returns the process identified from the record. Notes about it are added to `about`.
 std::optional<plant::LoopModel> from_record(Context& context, const BoxState& state,
                                             const protocol::LoopDescription& loop,
                                             const tuning::LoopFacts& facts, json& about) {
@@ -132,7 +132,7 @@ std::optional<plant::LoopModel> from_record(Context& context, const BoxState& st
 }  // namespace
 
 http::Response proposed_gains(Context& context, const Call& call) {
-  // One at a time: an identification takes a processor for a while, and a thread that histories wait for.
+  // One at a time: an identification occupies a processor, and a thread that histories need.
   static std::mutex one_at_a_time;
   check_query(call.request, {"model", "form"});
   const auto state = context.now().state;
@@ -144,7 +144,7 @@ http::Response proposed_gains(Context& context, const Call& call) {
   const std::string form = text_in(call.request, "form", 16);
   if (!form.empty() && form != "pi" && form != "pid") throw ApiError(400, "pi or pid", "form");
   const std::unique_lock lock(one_at_a_time, std::try_to_lock);
-  if (!lock) throw ApiError(503, "gains are being worked out for somebody else; try again");
+  if (!lock) throw ApiError(503, "gains are being calculated for another request; try again");
 
   const auto now = ask(context.daemon, protocol::LoopRequest{loop.tag});
   const tuning::LoopFacts facts = facts_of(now);

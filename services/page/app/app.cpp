@@ -28,12 +28,12 @@ namespace loopwarden::page {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience{1000};
-// For a directory's answer; of what is asked nothing has to be kept.
+// Time to wait for a directory's answer. Requests to it change no data, so they may be cut off.
 constexpr std::chrono::milliseconds kPatienceAtEnd{2000};
-// An order waits for the daemon's disk.
+// Commands wait for the daemon's disk.
 constexpr std::chrono::milliseconds kOrderPatience{3000};
 
-// The box's own name counts beyond this host only, where TLS proves it.
+// Returns the names in page.yaml and, with TLS, those of the certificate, which proves them.
 std::set<std::string> hosts_of(const PageSettings& settings) {
   std::set<std::string> hosts;
   for (const std::string& host : settings.hosts) hosts.insert(base::lower_case(host));
@@ -76,7 +76,7 @@ SessionLimits session_limits(const PageSettings& settings) {
           .idle = whole(Minutes(settings.session_idle_minutes))};
 }
 
-// All parts of the running page, in the order in which they need each other.
+// Holds all parts of the running page, in the order of their dependencies.
 class App {
  public:
   App(const PageSettings& settings, const std::filesystem::path& site)
@@ -129,13 +129,13 @@ class App {
     server_.run();
     sd_notify(0, "STOPPING=1");
     box_.stop();
-    // Its thread still works on what the destructors would take away.
+    // Its thread still uses objects that the destructors would destroy.
     if (ldap_ && !ldap_->stop_for(kPatienceAtEnd)) ::_exit(kExitOk);
     return kExitOk;
   }
 
  private:
-  // Sockets of the service manager's, else those of page.yaml.
+  // Opens the service manager's sockets, otherwise those of page.yaml.
   void open() {
     const int inherited = sd_listen_fds(1);
     for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + inherited; ++fd) {
@@ -155,7 +155,7 @@ class App {
 
   void reload() {
     try {
-      // Both or neither: a browser is answered under the names that the certificate in force has.
+      // Both change or neither: the accepted names are always those of the certificate in force.
       std::set<std::string> names = hosts_of(settings_);
       server_.reload_certificate();
       hosts_.replace(std::move(names));
@@ -172,7 +172,7 @@ class App {
     if (users_.users() != before) server_.look_at_streams();
   }
 
-  // By the event loop: a loop that stands is not fed.
+  // Runs in the event loop: if the loop hangs, the watchdog is not fed.
   void keep_alive() {
     std::uint64_t watchdog_us = 0;
     if (sd_watchdog_enabled(0, &watchdog_us) <= 0) return;
@@ -203,7 +203,8 @@ class App {
   http::Server server_;
 };
 
-// "Africa/Johannesburg", as /etc/localtime leads there; UTC where it does not.
+// Returns a zone such as "Africa/Johannesburg", from the target of /etc/localtime; UTC if the
+// target names no zone.
 std::string zone_of_the_box() {
   std::error_code none;
   const std::string target = std::filesystem::read_symlink("/etc/localtime", none).string();
@@ -212,7 +213,7 @@ std::string zone_of_the_box() {
   return at == std::string::npos ? "UTC" : target.substr(at + kBefore.size());
 }
 
-// What the service manager has opened must not be more open than page.yaml may be.
+// Checks that the service manager's sockets are not more open than page.yaml may be.
 void check_inherited(const PageSettings& settings) {
   const int inherited = sd_listen_fds(0);
   for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + inherited; ++fd) {
@@ -228,7 +229,7 @@ void check_files(const PageSettings& settings) {
   try {
     if (settings.has_tls())
       SSL_CTX_free(http::make_tls_context({settings.certificate, settings.key}));
-    // One that is not there yet is a page that nobody can log in to.
+    // The file may not exist yet; until then no user can log in.
     if (std::filesystem::exists(settings.users)) read_users(settings.users);
     if (settings.ldap) ldap::check_files(*settings.ldap);
   } catch (const std::exception& e) {

@@ -14,12 +14,12 @@ class BadConfiguration : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// That certificate, key, users file and what the directory takes can be used. Throws BadConfiguration.
+// Checks that certificate, key, users file and directory files are usable. Throws BadConfiguration.
 void check_files(const PageSettings& settings);
 
-// Serves the page until SIGTERM or SIGINT; SIGHUP reads certificate and key again.
-// `site`: a folder in place of the built-in files, for work on them; empty: none. Returns the exit code; throws
-// BadConfiguration, or std::runtime_error if it can't begin.
+// Serves the page until SIGTERM or SIGINT; SIGHUP reads certificate and key again. `site`: a folder
+// that replaces the built-in files during development; empty: not used. Returns the exit code.
+// Throws BadConfiguration, or std::runtime_error if it can't begin.
 int serve(PageSettings settings, const std::filesystem::path& site);
 
 }  // namespace loopwarden::page

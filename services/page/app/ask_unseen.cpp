@@ -12,7 +12,7 @@
 namespace loopwarden::page {
 namespace {
 
-// A terminal that shows nothing of what is typed, while this is there.
+// Turns off the terminal's echo during its lifetime.
 class Silence {
  public:
   Silence() {

@@ -5,7 +5,7 @@
 
 namespace loopwarden::page {
 
-// A line typed at the terminal, which shows nothing of it. Throws std::runtime_error where there is no terminal.
+// Returns a line typed at the terminal without echo. Throws std::runtime_error without a terminal.
 std::string ask_unseen(const char* prompt);
 
 }  // namespace loopwarden::page

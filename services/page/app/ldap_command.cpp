@@ -40,7 +40,7 @@ std::string password_of(const TestOptions& options) {
   return password;
 }
 
-// A local user of the same name is let in by the file, whatever the directory says.
+// Warns if the users file has the name too: the page then lets the user in without the directory.
 void warn_of_local(const PageSettings& settings, const std::string& name) {
   UserDirectory users(settings.users);
   users.refresh();
@@ -73,7 +73,7 @@ int test_log_in(const TestOptions& options) {
       ldap::Server(*settings->ldap)
           .log_in(*name, password_of(options), [](const std::string& step) {
             fmt::print("{}\n", step);
-            std::fflush(stdout);  // before what stderr says of the next one
+            std::fflush(stdout);  // before the output of the next step on stderr
           });
   if (outcome.end == ldap::Outcome::End::admitted) {
     fmt::print("{} may log in as {}\n", *name, to_text(outcome.role));
@@ -88,7 +88,8 @@ int test_log_in(const TestOptions& options) {
 void add_ldap_command(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TestOptions>();
   CLI::App* sub = app.add_subcommand(
-      "ldap-test", "logs a user in by the directory, and says which step fails; asks the password");
+      "ldap-test",
+      "logs a user in by the directory, and reports the step that fails; asks the password");
   sub->add_option("NAME", options->name, "of the user, as typed at the page")->required();
   sub->add_option("--config", options->config, "page.yaml")->capture_default_str();
   sub->add_flag("--stdin", options->from_stdin, "the password is a line of the standard input");

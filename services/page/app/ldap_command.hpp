@@ -6,7 +6,7 @@
 
 namespace loopwarden::page {
 
-// It leaves its exit code in `exit_code`.
+// Writes the command's exit code to `exit_code`.
 void add_ldap_command(CLI::App& app, int& exit_code);
 
 }  // namespace loopwarden::page

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr const char* kDefaultUsers = "/etc/loopwarden-page/users";
 
 struct Options {
-  std::string file;  // of users; empty: what page.yaml names, else kDefaultUsers
+  std::string file;  // of users; empty: named in page.yaml, or kDefaultUsers
   std::string config = "/etc/loopwarden-page/page.yaml";
   std::string name;
   std::string role = "viewer";
@@ -63,7 +63,7 @@ fs::path file_of(const Options& options) {
 
 Users users_in(const fs::path& file) { return fs::exists(file) ? read_users(file) : Users(); }
 
-// Throws where the user is not there.
+// Returns the user. Throws std::runtime_error if he is not in the file.
 User& known(Users& users, const std::string& name) {
   const auto user = users.find(name);
   if (user != users.end()) return user->second;
@@ -77,7 +77,7 @@ void add_user(const Options& options) {
   const std::optional<Role> role = role_of(options.role);
   if (!role) throw std::runtime_error("a role is viewer, operator or engineer");
   if (options.display && *role != Role::viewer) {
-    throw CLI::ValidationError("--display", "a display is a viewer: nobody stands before it");
+    throw CLI::ValidationError("--display", "a display must be a viewer, because it is unattended");
   }
   if (!is_user_name(options.name)) {
     throw std::runtime_error("a name has 1 to 32 of a-z A-Z 0-9 . _ - and begins with a letter");
@@ -117,11 +117,11 @@ void list_users(const Options& options) {
 }
 
 void add_file_options(CLI::App* sub, Options& options) {
-  sub->add_option("--users", options.file, "the users file; else the one that page.yaml names");
+  sub->add_option("--users", options.file, "the users file; default: the one that page.yaml names");
   sub->add_option("--config", options.config, "page.yaml")->capture_default_str();
 }
 
-// A key that root makes is for the service to read, and for nobody else.
+// A key made by root must be readable for the service, and for no other user.
 void give_to_page(const fs::path& key) {
   const auto account = page_account();
   if (::geteuid() != 0 || !account) return;
@@ -160,7 +160,7 @@ void add_user_commands(CLI::App& app, int& exit_code) {
   CLI::App* add = asks(named(add_command(user, "add", "a new user", exit_code, add_user, options)));
   add->add_option(
          "--role", options->role,
-         "viewer looks; operator acknowledges, shelves, and sets where that is allowed; engineer")
+         "viewer looks; operator acknowledges, shelves, and sets values if allowed; engineer")
       ->capture_default_str();
   add->add_flag("--display", options->display,
                 "a wall display: its sessions don't end for want of a key press; a viewer only");

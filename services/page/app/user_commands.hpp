@@ -6,7 +6,7 @@
 
 namespace loopwarden::page {
 
-// They leave their exit code in `exit_code`, and throw std::runtime_error.
+// They write their exit code to `exit_code`, and throw std::runtime_error.
 void add_user_commands(CLI::App& app, int& exit_code);
 void add_certificate_command(CLI::App& app, int& exit_code);
 

@@ -17,7 +17,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using nlohmann::json;
 
-// Sizes and times of alarms change without their states.
+// Sizes and times of alarms change without a change of state: alarms are read at least this often.
 constexpr std::chrono::seconds kAlarmsAtLeast{5};
 
 std::vector<double> alarm_columns(const protocol::Overview& overview) {
@@ -31,7 +31,7 @@ std::vector<double> alarm_columns(const protocol::Overview& overview) {
 
 bool is_there(const protocol::Alarm& alarm) { return alarm.active || alarm.unacknowledged; }
 
-// Periods count from the daemon's start: one that restarted between two looks is seen by them.
+// Returns whether the daemon has restarted between two readings: its periods count from its start.
 bool has_begun_anew(const std::shared_ptr<const std::vector<double>>& before,
                     const std::vector<double>& now) {
   if (!before || before->size() != now.size()) return true;
@@ -41,7 +41,7 @@ bool has_begun_anew(const std::shared_ptr<const std::vector<double>>& before,
   return false;
 }
 
-// How long the plant has run, by the loop that is furthest.
+// Returns how long the plant has run, by the loop with the longest time.
 std::int64_t plant_ms(const std::vector<protocol::LoopDescription>& loops,
                       const std::vector<double>& periods) {
   double longest_s = 0.0;
@@ -57,7 +57,7 @@ json alarms_for_page(const protocol::Alarms& all) {
   json shown = json::array();
   std::map<std::string, std::pair<std::int64_t, std::size_t>> first;  // by loop: when, which
   for (const protocol::Alarm& alarm : all.alarms) {
-    // One that is suppressed and off is one that could not come: of a plant at rest that would be all of them.
+    // A suppressed alarm that is off was not raised. In a plant at rest these would be all alarms.
     if (alarm.state == "normal" || (alarm.state == "suppressed" && !is_there(alarm))) continue;
     json one = alarm;
     one["first_out"] = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of the daemon on this box: one thread asks it, for all clients together.
+// The state of the daemon on this box: one thread asks the daemon, for all clients together.
 #pragma once
 
 #include <chrono>
@@ -24,8 +24,8 @@ namespace loopwarden::page {
 
 struct BoxSettings {
   std::string status_socket;              // empty: there is no daemon, only the errand
-  std::chrono::milliseconds live{500};    // between looks while somebody listens
-  std::chrono::milliseconds quiet{2000};  // while nobody does: for sparklines
+  std::chrono::milliseconds live{500};    // between two readings while clients listen
+  std::chrono::milliseconds quiet{2000};  // without listeners, for sparklines
   std::chrono::milliseconds patience{1000};
 };
 
@@ -33,7 +33,7 @@ class Box {
  public:
   // Called by the box's thread with an event for the clients.
   using Publish = std::function<void(http::EventKind kind, std::string data)>;
-  // Called by the box's thread at each look, at most every `quiet`.
+  // Called by the box's thread at each reading, at most every `quiet`.
   using Errand = std::function<void()>;
 
   explicit Box(BoxSettings settings);
@@ -43,14 +43,15 @@ class Box {
 
   void start(Publish publish, Errand errand);
   void stop();
-  void listeners(std::size_t count);  // somebody who has just come is served at once
+  void listeners(std::size_t count);  // a new listener is served at once
 
   // Any thread.
   struct Now {
     bool up = false;
-    std::int64_t since_ms = 0;              // UTC, of the last change
-    std::string why;                        // it is down
-    std::shared_ptr<const BoxState> state;  // null: never heard of; of one that is down the last
+    std::int64_t since_ms = 0;  // UTC, of the last change
+    std::string why;            // reason, if it is down
+    // Null: never received. The last one if the daemon is down.
+    std::shared_ptr<const BoxState> state;
     std::shared_ptr<const std::string> alarms;           // as /api/alarms
     std::int64_t now_ms = 0;                             // of the newest overview
     std::shared_ptr<const std::vector<double>> periods;  // of each loop in that overview
@@ -82,15 +83,15 @@ class Box {
   Now now_;
   Sparklines sparklines_;
 
-  // Of the thread alone.
-  std::vector<double> alarm_columns_;  // of the newest overview: when they change, the alarms have
-  std::string alarm_list_;             // as published last
+  // Used only by the thread. alarm_columns_: of the newest overview; they change with the alarms.
+  std::vector<double> alarm_columns_;
+  std::string alarm_list_;  // as published last
   std::chrono::steady_clock::time_point alarms_due_{};
   base::Thread thread_;
 };
 
-// The alarms of the daemon's answer that aren't normal, nor suppressed and off, each with "first_out": it came before the others of its
-// loop that are still there.
+// Returns the alarms to show: all that are neither normal nor suppressed and off. "first_out" marks
+// the alarm that was raised before all other active alarms of its loop.
 nlohmann::json alarms_for_page(const protocol::Alarms& all);
 
 }  // namespace loopwarden::page

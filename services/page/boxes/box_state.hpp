@@ -12,7 +12,7 @@
 
 namespace loopwarden::page {
 
-// The daemon's answer to `describe`, for browsers as it came.
+// The daemon's answer to `describe`, unchanged for browsers.
 struct BoxState {
   std::string text;  // JSON
   protocol::Description about;
@@ -24,7 +24,7 @@ struct BoxState {
   }
 };
 
-// Throws protocol::DaemonError for what is no such answer.
+// Reads an answer. Throws protocol::DaemonError if it is malformed.
 std::shared_ptr<const BoxState> box_state_of(const nlohmann::json& answer);
 
 }  // namespace loopwarden::page

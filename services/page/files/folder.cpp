@@ -13,7 +13,7 @@
 namespace loopwarden::page::files {
 namespace {
 
-// Not open if it can't be had. O_NONBLOCK: a FIFO must not hold the thread.
+// Returns a file that may not be open. O_NONBLOCK: a FIFO must not block the thread.
 base::File open_below(const std::filesystem::path& top, const std::vector<std::string>& parts,
                       int flags) {
   constexpr int kCommon = O_RDONLY | O_CLOEXEC | O_NONBLOCK;

@@ -23,7 +23,8 @@ constexpr std::size_t kMostReportBytes = 32UL * 1024UL * 1024UL;
 constexpr std::size_t kMostEvidenceBytes = 8UL * 1024UL * 1024UL;
 constexpr std::size_t kHeadBytes = 4096;
 
-// FNV-1a, 64 bits: the same at every start, so that a link to a report lasts.
+// Returns the 64-bit FNV-1a hash. It is the same after every start, so links to a report stay
+// valid.
 std::string id_of(const std::string& path) {
   std::uint64_t hash = 14'695'981'039'346'656'037ULL;
   for (const char c : path) {
@@ -62,11 +63,12 @@ std::string title_in(std::string_view html) {
   return title;
 }
 
-// What the daemon's names are made of.
+// Patterns of the daemon's names.
 constexpr const char* kTag = "([A-Za-z0-9][A-Za-z0-9._-]{0,31})";
 constexpr const char* kTime = "[0-9]{8}T[0-9]{9}Z";
 
-// Of TAG-KIND-TIME, the folder of a report that was asked for on the page; else empty.
+// Returns TAG and KIND of TAG-KIND-TIME, the folder of a report that was requested on the page;
+// otherwise empty texts.
 std::pair<std::string, std::string> loop_and_kind(const std::vector<std::string>& parts) {
   static const std::regex name(fmt::format("{}-(gap|commission|survey|diagnose)-{}", kTag, kTime));
   std::smatch found;
@@ -75,7 +77,7 @@ std::pair<std::string, std::string> loop_and_kind(const std::vector<std::string>
   return {found[1], found[2]};
 }
 
-// By its place and its name, then by how its title begins, as the workbench writes them.
+// Returns the kind by place and name, then by the beginning of the title from the workbench.
 std::string kind_of(const std::vector<std::string>& parts, std::string_view title) {
   const std::string& name = parts.back();
   const std::string asked = loop_and_kind(parts).second;
@@ -91,7 +93,7 @@ std::string kind_of(const std::vector<std::string>& parts, std::string_view titl
   return "other";
 }
 
-// Evidence is called TIME-TAG-ALARM.
+// Returns the loop. Evidence is called TIME-TAG-ALARM.
 std::string loop_of(const std::vector<std::string>& parts) {
   if (std::string loop = loop_and_kind(parts).first; !loop.empty()) return loop;
   if (parts.size() < 3 || parts.front() != "evidence") return {};
@@ -158,7 +160,7 @@ void ReportStore::walk() {
       it.disable_recursion_pending();
       continue;
     }
-    // Segments are many, and none of them is a report.
+    // Segments are many, and no reports.
     const bool segments = it.depth() == 0 && entry.path().filename() == "segments";
     if (it.depth() >= kMostDepth || segments) it.disable_recursion_pending();
     look_into(entry, found);
@@ -182,7 +184,7 @@ ReportStore::List ReportStore::reports() {
   const auto [before, is_fresh] = now_there(Clock::now());
   if (is_fresh) return before;
   std::unique_lock walking(walking_, std::defer_lock);
-  // Without any index all wait for the first one.
+  // Before the first index, all callers wait for it.
   before ? static_cast<void>(walking.try_lock()) : walking.lock();
   if (!walking.owns_lock()) return before;
   if (!now_there(Clock::now()).second) walk();

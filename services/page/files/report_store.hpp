@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports and evidence below the daemon's state directory.
+// Provides reports and evidence below the daemon's state directory.
 #pragma once
 
 #include <chrono>
@@ -17,40 +17,41 @@
 namespace loopwarden::page::files {
 
 struct Report {
-  std::string id;    // of its path, the same as long as it lies there
+  std::string id;    // of its path: the same as long as the file stays there
   std::string kind;  // gap, training, commissioning, survey, diagnosis, explanation or other
   std::string title;
   std::int64_t utc_ms = 0;  // when it was written
   std::uintmax_t bytes = 0;
-  std::string loop;                // empty: of none, or of several
+  std::string loop;                // empty: no loop, or several
   std::vector<std::string> parts;  // its path below the folder
 };
 
-// Any thread. Reports are in an index, which one caller at a time makes anew by a walk through the state directory, at most every few
-// seconds; all others get the index that is there.
+// Finds reports by an index, which one caller at a time renews by a walk through the state
+// directory, at most every few seconds. Meanwhile all others get the existing index. Any thread.
 class ReportStore {
  public:
-  // `fresh`: how long an index lasts; one that took long to make lasts longer, so that walks take a tenth of one thread's time.
+  // `fresh`: lifetime of an index. An index that took long to make lives longer, so that walks take
+  // a tenth of one thread's time.
   explicit ReportStore(std::filesystem::path state_directory,
                        std::chrono::milliseconds fresh = std::chrono::seconds(5))
       : folder_(std::move(state_directory)), fresh_(fresh) {}
 
   using List = std::shared_ptr<const std::vector<Report>>;
-  // Every *.html, at most kMost, newest first.
+  // Returns every *.html, at most kMost, newest first.
   List reports();
 
-  // name() and read() know the reports of the index and never walk for one that is not in it. The report's file name; nullopt if
-  // there is none of this id.
+  // Returns the report's file name; nullopt for an unknown id. name() and read() search only the
+  // existing index and never walk.
   std::optional<std::string> name(const std::string& id);
 
   struct Content {
     std::string type;
     std::string bytes;
   };
-  // A file below the report's folder, by its path there. A page has its stylesheets and scripts inside.
+  // Returns a file below the report's folder, by its path there. Pages include styles and scripts.
   std::optional<Content> read(const std::string& id, const std::vector<std::string>& below);
 
-  // Files of a piece of evidence, by name; it may lie within another one's folder.
+  // Return files of a piece of evidence, by name. Its folder may be inside another one's.
   std::vector<std::string> evidence_files(const std::string& id) const;
   std::optional<std::string> evidence_file(const std::string& id, const std::string& name) const;
   std::filesystem::path evidence_folder(const std::string& id) const;
@@ -74,12 +75,12 @@ class ReportStore {
   Folder folder_;
   std::chrono::milliseconds fresh_;
 
-  std::mutex walking_;  // held by who walks
-  // Of who walks.
+  std::mutex walking_;  // held by the walking thread
+  // Used only by the walking thread.
   std::map<std::string, Known> known_;  // by path; a title is read once
 
   std::mutex mutex_;
-  List index_;  // null: never made
+  List index_;  // null: not made yet
   Clock::time_point due_;
 };
 

@@ -11,17 +11,18 @@ namespace {
 
 using Read = std::function<std::optional<std::string>(const std::vector<std::string>&)>;
 
-// As the workbench writes them.
+// The two forms of links that the workbench writes.
 struct Form {
   std::string_view before;  // the address
   std::string_view behind;
-  std::string_view open;  // the element in its place
+  std::string_view open;  // the element that replaces the link
   std::string_view close;
 };
 constexpr std::array kForms{Form{"<link rel=\"stylesheet\" href=\"", "\">", "<style>", "</style>"},
                             Form{"<script src=\"", "\"></script>", "<script>", "</script>"}};
 
-// "../assets/a.css" of pages/1.html is assets/a.css; nothing where it leads out, or is no plain relative path.
+// Returns the resolved path: assets/a.css for "../assets/a.css" in pages/1.html. Returns nullopt if
+// it leads out, or is not a plain relative path.
 std::optional<std::vector<std::string>> resolved(std::string_view address,
                                                  std::vector<std::string> parts) {
   if (!parts.empty()) parts.pop_back();

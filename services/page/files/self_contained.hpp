@@ -9,9 +9,10 @@
 
 namespace loopwarden::page::files {
 
-// `html` with its stylesheets and scripts inside. A report is shown with an origin of its own, from which it may fetch nothing, so
-// what lies beside it has to come with it. `page`: its path below the report's folder; `read`: a file by such a path. What can't
-// be read, leads out of the folder or would end its own element stays as it is.
+// Returns `html` with its stylesheets and scripts inside. A report is shown with a separate origin,
+// which may not fetch files, so its page must contain them. `page`: its path below the report's
+// folder. `read`: returns a file for such a path. A link stays as it is if its file can't be read,
+// is outside the folder, or would end its own element.
 std::string self_contained(
     std::string_view html, const std::vector<std::string>& page,
     const std::function<std::optional<std::string>(const std::vector<std::string>&)>& read);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many alarms a group raises, against the figures of ISA-18.2 for one operator.
+// Compares the alarm rate of a group with the figures of ISA-18.2 for one operator.
 #pragma once
 
 #include <array>
@@ -15,13 +15,13 @@ inline constexpr std::int64_t kBin_s = 600;
 inline constexpr std::int64_t kBinsOfDay = 144;
 inline constexpr std::int64_t kBinsOfWeek = 7 * kBinsOfDay;
 
-// On average in 10 minutes; in a flood; share of the time in floods.
+// Limits: mean per 10 minutes, start of a flood per 10 minutes, share of the time in floods.
 inline constexpr double kAcceptable = 1.0;
 inline constexpr double kMostManageable = 2.0;
-inline constexpr std::int64_t kFlood = 10;  // more than that in 10 minutes
+inline constexpr std::int64_t kFlood = 10;  // more than this in 10 minutes
 inline constexpr double kMostFlood_percent = 1.0;
 
-// Alarms that a group has raised within 10 minutes; bin: their number.
+// Number of alarms that a group has raised in a bin of 10 minutes. bin: number of the bin.
 struct RaisedRow {
   std::string group;
   std::int64_t bin = 0;
@@ -30,7 +30,7 @@ struct RaisedRow {
 
 struct RateOfSpan {
   std::int64_t raised = 0;
-  double per_bin = 0.0;  // mean, in 10 minutes
+  double per_bin = 0.0;  // mean per 10 minutes
   std::int64_t most = 0;
   double flood_percent = 0.0;  // of the time
 };
@@ -38,10 +38,11 @@ struct RateOfSpan {
 struct AlarmRate {
   RateOfSpan day;
   RateOfSpan week;
-  std::array<std::int64_t, kBinsOfDay> bins{};  // of the day, the newest last
+  std::array<std::int64_t, kBinsOfDay> bins{};  // of the last day, newest last
 };
 
-// Of the week before the bin `until`. By group; of all together under "". A group without a row is not in it.
+// Returns the rates of the week before the bin `until`, by group. The entry "" is for all groups
+// together. A group without a row has no entry.
 std::map<std::string, AlarmRate> alarm_rates(const std::vector<RaisedRow>& rows,
                                              std::int64_t until);
 

@@ -32,7 +32,7 @@ AnswerCache::Answer AnswerCache::get(const std::string& key, const Make& make) {
   Answer answer;
   if (find(key, answer)) return answer;
   const std::lock_guard turn(making_);
-  // Another may have made it, or failed to, while this one waited.
+  // While this thread waited, another one may have made the answer, or failed.
   if (find(key, answer)) return answer;
   try {
     answer = make();

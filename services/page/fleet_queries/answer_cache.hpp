@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Answers that many ask for and one makes.
+// Caches answers that many clients request, so that each is made once.
 #pragma once
 
 #include <chrono>
@@ -13,25 +13,27 @@
 namespace loopwarden::fleet {
 
 struct CacheLimits {
-  std::chrono::milliseconds fresh{5000};        // so long an answer is given again
+  std::chrono::milliseconds fresh{5000};        // an answer is reused for this time
   std::chrono::milliseconds retry_after{2000};  // after a failure
-  std::size_t most = 64;                        // answers kept; the one made longest ago goes
+  std::size_t most = 64;                        // most answers kept; the oldest is dropped
 };
 
-// Any thread. Answers are made one at a time, of whatever key.
+// Thread-safe. Answers are made one at a time, whatever their key.
 class AnswerCache {
  public:
   using Answer = std::shared_ptr<const std::string>;
   using Clock = std::chrono::steady_clock;
-  // Null: there is nothing of that key; that is kept as any other answer. Throws FleetDown.
+  // Makes an answer. Null means that the key has no data; it is cached like any answer. Throws
+  // FleetDown.
   using Make = std::function<Answer()>;
 
   explicit AnswerCache(CacheLimits limits = {}, std::function<Clock::time_point()> now = Clock::now)
       : limits_(limits), now_(std::move(now)) {}
 
-  // Throws FleetDown, as `make` threw it, if the last attempt failed less than `retry_after` ago and no fresh answer is there.
+  // Returns a fresh answer, making it if needed. Throws FleetDown, as `make` did, if no fresh
+  // answer exists and the last attempt failed less than `retry_after` ago.
   Answer get(const std::string& key, const Make& make);
-  // However old; null: none.
+  // Returns the newest answer of any age; null: no answer.
   Answer last(const std::string& key) const;
 
  private:
@@ -39,16 +41,17 @@ class AnswerCache {
     Answer answer;
     Clock::time_point made;
   };
-  // The fresh one, in `answer`; throws FleetDown if the last attempt failed less than `retry_after` ago.
+  // Finds the fresh answer. Throws FleetDown if the last attempt failed less than `retry_after`
+  // ago.
   bool find(const std::string& key, Answer& answer) const;
   void keep(const std::string& key, const Answer& answer);
 
   CacheLimits limits_;
   std::function<Clock::time_point()> now_;
   std::mutex making_;
-  mutable std::mutex mutex_;  // of what follows
+  mutable std::mutex mutex_;  // guards the members below
   std::map<std::string, Entry> entries_;
-  std::string why_;  // the newest attempt failed
+  std::string why_;  // reason, if the newest attempt failed
   Clock::time_point failed_{};
 };
 

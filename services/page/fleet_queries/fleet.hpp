@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the API asks of the plant's database.
+// Queries of the API on the plant's database.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace loopwarden::fleet {
 
-// The database does not answer, in its words.
+// The database does not answer. The text is the database's error.
 class FleetDown : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -20,15 +20,15 @@ struct ValveName {
   std::string device;
 };
 
-// Answers are JSON, made once for all who ask within some seconds.
+// Answers queries as JSON. An answer is made once for all requests within some seconds.
 class Fleet {
  public:
   virtual ~Fleet() = default;
-  // Of one group, or of all (empty). Throws FleetDown.
+  // Returns the overview of one group, or of all (empty). Throws FleetDown.
   virtual std::shared_ptr<const std::string> overview(const std::string& group) = 0;
-  // The newest answer that overview() has given, however old; null: none.
+  // Returns the newest answer of overview() of any age; null: no answer.
   virtual std::shared_ptr<const std::string> last_overview(const std::string& group) = 0;
-  // Null: there is no such valve. Throws FleetDown.
+  // Returns null if the valve does not exist. Throws FleetDown.
   virtual std::shared_ptr<const std::string> valve(const ValveName& name) = 0;
 };
 

@@ -41,7 +41,7 @@ json rate_json(const std::string& group, const AlarmRate& rate) {
           {"bins", rate.bins}};
 }
 
-// Those with the most alarms; all together first.
+// Returns the rates of the groups with the most alarms. The rate of all groups together is first.
 json rates_json(const std::map<std::string, AlarmRate>& rates, std::int64_t until_s) {
   std::vector<std::pair<std::string, AlarmRate>> order(rates.begin(), rates.end());
   std::stable_sort(order.begin() + 1, order.end(), [](const auto& a, const auto& b) {
@@ -135,7 +135,7 @@ void FleetDatabase::add_curves(pqxx::transaction_base& database, json& valves,
   for (std::size_t i = 0; i < missing.size(); ++i) curves_[missing[i]] = {curves[i], now};
   for (json& valve : valves) {
     std::vector<double> curve = curves_[{valve["device_id"].get<int>(), valve["alarm"]}].severity;
-    // The history is some minutes behind.
+    // The history is some minutes old, so the present severity is appended.
     if (!curve.empty() && valve["severity"].is_number()) {
       curve.back() = std::fmax(curve.back(), valve["severity"].get<double>());
     }
@@ -167,8 +167,8 @@ const json& FleetDatabase::figures(pqxx::transaction_base& database, const std::
   return (figures_[group] = {day_figures(database, group, now_ms), now}).what;
 }
 
-// Only whole ten minutes count, so they are asked for when one more has passed, and but for the first time those of the
-// last day alone: what a box stored while it was away comes late.
+// Only complete bins of 10 minutes count, so the query runs when another bin is complete. After the
+// first time it reads the last day only, because boxes send stored values late.
 const json& FleetDatabase::rates(pqxx::transaction_base& database, std::int64_t now_ms) {
   const std::int64_t until = now_ms / 1000 / kBin_s;
   if (until == rates_until_) return rates_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plant's database, read only.
+// Answers queries from the plant's database, read-only.
 #pragma once
 
 #include <chrono>
@@ -22,8 +22,9 @@
 
 namespace loopwarden::fleet {
 
-// Any thread. One connection, opened when somebody asks and again after it was lost; one query at a time, of 20 s at most. What
-// changes slowly (curves, versions, alarm rates and figures) is asked for less often than what is on now.
+// Thread-safe. It has one connection, which it opens at the first query and again after a loss. One
+// query runs at a time, for at most 20 s. Slowly changing data (curves, versions, alarm rates and
+// figures) are queried less often than active alarms.
 class FleetDatabase final : public Fleet {
  public:
   explicit FleetDatabase(DatabaseSettings settings, CacheLimits limits = {});
@@ -45,7 +46,7 @@ class FleetDatabase final : public Fleet {
 
   AnswerCache::Answer make_overview(const std::string& group);
   AnswerCache::Answer make_valve(const ValveName& name);
-  // `ask` with the connection; whatever goes wrong ends the connection and becomes FleetDown.
+  // Calls `ask` with the connection. Any error closes the connection and becomes FleetDown.
   nlohmann::json asked(const std::function<nlohmann::json(pqxx::transaction_base&)>& ask);
   void add_curves(pqxx::transaction_base& database, nlohmann::json& valves, std::int64_t now_ms);
   const nlohmann::json& versions(pqxx::transaction_base& database, const std::string& group);
@@ -56,7 +57,7 @@ class FleetDatabase final : public Fleet {
   DatabaseSettings settings_;
   AnswerCache overviews_;
   AnswerCache valves_;
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the members below
   std::unique_ptr<pqxx::connection> connection_;
   std::map<AlarmName, Curve> curves_;
   std::map<std::string, Slow> versions_;  // by group

@@ -21,19 +21,24 @@ constexpr const char* kNow = "SELECT (extract(epoch FROM now()) * 1000)::bigint"
 
 constexpr const char* kGroups = R"(
 WITH box AS (
-  SELECT group_name, count(*) AS boxes, count(*) FILTER (WHERE online) AS online FROM edge GROUP BY 1),
+  SELECT group_name, count(*) AS boxes, count(*) FILTER (WHERE online) AS online FROM edge
+    GROUP BY 1),
 silent AS (SELECT group_name, count(*) AS silent FROM silent_box GROUP BY 1),
 loops AS (
-  SELECT group_name, count(*) AS loops, count(*) FILTER (WHERE online) AS loops_online FROM loop GROUP BY 1),
+  SELECT group_name, count(*) AS loops, count(*) FILTER (WHERE online) AS loops_online FROM loop
+    GROUP BY 1),
 sick AS (
   SELECT group_name, count(DISTINCT device_id) FILTER (WHERE of_valve) AS sick,
          count(DISTINCT device_id) FILTER (WHERE alarm = ANY($1::text[])) AS faulty,
          count(*) FILTER (WHERE state = 'unacknowledged') AS waiting
     FROM worst_valve GROUP BY 1)
-SELECT group_name AS "group", boxes, online, coalesce(silent, 0) AS silent, coalesce(loops, 0) AS loops,
-       coalesce(loops_online, 0) AS loops_online, coalesce(sick, 0) AS sick, coalesce(faulty, 0) AS faulty,
+SELECT group_name AS "group", boxes, online, coalesce(silent, 0) AS silent,
+  coalesce(loops, 0) AS loops,
+       coalesce(loops_online, 0) AS loops_online, coalesce(sick, 0) AS sick,
+         coalesce(faulty, 0) AS faulty,
        coalesce(waiting, 0) AS waiting
-  FROM box LEFT JOIN silent USING (group_name) LEFT JOIN loops USING (group_name) LEFT JOIN sick USING (group_name)
+  FROM box LEFT JOIN silent USING (group_name) LEFT JOIN loops USING (group_name)
+    LEFT JOIN sick USING (group_name)
   ORDER BY 1)";
 
 constexpr const char* kWorst = R"(
@@ -45,7 +50,7 @@ SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.stat
   WHERE $1 IN ('', w.group_name) AND w.alarm <> ALL($3::text[])
   ORDER BY w.severity DESC NULLS LAST, w.group_name, w.edge, w.tag, w.alarm LIMIT $2)";
 
-// The view has all that is on; here are those that are no valve's.
+// The view has all active alarms. This query selects those that are not a valve's.
 constexpr const char* kFaulty = R"(
 SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.state,
        (extract(epoch FROM w.since) * 1000)::bigint AS since_ms, w.online,
@@ -57,11 +62,14 @@ SELECT w.group_name AS "group", w.edge, d.name AS device, w.tag, w.alarm, w.stat
 
 constexpr const char* kSilent = R"(
 SELECT group_name AS "group", edge, online, (extract(epoch FROM since) * 1000)::bigint AS since_ms,
-       (extract(epoch FROM heard) * 1000)::bigint AS heard_ms, extract(epoch FROM silence)::float8 AS silence_s,
-       clock_offset_s, (extract(epoch FROM conflict) * 1000)::bigint AS conflict_ms, count(*) OVER () AS "all"
-  FROM silent_box WHERE $1 IN ('', group_name) ORDER BY heard NULLS FIRST, group_name, edge LIMIT $2)";
+       (extract(epoch FROM heard) * 1000)::bigint AS heard_ms,
+         extract(epoch FROM silence)::float8 AS silence_s,
+       clock_offset_s, (extract(epoch FROM conflict) * 1000)::bigint AS conflict_ms,
+         count(*) OVER () AS "all"
+  FROM silent_box WHERE $1 IN ('', group_name) ORDER BY heard NULLS FIRST, group_name, edge
+    LIMIT $2)";
 
-// A box that is new has no configuration before its first.
+// The first configuration of a new box is no change.
 constexpr const char* kDifferent = R"(
 WITH changed AS (
   SELECT d.edge_id, max(v.time) AS time, count(*) AS changes
@@ -69,13 +77,16 @@ WITH changed AS (
       JOIN value v ON v.metric_id = m.id AND v.time > now() - interval '7 days'
     WHERE d.name = '' AND EXISTS (SELECT FROM value w WHERE w.metric_id = m.id AND w.time < v.time)
     GROUP BY 1)
-SELECT b.group_name AS "group", b.edge, b.version, b.config_hash, b.model_hash, b.version_differs, b.config_differs,
-       b.model_differs, (extract(epoch FROM c.time) * 1000)::bigint AS changed_ms, coalesce(c.changes, 0) AS changes,
+SELECT b.group_name AS "group", b.edge, b.version, b.config_hash, b.model_hash, b.version_differs,
+  b.config_differs,
+       b.model_differs, (extract(epoch FROM c.time) * 1000)::bigint AS changed_ms,
+         coalesce(c.changes, 0) AS changes,
        count(*) OVER () AS "all"
   FROM box_version b LEFT JOIN changed c USING (edge_id)
   WHERE $1 IN ('', b.group_name)
     AND (b.version_differs OR b.model_differs OR b.config_differs OR c.changes IS NOT NULL)
-  ORDER BY b.version_differs DESC, b.model_differs DESC, b.config_differs DESC, c.time DESC, b.group_name, b.edge
+  ORDER BY b.version_differs DESC, b.model_differs DESC, b.config_differs DESC, c.time DESC,
+    b.group_name, b.edge
   LIMIT $2)";
 
 constexpr const char* kUsual = R"(
@@ -95,17 +106,20 @@ SELECT (extract(epoch FROM r.time) * 1000)::bigint, l.edge || '/' || l.tag, r.na
   WHERE r.raised AND r.time >= to_timestamp($1::float8) AND $2 IN ('', l.group_name)
   ORDER BY r.time DESC LIMIT 50000)";
 
-// The register, which is 0 while the alarm is off; of other edges the alarm's own metric, which they leave out then.
+// Uses the register, which is 0 while the alarm is off. For other edges it uses the alarm's own
+// metric, which they omit while it is off.
 constexpr const char* kCurves = R"(
 WITH asked AS (
   SELECT p.place, (SELECT m.id FROM metric m
-                     WHERE m.device_id = p.device_id AND m.name IN ('severity_' || p.alarm, 'alarm/' || p.alarm || '/severity')
+                     WHERE m.device_id = p.device_id
+                       AND m.name IN ('severity_' || p.alarm, 'alarm/' || p.alarm || '/severity')
                      ORDER BY m.name DESC LIMIT 1) AS metric_id
     FROM unnest($1::integer[], $2::text[]) WITH ORDINALITY AS p(device_id, alarm, place))
 SELECT place, -1 AS step, before.last, before.last
   FROM asked a JOIN LATERAL (
     SELECT h.last FROM history_decimated h
-      WHERE h.metric_id = a.metric_id AND h.bucket < to_timestamp($3::bigint) ORDER BY h.bucket DESC LIMIT 1) before ON true
+      WHERE h.metric_id = a.metric_id AND h.bucket < to_timestamp($3::bigint) ORDER BY h.bucket DESC
+        LIMIT 1) before ON true
 UNION ALL
 SELECT place, floor((date_part('epoch', h.bucket) - $3::bigint) / $4::bigint)::integer, max(h.high),
        (array_agg(h.last ORDER BY h.bucket DESC))[1]
@@ -114,41 +128,48 @@ SELECT place, floor((date_part('epoch', h.bucket) - $3::bigint) / $4::bigint)::i
 ORDER BY 1, 2)";
 
 constexpr const char* kValve = R"(
-SELECT d.id AS device_id, e.group_name AS "group", e.name AS edge, d.name AS device, d.tag, e.online AND d.online AS online,
+SELECT d.id AS device_id, e.group_name AS "group", e.name AS edge, d.name AS device, d.tag,
+  e.online AND d.online AS online,
        e.online AS box_online, (extract(epoch FROM e.since) * 1000)::bigint AS box_since_ms,
        (extract(epoch FROM p.received) * 1000)::bigint AS heard_ms
   FROM edge e JOIN device d ON d.edge_id = e.id LEFT JOIN ingest_position p ON p.edge_id = e.id
   WHERE e.group_name = $1 AND e.name = $2 AND d.name = $3 AND d.name <> '')";
 
 constexpr const char* kAlarms = R"(
-SELECT name AS alarm, state, active, severity, (extract(epoch FROM changed) * 1000)::bigint AS changed_ms
+SELECT name AS alarm, state, active, severity,
+  (extract(epoch FROM changed) * 1000)::bigint AS changed_ms
   FROM alarm_now WHERE device_id = $1 ORDER BY active DESC, severity DESC NULLS LAST, name)";
 
 constexpr const char* kIncident = R"(
-SELECT id, name, cause, confidence, active, unacknowledged, (extract(epoch FROM raised) * 1000)::bigint AS raised_ms
+SELECT id, name, cause, confidence, active, unacknowledged,
+  (extract(epoch FROM raised) * 1000)::bigint AS raised_ms
   FROM incident_now WHERE device_id = $1 AND name <> '')";
 
 constexpr const char* kChanges = R"(
 SELECT name AS alarm, state, severity, (extract(epoch FROM time) * 1000)::bigint AS time_ms
-  FROM alarm WHERE device_id = $1 AND time >= to_timestamp($2::bigint) ORDER BY time DESC LIMIT 500)";
+  FROM alarm WHERE device_id = $1 AND time >= to_timestamp($2::bigint) ORDER BY time DESC
+    LIMIT 500)";
 
 constexpr const char* kExplanation = R"(
 SELECT (extract(epoch FROM time) * 1000)::bigint AS time_ms, parts
   FROM explanation WHERE device_id = $1 ORDER BY time DESC LIMIT 1)";
 
 constexpr const char* kValues = R"(
-SELECT m.name, l.number, l.text, m.unit, m.low, m.high, (extract(epoch FROM l.time) * 1000)::bigint AS time_ms
+SELECT m.name, l.number, l.text, m.unit, m.low, m.high,
+  (extract(epoch FROM l.time) * 1000)::bigint AS time_ms
   FROM metric m JOIN latest l ON l.metric_id = m.id
   WHERE m.device_id = $1 AND (m.name LIKE 'condition/%' OR m.name LIKE 'detectable/%' OR m.name IN
-    ('pv', 'sp', 'co', 'stem', 'variability', 'mean_error', 'oscillation_index', 'oscillation_period', 'travel',
+    ('pv', 'sp', 'co', 'stem', 'variability', 'mean_error', 'oscillation_index',
+      'oscillation_period', 'travel',
      'reversals', 'stick', 'saturated'))
   ORDER BY m.name)";
 
 constexpr const char* kEvidence = R"(
-SELECT name, (extract(epoch FROM begun) * 1000)::bigint AS begun_ms, complete IS NOT NULL AS complete
+SELECT name, (extract(epoch FROM begun) * 1000)::bigint AS begun_ms,
+  complete IS NOT NULL AS complete
   FROM evidence WHERE device_id = $1 ORDER BY begun DESC LIMIT 50)";
 
-// As an array of text.
+// Returns the process alarms as an array of text.
 std::string process_alarms() {
   ArrayText names;
   for (const alarm::AlarmKind kind : alarm::kProcessAlarms)
@@ -156,7 +177,7 @@ std::string process_alarms() {
   return names.text();
 }
 
-// Types of columns, as PostgreSQL numbers them.
+// Types of columns, as numbered by PostgreSQL.
 enum : pqxx::oid { kBool = 16, kInt8 = 20, kInt4 = 23, kFloat8 = 701, kJsonb = 3802 };
 
 json field_json(const pqxx::field& field) {
@@ -183,7 +204,7 @@ json rows_json(const pqxx::result& rows) {
   return list;
 }
 
-// Of rows that each tell how many there are.
+// Makes a bounded list of rows that each contain the total number.
 json limited(const pqxx::result& rows) {
   json list = rows_json(rows);
   json all = list.empty() ? json(0) : list.front()["all"];

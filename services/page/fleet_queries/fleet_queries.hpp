@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked of the host's database (docs/fleet.md, "Tables"), and its answers as JSON: a column's name is its key.
-// Lists are bounded: {"all": how many there are, "list": [the worst of them]}. Each throws pqxx's exceptions.
+// Queries on the host's database (docs/fleet.md, "Tables"), with answers as JSON. A column's name
+// is its key. Lists are bounded: {"all": total number, "list": [the worst entries]}. All throw
+// pqxx's exceptions.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ namespace loopwarden::fleet {
 inline constexpr int kMostValves = 200;
 inline constexpr int kMostBoxes = 500;
 
-// Steps of equal length, the last one begun at most a step before `now_ms`.
+// Steps of equal length. The last one starts at most one step before `now_ms`.
 struct StepSpan {
   std::int64_t step_s = 0;
   std::int64_t steps = 0;
@@ -33,24 +34,25 @@ inline constexpr StepSpan kWeeksOfValve{.step_s = 21'600, .steps = 364};
 std::int64_t now_ms(pqxx::transaction_base& database);
 nlohmann::json groups(pqxx::transaction_base& database);
 
-// Of one group, or of all (empty).
+// Returns the worst valves of one group, or of all (empty).
 nlohmann::json worst_valves(pqxx::transaction_base& database, const std::string& group);
-// Loops that don't do their work: process alarms that are on, the newest first.
+// Returns loops with active process alarms, newest first.
 nlohmann::json faulty_loops(pqxx::transaction_base& database, const std::string& group);
 nlohmann::json silent_boxes(pqxx::transaction_base& database, const std::string& group);
 nlohmann::json different_boxes(pqxx::transaction_base& database, const std::string& group);
-// What most boxes of each group have.
+// Returns the most frequent versions in each group.
 nlohmann::json usual_versions(pqxx::transaction_base& database);
 
-// How the alarms of the newest day did (model/alarm/alarm_figures.hpp): of one group, or of all (empty).
+// Returns the alarm figures of the last day (model/alarm/alarm_figures.hpp) for one group, or for
+// all (empty).
 nlohmann::json day_figures(pqxx::transaction_base& database, const std::string& group,
                            std::int64_t now_ms);
 
-// Alarms by group and ten minutes, whose number is that since 1970.
+// Returns the number of alarms by group and bin of 10 minutes. Bins are numbered from 1970.
 std::vector<RaisedRow> raised_between(pqxx::transaction_base& database, std::int64_t from_s,
                                       std::int64_t until_s);
 
-// The severity of alarms over time, one curve for each in `alarms`.
+// Returns the severity of alarms over time, one curve per entry of `alarms`.
 struct AlarmName {
   int device_id = 0;
   std::string alarm;
@@ -60,10 +62,10 @@ std::vector<std::vector<double>> severity_curves(pqxx::transaction_base& databas
                                                  const std::vector<AlarmName>& alarms,
                                                  const StepSpan& span, std::int64_t now_ms);
 
-// Nothing: there is no such valve.
+// Returns nullopt if the valve does not exist.
 std::optional<nlohmann::json> valve(pqxx::transaction_base& database, const ValveName& name);
 
-// What is not finite is null.
+// Values that are not finite become null.
 nlohmann::json numbers_json(const std::vector<double>& values);
 
 }  // namespace loopwarden::fleet

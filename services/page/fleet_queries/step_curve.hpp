@@ -7,17 +7,18 @@
 
 namespace loopwarden::fleet {
 
-// What a value's history says of one step of time.
+// A value's history in one step of time.
 struct StepRow {
-  int step = 0;       // -1: before the first
-  double high = 0.0;  // highest in it
-  double last = 0.0;  // what it ended with
+  int step = 0;       // -1: before the first step
+  double high = 0.0;  // highest value in the step
+  double last = 0.0;  // value at the end of the step
 };
 
 inline constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 
-// The highest value of each step. A step without a row has the value before it, since a box says only what changes;
-// kNotKnown before the first one. `rows`: in the order of steps; those beyond `steps` are left out.
+// Returns the highest value of each step. A step without a row has the value before it, because a
+// box reports only changes. Before the first value it is kNotKnown. `rows`: sorted by step; those
+// beyond `steps` are ignored.
 std::vector<double> step_curve(const std::vector<StepRow>& rows, std::size_t steps);
 
 }  // namespace loopwarden::fleet

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows in a row as their ends and extremes. No files.
+// Consecutive rows, summarised by their ends and extremes. No files.
 #pragma once
 
 #include <array>
@@ -13,13 +13,13 @@ namespace loopwarden::page::history {
 enum Column : std::size_t { kPv, kSp, kCo, kStem };
 inline constexpr std::size_t kColumns = 4;
 
-// One column of a block. NaN: the first or last row had none, or no row had one.
+// One column of a block. NaN: no value in the first or last row, or in any row.
 struct Extremes {
   float first;
   float low;
   float high;
   float last;
-  bool low_first;  // the least came before the greatest
+  bool low_first;  // the least value is before the greatest
 };
 
 struct Block {
@@ -27,9 +27,9 @@ struct Block {
   std::int64_t last_ms = 0;
   std::uint64_t first_period = 0;
   std::uint64_t last_period = 0;
-  std::uint64_t run = 0;        // of the daemon; periods count within one
-  std::uint32_t first_row = 0;  // places in its segment, damaged ones counted
-  std::uint32_t end_row = 0;    // behind the last
+  std::uint64_t run = 0;        // of the daemon; periods count within one run
+  std::uint32_t first_row = 0;  // places in its segment, including damaged rows
+  std::uint32_t end_row = 0;    // after the last row
   std::uint32_t rows = 0;       // undamaged
   std::array<Extremes, kColumns> columns{};
   std::uint8_t mode = 0;  // of the last row, control::Mode
@@ -38,13 +38,13 @@ struct Block {
 Block block_of(const record::RecordRow& row, std::int64_t utc_ms, std::uint64_t run,
                std::uint32_t index);
 
-// `later` comes after `block`.
+// Extends `block` by `later`, which must follow it.
 void append(Block& block, const Block& later);
 
-// Missing periods that are drawn over: as many as the monitor's windows bear.
+// Missing periods that the curve bridges: as many as the monitor's windows accept.
 inline constexpr std::uint64_t kBridgedPeriods = 4;
 
-// Whether something is missing between the two, so that no line is to join them.
+// Returns whether rows are missing between the two, so that no line may join them.
 constexpr bool gap_between(const Block& earlier, const Block& later) noexcept {
   return earlier.run != later.run || later.first_period <= earlier.last_period ||
          later.first_period - earlier.last_period > kBridgedPeriods + 1;

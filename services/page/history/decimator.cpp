@@ -9,7 +9,7 @@ namespace loopwarden::page::history {
 
 namespace {
 
-// So long that a whole bucket is empty: its rows are the gap's.
+// Length of a gap that leaves a whole bucket empty, so that the gap's row takes its place.
 constexpr double kGapBuckets = 2.0;
 
 float first(const Extremes& e) { return e.first; }
@@ -21,7 +21,7 @@ float none(const Extremes&) { return std::numeric_limits<float>::quiet_NaN(); }
 }  // namespace
 
 void Decimator::put(std::int64_t t_ms, const Block& block, Pick pick, bool sample) {
-  // Two rows within a millisecond are one on every screen, but both are told.
+  // Two rows within a millisecond are one on every screen, but both are kept.
   if (!curves_.t_ms.empty() && t_ms <= curves_.t_ms.back()) t_ms = curves_.t_ms.back() + 1;
   curves_.t_ms.push_back(t_ms);
   for (std::size_t i = 0; i < kColumns; ++i) {

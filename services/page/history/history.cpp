@@ -11,13 +11,13 @@
 namespace loopwarden::page::history {
 namespace {
 
-// A bucket of fewer blocks would show where they begin and end.
+// Buckets of fewer blocks would show the edges of blocks.
 constexpr double kBlocksPerBucket = 4.0;
 constexpr std::size_t kRowsPerPiece = 4096;
 
 }  // namespace
 
-// What of a segment lies in the stretch.
+// The part of a segment that is within the stretch.
 struct History::Part {
   std::filesystem::path path;
   std::shared_ptr<SegmentRows> rows;
@@ -83,7 +83,7 @@ void History::add(const Part& part, double bucket_ms, Decimator& decimator) {
   const std::shared_ptr<const Summary> summary =
       part.ended ? summaries_.get(part.path, *part.rows)
                  : std::make_shared<const Summary>(summarise(*part.rows));
-  // Blocks that reach beyond the stretch are taken row by row.
+  // Blocks that extend beyond the stretch are read row by row.
   for (const Block& block : summary->levels[level - 1]) {
     if (block.end_row <= part.first || block.first_row >= part.last) continue;
     if (block.first_row >= part.first && block.end_row <= part.last) {
@@ -117,7 +117,7 @@ Past History::past(const std::filesystem::path& folder, const Stretch& stretch, 
   points = std::clamp<std::size_t>(points, kRowsPerBucket, kMostPoints);
   if (parts.rows() <= points) {
     past.curves = curves(parts, stretch, 0.0);
-    // Gaps have rows of their own.
+    // Gaps add rows.
     if (past.curves.t_ms.size() <= points) return past;
   }
   past.bucket_ms = static_cast<double>(stretch.to_ms - stretch.from_ms + 1) /
@@ -150,7 +150,7 @@ std::vector<RowReader::Row> RowReader::next() {
       place_ = end;
       if (end < rows.places() && (found.empty() || found.back().utc_ms < stretch_.to_ms)) continue;
     } catch (const record::RecordError&) {
-      // It costs itself.
+      // An unreadable segment is skipped.
     }
     ++segment_;
     placed_ = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop's past, from the recorder's segments.
+// Returns a loop's past, from the recorder's segments.
 #pragma once
 
 #include <cstddef>
@@ -18,27 +18,27 @@ namespace loopwarden::page::history {
 
 struct Stretch {
   std::int64_t from_ms = 0;  // UTC
-  std::int64_t to_ms = 0;    // up to and with
+  std::int64_t to_ms = 0;    // inclusive
 };
 
 struct Past {
   Curves curves;
-  std::optional<double> bucket_ms;        // nullopt: every row is there
-  std::optional<std::int64_t> oldest_ms;  // of all that is kept; nullopt if nothing is
+  std::optional<double> bucket_ms;        // nullopt: every row is included
+  std::optional<std::int64_t> oldest_ms;  // of all kept rows; nullopt if there are no rows
   std::optional<std::int64_t> newest_ms;
-  std::vector<std::string> unreadable;  // a text for each segment that could not be used
+  std::vector<std::string> unreadable;  // one text for each segment that could not be used
 };
 
-// Rows that are newer than those of the segments, each a block, in the order of time; asked with the newest row
-// there. Their run is not asked for.
+// Returns rows newer than `newest`, the newest row of the segments. Each is a block, in the order
+// of time. Their run is not needed.
 using Newer = std::function<std::vector<Block>(const std::optional<Block>& newest)>;
 
 inline constexpr std::size_t kMostPoints = 4000;
 
 class History {
  public:
-  // At most `points` rows. A segment that can't be read costs itself. Throws record::RecordError where the folder
-  // can't be read.
+  // Returns at most `points` rows. A segment that can't be read is skipped. Throws
+  // record::RecordError if the folder can't be read.
   Past past(const std::filesystem::path& folder, const Stretch& stretch, std::size_t points,
             const Newer& newer);
 
@@ -54,7 +54,7 @@ class History {
   SummaryStore summaries_;
 };
 
-// Every row of a stretch, piece by piece.
+// Reads every row of a stretch, piece by piece.
 class RowReader {
  public:
   RowReader(const std::filesystem::path& folder, const Stretch& stretch);
@@ -65,7 +65,7 @@ class RowReader {
     std::uint64_t run = 0;
     double period_s = 0.0;
   };
-  // The next rows, some thousand; empty: that was all.
+  // Returns the next rows, some thousand; empty at the end.
   std::vector<Row> next();
 
  private:

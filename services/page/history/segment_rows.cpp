@@ -19,7 +19,7 @@ namespace {
 using record::RecordError;
 
 constexpr std::uint32_t kRowsAtATime = 1024;
-// Of a damaged stretch, so much is stepped over while a place is looked for.
+// Limit of damaged rows that a search skips.
 constexpr std::uint32_t kMostSteps = 4096;
 constexpr std::int64_t kNanosecondsPerMillisecond = 1'000'000;
 
@@ -28,7 +28,7 @@ constexpr std::int64_t kNanosecondsPerMillisecond = 1'000'000;
   throw RecordError(kind, 0, 0, path.string() + ": " + what);
 }
 
-// As many bytes as there are, at most the span's.
+// Reads up to the span's size; fewer bytes at the end of the file.
 std::size_t read_at(int fd, std::span<char> bytes, std::size_t offset) {
   std::size_t got = 0;
   while (got < bytes.size()) {
@@ -101,7 +101,7 @@ std::uint32_t SegmentRows::place_of(std::int64_t utc_ms) const {
   while (low < high) {
     const std::uint32_t middle = low + (high - low) / 2;
     const std::optional<std::int64_t> time = time_at(middle);
-    // Where nothing sound follows, what is looked for is not behind.
+    // If only damaged rows follow, the row is not in the upper half.
     if (time && *time < utc_ms) {
       low = middle + 1;
     } else {

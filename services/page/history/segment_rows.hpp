@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A segment file; rows are read on demand. Unlike record::read_segment, which takes it whole.
+// Reads rows of a segment file on demand, whereas record::read_segment reads the whole file.
 #pragma once
 
 #include <cstddef>
@@ -16,22 +16,22 @@ namespace loopwarden::page::history {
 
 class SegmentRows {
  public:
-  // Throws record::RecordError for what is no segment, or can't be read.
+  // Throws record::RecordError if the file is not a segment, or can't be read.
   explicit SegmentRows(const std::filesystem::path& path);
 
   const record::SegmentHeader& header() const noexcept { return decoded_.header; }
   std::uint32_t places() const noexcept { return places_; }
 
-  // Undamaged rows of the places [first, last), in order; false from `each` ends it.
+  // Calls `each` for the undamaged rows of places [first, last), in order, until it returns false.
   using Each =
       std::function<bool(const record::RecordRow& row, std::int64_t utc_ms, std::uint32_t place)>;
   void read(std::uint32_t first, std::uint32_t last, const Each& each) const;
-  // The first place whose row is not before `utc_ms`; damaged ones are stepped over. The clock within a segment never
-  // goes back.
+  // Returns the first place whose row is not before `utc_ms`; damaged rows are skipped. Within a
+  // segment the clock never decreases.
   std::uint32_t place_of(std::int64_t utc_ms) const;
-  // UTC of the first undamaged row at or behind `place`.
+  // Returns the UTC of the first undamaged row at or after `place`.
   std::optional<std::int64_t> time_at(std::uint32_t place) const;
-  // The last undamaged row, as a block of its own.
+  // Returns the last undamaged row, as a separate block.
   std::optional<Block> last() const;
 
  private:

@@ -34,7 +34,7 @@ Summary summarise(const SegmentRows& rows) {
 
 std::shared_ptr<const Summary> SummaryStore::get(const std::filesystem::path& path,
                                                  const SegmentRows& rows) {
-  // A state directory that was emptied counts from 1 again, at another time.
+  // The time is part of the key: an emptied state directory counts from 1 again.
   const std::string key =
       fmt::format("{} {} {}", path.string(), rows.header().start_utc_ns, rows.places());
   {

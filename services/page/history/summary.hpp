@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A segment's rows as ends and extremes, in blocks of two sizes, and a bounded store of them.
+// Summarises a segment's rows by ends and extremes, in blocks of two sizes. A bounded store.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ namespace loopwarden::page::history {
 inline constexpr std::size_t kLevels = 2;
 inline constexpr std::array<std::uint32_t, kLevels> kBlockRows{64, 2048};
 
-// No block reaches across a gap.
+// Blocks never extend across a gap.
 struct Summary {
   std::array<std::vector<Block>, kLevels> levels;
 
@@ -32,7 +32,8 @@ struct Summary {
 
 Summary summarise(const SegmentRows& rows);
 
-// Of segments that have ended, which never change. The one used longest ago goes first. Any thread.
+// Keeps the summaries of segments that have ended, because these never change. The least recently
+// used one is dropped first. Any thread.
 class SummaryStore {
  public:
   explicit SummaryStore(std::size_t most_bytes = 64UL * 1024UL * 1024UL)
@@ -49,7 +50,7 @@ class SummaryStore {
   mutable std::mutex mutex_;
   std::size_t most_bytes_;
   std::size_t bytes_ = 0;
-  std::list<Entry> entries_;  // the newest use first
+  std::list<Entry> entries_;  // most recently used first
   std::map<std::string, std::list<Entry>::iterator> index_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's newest cycles as rows: where nothing is recorded, or the disk is behind.
+// Returns the daemon's newest cycles as rows, if the loop is not recorded or the disk is late.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace loopwarden::page::history {
 
-// A cycle of which the clock is known, and by it of all others.
+// A cycle whose clock is known, from which all others follow.
 struct LastCycle {
   double period = 0.0;
   std::int64_t utc_ms = 0;
   double ms_per_period = 0.0;
 };
 
-// Those behind `newest`, each a block, in the order of time.
+// Returns the rows after `newest`, each as a block, in the order of time.
 std::vector<Block> rows_of(const protocol::Trend& trend, const LastCycle& last,
                            const std::optional<Block>& newest);
 

@@ -19,14 +19,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kMostEntries = 2;  // one more than there should be
+constexpr int kMostEntries = 2;  // one more than the expected one
 constexpr int kBelowTls = (LBER_SBIOD_LEVEL_PROVIDER + LBER_SBIOD_LEVEL_TRANSPORT) / 2;
 
 timeval as_timeval(std::chrono::milliseconds time) {
   return {time.count() / 1000, (time.count() % 1000) * 1000};
 }
 
-// Of a handle, or with null of what later ones begin with.
+// Sets an option of `handle`, or with null the default of later handles.
 void set(LDAP* handle, int option, const void* value, const char* what) {
   if (ldap_set_option(handle, option, value) != LDAP_OPT_SUCCESS) throw LdapTrouble(what);
 }
@@ -48,17 +48,18 @@ void set_tls(LDAP* handle, const LdapSettings& settings) {
 }
 
 LDAP* new_handle(const std::string& server) {
-  // Before libldap's first call, which would read them; a service makes it before its threads.
+  // Before libldap's first call, which would read these files, and before a service starts threads.
   static const int no_files = ::setenv("LDAPNOINIT", "1", 1);
   if (no_files != 0) throw LdapTrouble("no memory");
   LDAP* handle = nullptr;
-  // Without the s of ldaps:// libldap connects and leaves the beginning of TLS to begin_tls.
+  // With ldap: instead of ldaps:, libldap only connects. begin_tls() starts TLS.
   const int error = ldap_initialize(&handle, ("ldap://" + server).c_str());
   if (error != LDAP_SUCCESS) throw LdapTrouble(server + ": " + ldap_err2string(error));
   return handle;
 }
 
-// Active Directory says only in its diagnostics why it refused a password: "... data 52e, v4563".
+// Returns the reason of a refused password. Active Directory reports it only in its diagnostics:
+// "... data 52e, v4563".
 std::string_view reason_of_ad(std::string_view diagnostics) {
   struct Reason {
     std::string_view code;
@@ -78,7 +79,8 @@ std::string_view reason_of_ad(std::string_view diagnostics) {
 
 }  // namespace
 
-// libldap's own limits do not reach into a TLS handshake by GnuTLS, which turns in circles while the server is silent.
+// Limits the time of a TLS handshake by GnuTLS, which libldap's own limits don't reach: it loops
+// while the server is silent.
 class Connection::Limit {
  public:
   explicit Limit(Sockbuf* buffer) {
@@ -109,7 +111,7 @@ class Connection::Limit {
   }
   static Limit& of(Sockbuf_IO_Desc* layer) { return *static_cast<Limit*>(layer->sbiod_pvt); }
 
-  // No "try again" comes from here, which is what the circles are made of.
+  // Never returns "try again", which would make GnuTLS loop.
   bool waits(short what) {
     pollfd socket{fd_, what, 0};
     int ready = -1;
@@ -178,7 +180,7 @@ void Connection::begin_tls(const LdapSettings& settings) {
       settings.start_tls ? ldap_start_tls_s(handle_, nullptr, nullptr) : ldap_install_tls(handle_);
   if (error == LDAP_SUCCESS && ldap_tls_inplace(handle_) != 0) return;
   if (error == LDAP_TIMEOUT || below_tls_->has_passed()) fail("TLS: no answer", LDAP_TIMEOUT);
-  fail(fmt::format("TLS: it has none here, or its certificate is not by {} or not for this name",
+  fail(fmt::format("TLS: not offered here, or the certificate is not by {} or not for this name",
                    settings.ca_file.string()),
        error);
 }
@@ -188,7 +190,7 @@ std::string Connection::said() const {
   ldap_get_option(handle_, LDAP_OPT_DIAGNOSTIC_MESSAGE, &words);
   std::string text = words == nullptr ? "" : words;
   ldap_memfree(words);
-  // What libldap has of GnuTLS where a certificate is refused.
+  // libldap's text for a refused certificate with GnuTLS.
   return text == "(unknown error code)" ? "" : text;
 }
 
@@ -207,7 +209,7 @@ std::string Connection::tls_version() const {
 }
 
 std::string Connection::bind(const std::string& dn, const std::string& password) {
-  if (dn.empty() || password.empty()) return "an empty password is none";
+  if (dn.empty() || password.empty()) return "the password is empty";
   below_tls_->restart(end_of_step());
   std::string bytes = password;
   berval secret{bytes.size(), bytes.data()};
@@ -257,7 +259,7 @@ std::optional<std::vector<std::string>> Connection::find(const std::string& base
 }
 
 void check_ca_file(const LdapSettings& settings) {
-  // libldap takes a file without any certificate, and trusts nobody by it.
+  // libldap accepts a file without any certificate, and then trusts no server.
   const std::unique_ptr<BIO, int (*)(BIO*)> file(BIO_new_file(settings.ca_file.c_str(), "r"),
                                                  BIO_free);
   const std::unique_ptr<X509, void (*)(X509*)> authority(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One connection to one server of a directory, by libldap, over TLS alone. ldap.conf and LDAP's environment have no say.
+// One connection to one server of a directory, by libldap, always over TLS. ldap.conf and LDAP's
+// environment variables are ignored.
 #pragma once
 
 #include <ldap.h>
@@ -15,7 +16,7 @@
 
 namespace loopwarden::page::ldap {
 
-// The server can't be reached, is not the one it should be, or does not do what it is asked, in words.
+// The server is unreachable, not the expected one, or refuses a request. what() has the reason.
 class LdapTrouble : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -27,8 +28,9 @@ class Connection {
  public:
   using Moment = std::chrono::steady_clock::time_point;
 
-  // Connects to `server` (HOST:PORT) and begins TLS; each and every later request may take `limit`, none beyond `until`.
-  // The look-up of HOST takes what the box's resolver takes. Throws LdapTrouble.
+  // Connects to `server` (HOST:PORT) and starts TLS. This and each later request may take `limit`,
+  // and must end before `until`. The box's resolver may need more time for HOST. Throws
+  // LdapTrouble.
   Connection(const std::string& server, const LdapSettings& settings,
              std::chrono::milliseconds limit, Moment until);
   Connection(const Connection&) = delete;
@@ -36,19 +38,20 @@ class Connection {
   ~Connection();
 
   std::string tls_version() const;
-  // Becomes the one named, with a password that is not empty: a server takes an empty one for an anonymous bind, and
-  // says yes. Returns why it did not, in the server's words; empty: done. Throws LdapTrouble.
+  // Binds as `dn`. `password` must not be empty: servers take an empty one for an anonymous bind
+  // and accept it. Returns the server's reason for a refusal; empty: bound. Throws LdapTrouble.
   std::string bind(const std::string& dn, const std::string& password);
-  // Names of the entries that match, two at most; nullopt: there is no `base`. Throws LdapTrouble.
+  // Returns at most two names of matching entries; nullopt if `base` is missing. Throws
+  // LdapTrouble.
   std::optional<std::vector<std::string>> find(const std::string& base, Depth depth,
                                                const std::string& filter);
 
  private:
-  class Limit;  // below TLS: whatever stands still there ends
+  class Limit;  // below TLS: ends a connection that hangs there
 
   void set_options(const LdapSettings& settings);
   void begin_tls(const LdapSettings& settings);
-  // Of the step that begins now. Throws LdapTrouble if no time is left.
+  // Returns the end of the step that begins now. Throws LdapTrouble if no time is left.
   Moment end_of_step() const;
   [[noreturn]] void fail(const std::string& what, int error) const;
   std::string said() const;
@@ -60,7 +63,7 @@ class Connection {
   LDAP* handle_ = nullptr;
 };
 
-// That `ca_file` can be used. Throws LdapTrouble.
+// Checks that `ca_file` can be used. Throws LdapTrouble.
 void check_ca_file(const LdapSettings& settings);
 
 }  // namespace loopwarden::page::ldap

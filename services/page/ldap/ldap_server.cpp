@@ -17,7 +17,7 @@
 namespace loopwarden::page::ldap {
 namespace {
 
-// Of an entry that is known by its name: whatever it is.
+// Matches every entry, for a search by name.
 constexpr const char* kAny = "(objectClass=*)";
 
 Outcome refusal(Outcome::End end, std::string why) {
@@ -26,7 +26,7 @@ Outcome refusal(Outcome::End end, std::string why) {
 
 void check_password_file(const std::filesystem::path& path) {
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) return;  // read_secret says it better
+  if (::stat(path.c_str(), &status) != 0) return;  // read_secret reports it in more detail
   if ((status.st_mode & 0077U) != 0) {
     throw std::runtime_error(path.string() +
                              ": is open to others than its owner (chmod 600); it holds a password");
@@ -45,7 +45,7 @@ Server::Server(LdapSettings settings, std::chrono::milliseconds limit)
 
 Outcome Server::log_in(const std::string& name, const std::string& password, const Tell& tell,
                        Moment until) const {
-  if (password.empty()) return refusal(Outcome::End::wrong, "an empty password is none");
+  if (password.empty()) return refusal(Outcome::End::wrong, "the password is empty");
   return ask(name, &password, tell, until);
 }
 
@@ -62,7 +62,7 @@ Outcome Server::ask(const std::string& name, const std::string* password, const 
     const std::string dn = dn_of(*connection, name, why);
     if (dn.empty()) return refusal(Outcome::End::wrong, why);
     tell("user: " + dn);
-    // First, while the one who searches is the one bound.
+    // Before the user's bind: the groups are searched as bind_dn.
     const Role role = role_of(*connection, name, dn, tell);
     if (password != nullptr) {
       why = connection->bind(dn, *password);
@@ -87,7 +87,7 @@ std::unique_ptr<Connection> Server::connect(const Tell& tell, Moment until) cons
         tell("searches: anonymous");
         return connection;
       }
-      // Read each time: a new password needs no restart.
+      // Read each time, so that a new password needs no restart.
       const std::string refused =
           connection->bind(settings_.bind_dn, base::read_secret(settings_.password));
       if (!refused.empty()) {

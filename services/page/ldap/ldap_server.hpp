@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who somebody is by the directory of page.yaml, and what role its groups give him.
+// Checks users by the directory of page.yaml, and derives their role from its groups.
 #pragma once
 
 #include <chrono>
@@ -17,29 +17,30 @@ struct Outcome {
   enum class End {
     admitted,
     wrong,       // no such user, or another password
-    no_group,    // the right password, but no group that gives a role
-    unavailable  // the directory did not say
+    no_group,    // the right password, but no group with a role
+    unavailable  // the directory gave no answer
   };
   End end = End::unavailable;
   Role role = Role::none;
   std::string dn;
-  std::string why;  // where he is not admitted; without what was typed
+  std::string why;  // if he is not admitted; without the typed text
 };
 
 class Server {
  public:
-  // Each step is told as it is done, for a person at a terminal.
+  // Called with each finished step, for a person at a terminal.
   using Tell = std::function<void(const std::string&)>;
 
   using Moment = std::chrono::steady_clock::time_point;
 
   explicit Server(LdapSettings settings, std::chrono::milliseconds limit = std::chrono::seconds(3));
 
-  // `name`: of account_name(). A connection of its own each, whose steps may take `limit`, none beyond `until`. Throw
-  // nothing but std::bad_alloc.
+  // `name`: from account_name(). Each call uses a new connection, whose steps may take `limit` and
+  // must end before `until`. Throw only std::bad_alloc.
   Outcome log_in(const std::string& name, const std::string& password, const Tell& tell,
                  Moment until = Moment::max()) const;
-  // As he is now, without his password: never `wrong` but where he is no longer there.
+  // Returns the user's present role without his password. It is `wrong` only if he no longer
+  // exists.
   Outcome look_up(const std::string& name, Moment until = Moment::max()) const;
 
  private:
@@ -54,8 +55,8 @@ class Server {
   std::chrono::milliseconds limit_;
 };
 
-// That the CA file can be used, and that the password of bind_dn can be read, by the page's user and nobody else. Throws
-// std::runtime_error.
+// Checks that the CA file can be used, and that only the page's user can read the password of
+// bind_dn. Throws std::runtime_error.
 void check_files(const LdapSettings& settings);
 
 }  // namespace loopwarden::page::ldap

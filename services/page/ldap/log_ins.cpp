@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kMostJobs = 8;
 constexpr std::size_t kStackBytes = 1024UL * 1024UL;
-constexpr std::chrono::milliseconds kLook{10'000};  // one takes no longer
-// After a look that got no answer.
+constexpr std::chrono::milliseconds kLook{10'000};  // longest duration of one check
+// Pause after a check without an answer.
 constexpr std::chrono::milliseconds kSoon{60'000};
 
 }  // namespace
@@ -67,7 +67,7 @@ void Worker::run() {
         jobs_.pop_front();
       }
     }
-    // Who wants to log in does not wait for a round.
+    // A log-in does not wait for a round of checks.
     job ? answer(std::move(*job)) : look_again();
   }
 }
@@ -80,7 +80,7 @@ void Worker::answer(Job job) {
   }
 }
 
-// Each by itself: an entry that can't be asked keeps nobody else logged in.
+// Checks one user per call, so that an entry that can't be asked keeps no other user logged in.
 void Worker::look_again() {
   const Moment now = std::chrono::steady_clock::now();
   const std::vector<std::string> names = users_.of_directory();
@@ -97,7 +97,7 @@ void Worker::look_again() {
     const bool said = look_at(one->first);
     one->second = now + (said ? again_ : std::min(again_, kSoon));
   }
-  // Who has logged in meanwhile is seen after `again_` at the latest.
+  // Users who log in meanwhile are checked after `again_` at the latest.
   next_ = due_.empty() ? now + again_ : std::min(first()->second, now + again_);
 }
 
@@ -108,8 +108,9 @@ bool Worker::look_at(const std::string& name) {
   }
   const Outcome outcome = server_.look_up(name, std::chrono::steady_clock::now() + kLook);
   if (outcome.end == Outcome::End::unavailable) {
-    // Once for all whom it keeps.
-    if (trouble_ != outcome.why) spdlog::warn("directory: {}; who is logged in stays", outcome.why);
+    // Logged once for all users who stay logged in.
+    if (trouble_ != outcome.why)
+      spdlog::warn("directory: {}; users who are logged in stay logged in", outcome.why);
     trouble_ = outcome.why;
     return false;
   }

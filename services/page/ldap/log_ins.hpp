@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The directory's thread: log-ins, and who has logged in once more every quarter of an hour.
+// The directory's thread: handles log-ins, and checks logged-in users again every 15 minutes.
 #pragma once
 
 #include <chrono>
@@ -17,25 +17,26 @@
 
 namespace loopwarden::page::ldap {
 
-// What the API asks. Any thread.
+// The interface for the API. Any thread.
 class LogIns {
  public:
   virtual ~LogIns() = default;
-  // The answer, once there is one; not valid(): too many wait. `whose`: the client, who gets half of the room. `until`:
-  // when the client no longer waits; then nothing more of it is done.
+  // Starts a log-in. The result is not valid() if too many wait. `whose`: the client, who may use
+  // half of the queue. `until`: the time at which the client stops waiting; the log-in is then
+  // dropped.
   virtual std::shared_future<Outcome> begin(const std::string& name, const std::string& password,
                                             const std::string& whose, Moment until) = 0;
 };
 
 class Worker final : public LogIns {
  public:
-  // `users` and `sessions` outlive it. `again`: between looks at the groups of who has logged in.
+  // `users` and `sessions` outlive it. `again`: time between two checks of a user's groups.
   Worker(Server server, UserDirectory& users, Sessions& sessions,
          std::chrono::milliseconds again = std::chrono::minutes(15));
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
   ~Worker() override { stop_for(std::chrono::milliseconds(0)); }
-  // Nothing else is begun. False if what is being asked still goes on.
+  // Starts no further checks. Returns false if a check is still running after `patience`.
   bool stop_for(std::chrono::milliseconds patience);
 
   std::shared_future<Outcome> begin(const std::string& name, const std::string& password,
@@ -51,19 +52,19 @@ class Worker final : public LogIns {
   };
   void run();
   void answer(Job job);
-  // At who is due first.
+  // Checks the user who is due first.
   void look_again();
-  // False: the directory did not say.
+  // Returns false if the directory gave no answer.
   bool look_at(const std::string& name);
 
   Server server_;
   UserDirectory& users_;
   Sessions& sessions_;
   std::chrono::milliseconds again_;
-  // The thread's own.
-  std::map<std::string, Moment> due_;  // who is looked at next, and when
+  // Used only by the thread.
+  std::map<std::string, Moment> due_;  // next check of each user
   Moment next_;                        // look_again()
-  std::string trouble_;                // that was logged last
+  std::string trouble_;                // last logged one
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Job> jobs_;

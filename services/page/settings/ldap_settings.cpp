@@ -34,8 +34,8 @@ bool is_host(std::string_view name) {
   return name.size() > (v6 ? 2U : 0U) && name.find_first_not_of(allowed) == std::string_view::npos;
 }
 
-// Every bracket has its other one, and the whole is within one pair: what the server says of the rest is
-// told by `loopwarden-page ldap-test`.
+// Returns whether all brackets are paired and one pair encloses the whole text. `loopwarden-page
+// ldap-test` shows the server's opinion of the content.
 bool is_filter(std::string_view text) {
   int depth = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -76,8 +76,9 @@ void read_servers(MapReader& in, LdapSettings& settings) {
       in.need_text("url",
                    "ldaps://HOST[:PORT], or ldap:// with start_tls; several with blanks between: "
                    "the first that answers is asked");
-  settings.start_tls = in.flag(
-      "start_tls", "TLS begins on the port of ldap://; nothing is said before", settings.start_tls);
+  settings.start_tls =
+      in.flag("start_tls", "TLS begins on the port of ldap://, before any other request",
+              settings.start_tls);
   if (!urls.given || !urls.valid) return;
   std::istringstream words(urls.value);
   for (std::string url; words >> url;) {
@@ -144,8 +145,9 @@ std::string ldap_url_error(std::string_view url, bool start_tls,
                                     ? std::string_view(tls ? "636" : "389")
                                     : rest.substr(colon + 1);
   if (!is_host(host) || !is_port(port)) {
-    return fmt::format("must have a host, and a port from 1 to 65535 if any, alone (got '{}')",
-                       config::quotable(url));
+    return fmt::format(
+        "must have a host, and a port from 1 to 65535 if any, without a path (got '{}')",
+        config::quotable(url));
   }
   servers.push_back(fmt::format("{}:{}", host, port));
   return {};

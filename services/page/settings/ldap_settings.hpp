@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Section ldap of page.yaml: a directory (OpenLDAP, Active Directory) that knows users beside those of the file.
+// Section ldap of page.yaml: a directory (OpenLDAP, Active Directory) of further users.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ namespace loopwarden::page {
 
 struct LdapSettings {
   std::vector<std::string> servers;  // HOST:PORT, the first that answers is asked
-  bool start_tls = false;            // else TLS from the first byte on
+  bool start_tls = false;            // otherwise TLS from the first byte on
   std::filesystem::path ca_file;
   std::string bind_dn;  // who searches; empty: anonymous
   base::Secret password;
@@ -28,10 +28,10 @@ struct LdapSettings {
   std::vector<std::string> domains;
 };
 
-// Why `url` can't be one; empty: it can, and its HOST:PORT is put behind `servers`.
+// Returns why `url` is invalid; empty if it is valid, and then appends its HOST:PORT to `servers`.
 std::string ldap_url_error(std::string_view url, bool start_tls, std::vector<std::string>& servers);
 
-// `file`: where relative paths start.
+// `file`: start of relative paths.
 LdapSettings read_ldap_settings(config::MapReader& in, const std::string& file);
 
 }  // namespace loopwarden::page

@@ -78,7 +78,7 @@ void read_limits(MapReader& in, PageSettings& settings) {
       in.integer("clients",
                  {4, 10000, "",
                   "connections at a time; of one address a quarter of them, of this host itself, "
-                  "where a proxy may stand, half"},
+                  "such as a proxy, half"},
                  static_cast<std::int64_t>(settings.clients)));
   settings.requests_per_s = in.number(
       "rate", {"1/s", between(1.0, 10000.0), "requests of one address"}, settings.requests_per_s);
@@ -97,7 +97,7 @@ void read_fleet(MapReader& in, const std::string& file, PageSettings& settings) 
                          "the section fleet must name",
                          settings.box);
   if (!in.describing() && !settings.box && !in.given("fleet")) {
-    in.error("box", "false leaves nothing to show without the section fleet");
+    in.error("box", "false needs the section fleet; otherwise the page is empty");
   }
 }
 
@@ -116,17 +116,18 @@ PageSettings read_page(MapReader& in, const std::string& file) {
   }
   settings.users = config::read_path(in, "users",
                                      "file of `loopwarden-page user`; empty: everybody on this "
-                                     "host may look, nobody may write",
+                                     "host can view, and writes are off",
                                      file);
-  in.maybe_section("ldap", "users of a directory beside those of the file", [&](MapReader& ldap) {
-    settings.ldap = read_ldap_settings(ldap, file);
-    if (!in.describing() && settings.users.empty()) {
-      in.error("ldap", "needs `users` too: who gets in while the directory is away");
-    }
-  });
+  in.maybe_section(
+      "ldap", "users of a directory, in addition to those of the file", [&](MapReader& ldap) {
+        settings.ldap = read_ldap_settings(ldap, file);
+        if (!in.describing() && settings.users.empty()) {
+          in.error("ldap", "needs `users` too: users who can log in while the directory is away");
+        }
+      });
   settings.hosts =
       in.maybe_texts("hosts",
-                     "names of this box in a browser's address line, beside localhost, "
+                     "names of this box in a browser's address line, in addition to localhost, "
                      "addresses and those of the certificate")
           .value;
   if (auto sockets = in.maybe_section("sockets", "of the daemon")) {

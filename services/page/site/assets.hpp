@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The site as it stands in the program: every file that a browser asks for, by its path.
+// The site as built into the program: every file that browsers request, by its path.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@ struct Asset {
   std::string_view body;
 };
 
-// All of them, sorted by path; "/" itself is not among them. Lives as long as the program.
+// Returns all files, sorted by path, without "/" itself. They live as long as the program.
 std::span<const Asset> assets();
 
 }  // namespace loopwarden::page

@@ -71,8 +71,9 @@ Identified identified(const StepRecord& record, const LoopFacts& loop) {
 Proposal propose(const plant::LoopModel& model, const LoopFacts& loop,
                  analysis::ControllerForm form) {
   const auto rounded = [](double value) { return std::stod(fmt::format("{:.4g}", value)); };
-  // Of a process that falls as CO rises the mirror image is simulated. PV of a model is its gain times CO: CO's range is
-  // moved to where its middle holds PV at mid range, and CO moved back.
+  // For a process that falls as CO rises, the mirror image is simulated. The model's PV is its gain
+  // times CO. The range of CO is therefore moved until its middle gives mid-range PV, and CO is
+  // moved back afterwards.
   plant::LoopModel simulated = model;
   simulated.process.gain = std::abs(model.process.gain);
   const double at_middle = model.process.integrating()

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gains for a loop by the rules of `loopwarden tune`, beside those in force: margins and simulated answers of each, on the loop's
-// twin or on a process identified from its record. Pure; a few tens of milliseconds, an identification some hundred.
+// Proposes gains for a loop by the rules of `loopwarden tune`: margins and simulated responses of
+// each, and of the gains in force, on the loop's twin or on a process identified from its record.
+// Pure. Takes a few tens of milliseconds, an identification some hundred.
 //
-// The answers are of the linear loop at mid range, with the loop's own limits of CO: mid CO is taken to hold PV at mid
-// range. A model is simulated in steps of its sample time, or of a 20 000th of the time watched where that is more.
+// Responses are those of the linear loop at mid range, with the loop's own limits of CO. Mid-range
+// CO is assumed to give mid-range PV. A model is simulated in steps of its sample time, or of
+// 1/20000 of the simulated time if that is larger.
 #pragma once
 
 #include <array>
@@ -17,7 +19,7 @@
 
 namespace loopwarden::page::tuning {
 
-// What the loop is known to be.
+// The known facts about the loop.
 struct LoopFacts {
   double sample_time_s = 0.1;
   std::array<double, 2> pv_range{0.0, 100.0};       // PV units
@@ -25,7 +27,7 @@ struct LoopFacts {
   control::PidGains gains;                          // in force
 };
 
-// The process found in a record; without a model where it can't be told.
+// The process found in a record; without a model if it can't be identified.
 struct Identified {
   std::optional<plant::LoopModel> model;
   std::string why_not, settle;  // sentences
@@ -35,15 +37,15 @@ struct Identified {
 };
 Identified identified(const StepRecord& record, const LoopFacts& loop);
 
-// The twin as it may be simulated here.
+// Returns the twin in a form that can be simulated here.
 plant::LoopModel model_of(plant::LoopModel twin, const LoopFacts& loop);
 
 struct Proposal {
   std::vector<analysis::RuleTrial> trials;  // the gains in force first
   std::optional<std::size_t> recommended;   // of `trials`
 };
-// Gains of the rules have four digits, as they are shown and set. PID: only where the loop filters its derivative, since an
-// order does not change the filter.
+// Gains of the rules have four digits, as they are shown and set. PID: only if the loop filters its
+// derivative, because a command does not change the filter.
 Proposal propose(const plant::LoopModel& model, const LoopFacts& loop,
                  analysis::ControllerForm form);
 

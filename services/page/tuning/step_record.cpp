@@ -18,13 +18,13 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 constexpr std::int16_t kAutomatic = 1;  // control::Mode
 
-// Between which rows of the curves the set point has come to where it is at their end.
+// Returns the rows between which the set point reached its final value.
 std::optional<history::Stretch> last_move(const history::Curves& curves, double least) {
   const std::vector<float>& sp = curves.columns[history::kSp];
   std::optional<std::size_t> later;
   for (std::size_t i = sp.size(); i-- > 0;) {
     if (!std::isfinite(sp[i]) || curves.mode[i] != kAutomatic) {
-      // What a set point did by hand, or while nobody recorded it, is no step.
+      // Moves in manual mode, or while the loop was not recorded, are not steps.
       later.reset();
       continue;
     }
@@ -36,7 +36,7 @@ std::optional<history::Stretch> last_move(const history::Curves& curves, double 
   return std::nullopt;
 }
 
-// Means of `every` rows in a row by their periods; what is missing is missing.
+// Averages `every` consecutive rows by their periods. Missing rows stay missing.
 class Thinner {
  public:
   Thinner(StepRecord& record, std::uint64_t every) : record_(record), every_(every) {}
@@ -87,7 +87,7 @@ std::optional<StepRecord> newest_step(history::History& history,
   const auto nothing_newer = [](const std::optional<history::Block>&) {
     return std::vector<history::Block>{};
   };
-  // From coarse to fine: buckets say where it was, until they are single rows.
+  // Searches from coarse to fine: buckets show the region of the step, until they are single rows.
   std::optional<history::Stretch> move;
   history::Stretch look{0, wish.now_ms};
   {
@@ -102,7 +102,7 @@ std::optional<StepRecord> newest_step(history::History& history,
         past.bucket_ms.has_value() && found->to_ms - found->from_ms < look.to_ms - look.from_ms;
     move = found;
     if (!finer) break;
-    // The buckets beside it as well: their extremes stand at thirds of them.
+    // Includes the neighbouring buckets: extremes are placed at a third and two thirds of a bucket.
     const auto margin_ms = static_cast<std::int64_t>(*past.bucket_ms);
     look = {found->from_ms - margin_ms, found->to_ms + margin_ms};
   }
@@ -127,7 +127,7 @@ std::optional<StepRecord> newest_step(history::History& history,
   std::optional<std::uint64_t> run;
   for (auto piece = reader.next(); !piece.empty(); piece = reader.next()) {
     for (const history::RowReader::Row& row : piece) {
-      // Behind a restart periods count anew: of two runs the one of the step.
+      // Each run of the daemon counts its own periods. Only the run with the step is used.
       if (run && row.run != *run) {
         if (row.utc_ms > record.step_ms) {
           record.to_ms = row.utc_ms;

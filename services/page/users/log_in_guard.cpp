@@ -10,8 +10,9 @@ namespace {
 using std::chrono::seconds;
 
 constexpr seconds kForgotten{900};  // without a try
-// The first ones cost nothing but the delay, then the wait doubles. A user's longest is short: who is locked out by
-// a stranger gets in again soon, and 120 passwords an hour find none that is worth its name.
+// The first tries cost only the delay, then the wait doubles. A user's longest wait is short, so a
+// user whom a stranger locks out gets in again soon. 120 passwords per hour are too few to find a
+// good one.
 constexpr unsigned kFreeOfUser = 5;
 constexpr unsigned kFreeOfAddress = 10;
 constexpr seconds kLongestOfUser{30};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast passwords can be tried. A user and an address are counted each: neither many users from one address
-// nor one user from many addresses gets further. Of IPv6 an address is its network (/64), all of which one client has.
+// Limits how fast passwords can be tried. Users and addresses are counted separately, so neither
+// many users from one address nor one user from many addresses gets further. For IPv6 an address is
+// its network (/64), because one client has all of it.
 #pragma once
 
 #include <chrono>
@@ -15,14 +16,16 @@ class LogInGuard {
  public:
   using Moment = std::chrono::steady_clock::time_point;
 
-  // 0: it may be tried now, and counts as tried; else the seconds to wait. The name need not be a user's.
+  // Returns 0 if a try is permitted now (it is counted), otherwise the seconds to wait. The name
+  // need not be a user's.
   unsigned wait_s(const std::string& user, const std::string& address, Moment now);
-  // The one just tried was right: it does not count, and the address's earlier ones are forgotten.
+  // The last try was right: it does not count, and the address's earlier tries are forgotten.
   void right(const std::string& user, const std::string& address);
-  // The one tried at `tried` was neither right nor wrong, since nobody judged it: it does not count, nor wait.
+  // The try at `tried` was not checked, so it is neither right nor wrong: it does not count, and
+  // causes no wait.
   void not_judged(const std::string& user, const std::string& address, Moment tried);
 
-  // A wrong password is answered after this.
+  // Delay of the answer to a wrong password.
   static constexpr std::chrono::milliseconds kDelay{1000};
 
  private:
@@ -31,7 +34,7 @@ class LogInGuard {
     Moment last;
     Moment before;  // `last`, before the newest try
   };
-  static constexpr std::size_t kMost = 4096;  // of each map; then the oldest goes
+  static constexpr std::size_t kMost = 4096;  // entries of each map; then the oldest is dropped
 
   static Tries& tries_of(std::map<std::string, Tries>& all, const std::string& key, Moment now);
 

@@ -7,7 +7,7 @@
 
 namespace loopwarden::page {
 
-// The account that the service runs under, where the package has made it.
+// The account of the service, if the package has made it.
 struct PageAccount {
   uid_t user = 0;
   gid_t group = 0;

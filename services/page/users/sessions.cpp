@@ -22,7 +22,7 @@ std::size_t Sessions::make_room(const std::string& user, Moment now) {
   const auto is_of = [&](const auto& one) { return one.second.user == user; };
   const auto of_user =
       static_cast<std::size_t>(std::count_if(sessions_.begin(), sessions_.end(), is_of));
-  // Who logs in again and again pushes out himself.
+  // A user who logs in again and again loses only his own sessions.
   const bool of_all = of_user < limits_.most_each;
   if (of_all && sessions_.size() < limits_.most) return ended;
   auto oldest = sessions_.end();

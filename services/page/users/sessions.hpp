@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who has logged in. In memory alone: a restart ends every session.
+// The sessions of logged-in users, only in memory: a restart ends every session.
 #pragma once
 
 #include <chrono>
@@ -19,12 +19,13 @@ using Moment = std::chrono::steady_clock::time_point;
 
 struct SessionLimits {
   std::chrono::milliseconds longest{12 * 3'600'000};
-  std::chrono::milliseconds idle{30 * 60'000};  // without a person; a display has no such limit
-  std::size_t most = 1000;                      // in all
-  std::size_t most_each = 20;                   // of one user; then the one silent for longest goes
+  // Without input of a person. A display has no such limit.
+  std::chrono::milliseconds idle{30 * 60'000};
+  std::size_t most = 1000;     // in all
+  std::size_t most_each = 20;  // of one user; then his least recently used session ends
 };
 
-// Who asks. Without a session: user empty, role none.
+// The sender of a request. Without a session: user empty, role none.
 struct Identity {
   std::string user;
   Role role = Role::none;
@@ -37,18 +38,20 @@ class Sessions {
  public:
   explicit Sessions(SessionLimits limits) : limits_(limits) {}
 
-  // The cookie's value: 256 random bits, of which only a fingerprint is kept.
+  // Returns the cookie's value: 256 random bits, of which only a fingerprint is kept.
   std::string begin(const std::string& user, const User& known, Moment now);
-  // Returns nullopt if the session is unknown, too old or too long idle, or its user was removed or has another
-  // password. The role is the one that the user has now. `touch`: a person asks; only that keeps it from being idle.
+  // Returns nullopt if the session is unknown, too old or too long idle, or its user was removed or
+  // has another password. The role is the user's present one. `touch`: a person sent the request;
+  // only this keeps the session from being idle.
   std::optional<Identity> find(const std::string& cookie, const Users& users, Moment now,
                                bool touch);
   void end(const std::string& cookie);
-  // Of one user.
+  // Returns whether the user has a session.
   bool has(const std::string& user, Moment now) const;
   void end_all(const std::string& user);
   std::size_t size() const;
-  // Called by whichever thread has ended a session, once it has ended. Before the first one begins.
+  // Sets a function that is called after sessions have ended, by the thread that ended them. Call
+  // it before the first session begins.
   void on_end(std::function<void()> act) { on_end_ = std::move(act); }
 
  private:
@@ -61,7 +64,7 @@ class Sessions {
     Moment used;  // by a person
     Moment seen;  // by any request
   };
-  // How many have ended.
+  // Returns how many have ended.
   std::size_t make_room(const std::string& user, Moment now);
   void tell(std::size_t ended) const;
   bool has_ended(const Session& session, Moment now) const noexcept;

@@ -38,7 +38,7 @@ void parse_line(std::string_view text, const std::string& file, std::size_t line
   if (second == std::string_view::npos) fail(file, line, 1, "expected name:role:hash");
   const std::string name(text.substr(0, first));
   if (!is_user_name(name)) fail(file, line, 1, "that is no user name");
-  if (users.contains(name)) fail(file, line, 1, "user '" + name + "' stands here twice");
+  if (users.contains(name)) fail(file, line, 1, "user '" + name + "' occurs twice");
   const std::string_view role_text = text.substr(first + 1, second - first - 1);
   const std::optional<Role> role = role_of(role_text);
   if (!role) {
@@ -52,7 +52,7 @@ void parse_line(std::string_view text, const std::string& file, std::size_t line
   if (!is_hash(hash)) fail(file, line, second + 2, "that is no hash by argon2id");
   const bool display = third != std::string_view::npos;
   if (display && text.substr(third + 1) != "display") {
-    fail(file, line, third + 2, "expected display, or nothing behind the hash");
+    fail(file, line, third + 2, "expected display or the end of the line after the hash");
   }
   if (display && *role != Role::viewer) {
     fail(file, line, third + 2, "a display is a viewer");
@@ -76,7 +76,7 @@ std::string to_text(const Users& users) {
   return text;
 }
 
-// As the file is, else for the page's group to read what root writes.
+// Keeps owner and group of the existing file. A new file of root's gets the page's group.
 void keep_owner(int fd, const std::filesystem::path& path) {
   struct stat status {};
   uid_t user = ::geteuid();
@@ -156,7 +156,7 @@ std::string UserDirectory::refresh() {
   } catch (const UserFileError& e) {
     return e.what();
   }
-  return stamp == "none" ? path_.string() + ": there is no such file, so it lets nobody log in"
+  return stamp == "none" ? path_.string() + ": there is no such file, so no user of it can log in"
                          : "";
 }
 
@@ -184,7 +184,7 @@ std::vector<std::string> UserDirectory::of_directory() const {
   return names;
 }
 
-// A name that has come into the file is that user's from then on.
+// A name that was added to the file belongs to the file's user from then on.
 void UserDirectory::put_together() {
   std::erase_if(of_directory_, [&](const auto& one) { return has_name(of_file_, one.first); });
   Users both = of_file_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The users file: one line a user, name:role:hash, then :display for a wall display. Lines that begin with # and empty ones are left out.
+// Reads and writes the users file: one line per user, name:role:hash, then :display for a wall
+// display. Empty lines and lines that begin with # are ignored.
 #pragma once
 
 #include <filesystem>
@@ -17,42 +18,44 @@ namespace loopwarden::page {
 
 struct User {
   Role role = Role::viewer;
-  std::string hash;        // argon2id; of a directory's user his name there
-  bool display = false;    // on a wall, where nobody touches it: no idle limit; a viewer
+  std::string hash;        // argon2id; for a directory's user, his name there
+  bool display = false;    // an unattended wall display: no idle limit; a viewer
   bool directory = false;  // known by LDAP, not by the file
 };
 using Users = std::map<std::string, User>;
 
-// "file:line:column: error: ..." if the file is malformed; path and reason if it is unreadable.
+// Its text is "file:line:column: error: ..." if malformed, path and reason if unreadable.
 class UserFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// 1 to 32 of a-z A-Z 0-9 . _ -, beginning with a letter.
+// Returns whether the name has 1 to 32 of a-z A-Z 0-9 . _ -, beginning with a letter.
 bool is_user_name(std::string_view name) noexcept;
 
 Users parse_users(std::string_view text, const std::string& file);
 Users read_users(const std::filesystem::path& path);
-// Whole or not at all: under another name first, 0640, with the owner and group that the file has; a new one of root's
-// gets the group of the page's account.
+// Writes the file as a whole or not at all: first under another name, 0640, with the owner and
+// group of the existing file. A new file of root's gets the group of the page's account.
 void write_users(const Users& users, const std::filesystem::path& path);
 
-// Who is known to the running page. The file is read again when it changes; what can't be read leaves its users as they
-// were, but a file that is gone leaves none. Beside them stand those of a directory who have logged in.
+// The users of the running page: those of the file, and those of a directory who have logged in.
+// The file is read again when it changes. If it can't be read, its users stay; if it is gone, it
+// has no users.
 class UserDirectory {
  public:
-  // An empty path: there are no users.
+  // An empty path means that there are no users.
   explicit UserDirectory(std::filesystem::path path);
 
   bool has_file() const noexcept { return !path_.empty(); }
   std::shared_ptr<const Users> users() const;
-  // Looks whether the file has changed; by one thread. Returns what is wrong with it, once for each change.
+  // Checks whether the file has changed; to be called by one thread. Returns the file's fault, once
+  // for each change.
   std::string refresh();
 
-  // Whether the file has the name, in capitals or not: that one wins over a directory's.
+  // Returns whether the file has the name, ignoring case. The file's user replaces a directory's.
   bool is_in_file(const std::string& name) const;
-  // Of a directory, `name` in lower case; with the role that he has now.
+  // Adds a user of the directory, `name` in lower case, with his present role.
   void admit(const std::string& name, Role role, const std::string& dn);
   void dismiss(const std::string& name);
   std::vector<std::string> of_directory() const;

@@ -251,9 +251,9 @@ TEST_CASE("A loop whose file goes from V to % keeps everything, and says why", "
   CHECK_FALSE(all.all_in_force());
   CHECK(has_line(
       all,
-      "FIC-101: nothing is applied before a restart, since this changes what its numbers "
-      "mean: controller.output.unit V -> %, controller.output.range [0, 10] -> [0, 100], io; "
-      "with it waits: start, controller.kp 0.35 -> 3.5, controller.output.limits [1, 9] -> "
+      "FIC-101: all changes wait for a restart, because these change the meaning of its numbers: "
+      "controller.output.unit V -> %, controller.output.range [0, 10] -> [0, 100], io; "
+      "also waiting: start, controller.kp 0.35 -> 3.5, controller.output.limits [1, 9] -> "
       "[10, 90], safe_actions.stop 1 -> 10, safe_actions.enable_open 1 -> 10"));
   // Back to the old files nothing waits.
   CHECK(plan(running, read(kDaemon, volts)).all_in_force());
@@ -359,8 +359,8 @@ TEST_CASE("Loops that came and went are named", "[app][reload]") {
   CHECK(all.loops[0].decision == Decision::came);
   CHECK(all.loops[1].decision == Decision::gone);
   CHECK(has_line(all, "FIC-102: the loop is new; it needs a restart"));
-  CHECK(has_line(all,
-                 "FIC-101: the loop is gone from the files; it runs on as it is until a restart"));
+  CHECK(has_line(
+      all, "FIC-101: the loop is no longer in the files; it runs on unchanged until a restart"));
   const loopwarden::protocol::ReloadPlan told = daemon::reload::told(all);
   CHECK(told.loops.at(0).decision == "came");
   CHECK(told.loops.at(0).waiting_for_restart.at(0).key == "loop");

@@ -185,11 +185,11 @@ TEST_CASE("evidence that was touched is refused with a reason", "[evidence]") {
     std::string record = tests::read_file(folder / "one/record.csv");
     record[record.size() - 3] ^= 1;
     tests::write_file(folder / "one/record.csv", record);
-    what = "record.csv is not what it was";
+    what = "record.csv has been changed";
   }
   SECTION("the specialists") {
     tests::write_file(folder / "one/specialists/manifest.yaml", "format: other\n");
-    what = "manifest.yaml is not what it was";
+    what = "manifest.yaml has been changed";
   }
   SECTION("cut short") {
     tests::write_file(folder / "one/evidence.json", "{\"format\": ");
@@ -416,7 +416,7 @@ TEST_CASE("evidence of a twin comes back bit for bit, whatever its length", "[ev
   CHECK(std::isnan(back.pv[5]));
   CHECK(tests::read_file(folder / "one/twin.yaml") == e.twin);
   tests::write_file(folder / "one/twin.yaml", "sample_time: 0.2\n");
-  CHECK_THROWS_WITH(read_evidence(folder / "one"), Catch::Contains("twin.yaml is not what it was"));
+  CHECK_THROWS_WITH(read_evidence(folder / "one"), Catch::Contains("twin.yaml has been changed"));
 }
 
 }  // namespace loopwarden::evidence_test

@@ -124,7 +124,7 @@ TEST_CASE("a child that fails, dies or answers nonsense leaves a reason", "[expl
        {"kill -9 $$", 60, "ended with 137"},
        {"exit 0", 60, "not there"},
        {"echo '{\"alarm\": 3}' > \"$3/explanation.json\"", 60, "unknown alarm"},
-       {"exec sleep 600", 1, "not there after 1 s"}}));
+       {"exec sleep 600", 1, "not finished within 1 s"}}));
   Bench bench(script);
   Explainer explainer = bench.make({.program = {}, .most_time = std::chrono::seconds(most_s)});
   explainer.start();
@@ -215,9 +215,8 @@ J)");
   const std::string sentence = bench.reports.front().explanation.sentence;
   if (cut) {
     CHECK(sentence ==
-          "Not explained: the daemon was restarted before the minutes were there that tell (2.5 "
-          "min after "
-          "the alarm, 10.0 min were waited for). Too little moves.");
+          "Not explained: the restart of the daemon left too few minutes (2.5 min after the alarm, "
+          "10.0 min are required). Too little moves.");
   } else {
     CHECK(sentence == "Too little moves.");
   }

@@ -239,6 +239,18 @@ TEST_CASE(
   const std::int64_t silence_ns = mb::longest_silence_ns(settings);
   CHECK_FALSE(inputs_after(silence_ns + 1'000'000).output_ok);
   CHECK(inputs_after(silence_ns + 1'000'000).output_reason == Reason::link_lost);
+
+  // The loop does not know the output any more and asks for nothing to be written.
+  const auto command = [&](bool write) {
+    io.write({},
+             {.output = 4.5, .time_ns = mb::BusWaiter::now_ns(), .write = write, .alarm = true});
+  };
+  command(false);
+  CHECK_FALSE(inputs_after(0).output_ok);
+  CHECK(inputs_after(0).output_reason == Reason::link_lost);
+  command(true);
+  CHECK(eventually([&] { return inputs_after(0).output_ok; }));
+  CHECK(rig.device.state_number("co") == 4.5);
 }
 
 TEST_CASE("how long commands may stay away: until the device acts, less one exchange",

@@ -435,7 +435,7 @@ TEST_CASE("times that go back otherwise are an error with their line", "[import]
   std::string text = "Timestamp,PV,OP,SP\n";
   for (std::size_t k = 0; k < kSamples; ++k) text += iso(k == 100 ? 90 : k) + ",1,2,3\n";
   const std::string what = failure(text);
-  CHECK(what.find("export.csv:102: the time goes back by 9 s") != std::string::npos);
+  CHECK(what.find("export.csv:102: the time decreases by 9 s") != std::string::npos);
 }
 
 TEST_CASE("several loops in a file, by their tags, and a choice that is asked for", "[import]") {
@@ -747,7 +747,7 @@ TEST_CASE("a record of more than 50 samples a value is refused, unless its perio
   }
   const std::string what = failure(text);
   INFO(what);
-  CHECK(what.find("samples of 1 s, more than 50 a value") != std::string::npos);
+  CHECK(what.find("samples of 1 s, more than 50 per value") != std::string::npos);
   const std::size_t help = what.find("--period ");
   REQUIRE(help != std::string::npos);
   ImportOptions told;
@@ -761,7 +761,7 @@ TEST_CASE("a record of more than 50 samples a value is refused, unless its perio
     gap += iso(k < kSamples ? k : k + 180UL * 86400) + "," + number(loop().pv[k % kSamples]) + "," +
            number(loop().co[k % kSamples]) + "\n";
   }
-  CHECK(failure(gap).find("for up to 4.32e+03 h there are none") != std::string::npos);
+  CHECK(failure(gap).find("there are no values for up to 4.32e+03 h") != std::string::npos);
 }
 
 TEST_CASE("InfluxDB's annotated CSV is read by series", "[import]") {
@@ -891,7 +891,7 @@ TEST_CASE("what a folder has beside exports is listed with the reason", "[import
   CHECK(importer.passed_over().size() == 4);
   const std::string said = importer.passed_over_text();
   for (const char* part : {"a.pdf: a PDF holds no values", "b.json: JSON is not read",
-                           "c.JPG: a picture", "d.raw: by its name no export"}) {
+                           "c.JPG: a picture", "d.raw: unknown file type"}) {
     INFO(part);
     CHECK(said.find(part) != std::string::npos);
   }
@@ -1131,7 +1131,7 @@ TEST_CASE("columns that are named as qualities and are none are not used, and sa
     CHECK(got.record.missing_pv == 0);
     CHECK(got.record.missing_co == 0);
     REQUIRE(got.notes.remarks.size() == 1);
-    CHECK(got.notes.remarks.front().find("not used, because none of its states is known") !=
+    CHECK(got.notes.remarks.front().find("not used, because it has no state that is known") !=
           std::string::npos);
   }
 }
@@ -1283,7 +1283,7 @@ TEST_CASE("a clock that was not set, wrong stamps, and a clock that was set back
     const std::string what =
         failure(with([](std::size_t k) { return iso(k < 450 ? k : k - 300); }, is_long));
     INFO(what);
-    CHECK(what.find("the time goes back by 299 s") != std::string::npos);
+    CHECK(what.find("the time decreases by 299 s") != std::string::npos);
     CHECK(what.find("the clock was set back") != std::string::npos);
     CHECK(what.find("ort the rows") == std::string::npos);
     CHECK(what.find("summer time") == std::string::npos);
@@ -1413,7 +1413,7 @@ TEST_CASE("modes tell what was in automatic", "[import]") {
 TEST_CASE("what is no export says so", "[import]") {
   ImportOptions semicolon;
   semicolon.delimiter = ';';
-  CHECK(failure(wide("time,pv,co,sp", seconds), semicolon).find("is set apart by ';'") !=
+  CHECK(failure(wide("time,pv,co,sp", seconds), semicolon).find("are separated by ';'") !=
         std::string::npos);
   ImportOptions column;
   column.time_column = "Zeit";
@@ -1421,7 +1421,7 @@ TEST_CASE("what is no export says so", "[import]") {
         std::string::npos);
   CHECK(failure("").find("empty") != std::string::npos);
   for (const char* header : {"Time,PV,OP\n", "Time,PV,OP\ns,m3/h,%\n"}) {
-    CHECK(failure(header).find("a header, and no row of data below it") != std::string::npos);
+    CHECK(failure(header).find("a header without a row of data below it") != std::string::npos);
   }
   // At the first row.
   CHECK(failure(wide("Timestamp,PV,OP,SP",

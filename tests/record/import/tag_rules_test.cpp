@@ -119,7 +119,7 @@ TEST_CASE("rules pair names that tell nothing, and come before what names tell",
   CHECK(read.notes.ranges[index_of(Role::co)] == SignalRange(4.0, 20.0));
   const std::vector<std::string> idle = importer.idle_rules();
   REQUIRE(idle.size() == 2);
-  CHECK(idle[0] == "r.yaml:6: 'FV1' decides nothing: what it matches is decided by r.yaml:3");
+  CHECK(idle[0] == "r.yaml:6: 'FV1' has no effect: its names are decided earlier by r.yaml:3");
   CHECK(idle[1] == "r.yaml:7: 'Q*' matches no column or tag");
 }
 

@@ -94,7 +94,7 @@ TEST_CASE("what is wrong in feed.yaml is named with its place", "[feed]") {
              Catch::Contains("feed.yaml:2:") && Catch::Contains("did you mean 'value'"));
   CHECK_THAT(complaints(kBroker + "topics: [{name: a, topic: b}]\nmetrics: [{name: a, group: g, "
                                   "edge: e, metric: m}]\n"),
-             Catch::Contains("feed.yaml:3:") && Catch::Contains("'a' stands here twice"));
+             Catch::Contains("feed.yaml:3:") && Catch::Contains("'a' occurs twice"));
   CHECK_THAT(complaints(kBroker + "topics: [{name: a, topic: b/+}]\n"),
              Catch::Contains("topics[0].topic") && Catch::Contains("without + and #"));
   CHECK_THAT(complaints(kBroker + "topics: [{name: a, topic: spBv1.0/g/DDATA/e/d}]\n"),

@@ -84,7 +84,7 @@ TEST_CASE("a file whose routes forget the box is told so", "[notify][config]") {
       "certificate_expires, records_dropped";
   CHECK(said(with(everybody, "- {channels: [log, mail], loops: [\"FIC-*\"]}")) ==
         "notify.yaml:10:3: warning: routes: no route to people has the box's " + all +
-            ": all routes tell them; name box in the `loops` of one\n");
+            ": all routes report them. Name box in the `loops` of one\n");
   CHECK(said(with(everybody, "- {channels: [log, mail], loops: [\"FIC-*\", box]}")).empty());
   // A log is nobody.
   CHECK_THAT(
@@ -92,7 +92,7 @@ TEST_CASE("a file whose routes forget the box is told so", "[notify][config]") {
       Catch::Contains("all routes tell them"));
   CHECK_THAT(said(with(everybody, "- {channels: [log, mail], alarms: [stiction, disk_full]}")),
              Catch::Contains("no route has the box's clock_stepped, feeder_lost,") &&
-                 Catch::Contains("nobody is told"));
+                 Catch::Contains("no channel reports them"));
 }
 
 TEST_CASE("defaults of each kind of channel", "[notify][config]") {
@@ -125,7 +125,7 @@ TEST_CASE("each slip is named where it is", "[notify][config]") {
       {"to: [c@d]", "to: [c@d, \"e f@g\"]", "must be an address"},
       {"security: none", "security: tls, user: x", "user and password belong together"},
       {"host: 127.0.0.1, security: none", "host: mail.x, security: none",
-       "may be none only where the server is this host"},
+       "may be none only if the server is this host"},
       {"host: 127.0.0.1", "host: \"a/b\"", "must be a name or an address"},
       {"smtp: {host: 127.0.0.1, security: none}", "sendmail: bin/sendmail", "absolute path"},
       {"    smtp: {host: 127.0.0.1, security: none}\n", "", "either `smtp` or `sendmail`"},

@@ -375,7 +375,7 @@ TEST_CASE("a mail server that refuses the password is asked once, and it is said
   };
   REQUIRE(eventually([&] { return newest("result").dump().find("535") != std::string::npos; }));
   CHECK_THAT(program.log(), Catch::Contains("error channel mail: message 1 waits") &&
-                                Catch::Contains("nothing is sent before the next start"));
+                                Catch::Contains("the channel sends again after the next start"));
   // Longer than the pause after a fault that may pass; and another alarm doesn't make it try again.
   daemon.set("FIC-102", "unacknowledged", true);
   std::this_thread::sleep_for(std::chrono::seconds(5));
@@ -458,7 +458,7 @@ TEST_CASE("a missing secret ends with 78, a damaged store is put aside", "[notif
   daemon.set("FIC-101", "unacknowledged", true);
   damaged.start();
   CHECK(has(folder / "log", 1));
-  CHECK_THAT(damaged.log(), Catch::Contains("a new one begins"));
+  CHECK_THAT(damaged.log(), Catch::Contains("A new file is used"));
 }
 
 TEST_CASE("a queue that a later version wrote ends it with 78 and stays", "[notify][program]") {

@@ -24,6 +24,7 @@ from device import STEP_S
 from loops import (BAD_PV, CURRENT, ENABLE_OPEN, HIGH, KINDS, LOOP, LOW, RATE, RESPONSE_S, SENSOR,
                    SET_POINT, SPOILED, STOP, VALVE, make_loop, without_read_back)
 
+BAD_PV_S = 2.0  # from a bad PV to an output at its safe value; a silent PV is bad once older than `max_age`
 SLACK_S = 1.0  # beyond a stated time: two busy cores without real-time rights
 NOT_JUDGED_S = 0.3  # when this process itself was held up for longer, nothing is judged by time
 
@@ -313,7 +314,7 @@ class Cell:
                 await front.close()
             await self.wait(lasts)
             if lasts > 2.0:
-                failures += await self.expect_fault(loop, {"output lost", "bad PV"})
+                failures += await self.expect_silent(loop, loop.positioner in victims, lasts)
             for front in victims:
                 await front.open()
         elif kind == "read-back dies with the link":
@@ -328,10 +329,8 @@ class Cell:
             device.stem_fault = None
         elif kind == "transmitter silent":
             loop.transmitter.spoil = "silent"
-            await self.wait(3.0)
-            failures += await self.expect_fault(loop, {"output lost", "bad PV"})
-            if loop.positioner is not loop.transmitter:
-                failures += self.expect_output(loop, BAD_PV)
+            await self.wait(2.0)
+            failures += await self.expect_silent(loop, loop.positioner is loop.transmitter, 2.0)
             loop.transmitter.spoil = None
         elif kind == "valve not following":
             device.valve_stuck = True
@@ -558,8 +557,16 @@ class Cell:
             return [f"{loop.name}: the alarm relay is energised while {state.get('fault')}"]
         return []
 
+    async def expect_silent(self, loop, positioner_too, waited):
+        """The transmitter has been silent for `waited`, at least 2 s. It alone counts once PV is older than `max_age`."""
+        if positioner_too:
+            return await self.expect_fault(loop, {"output lost"})
+        await self.wait(max(0.0, self.max_age + BAD_PV_S - waited))
+        failures = await self.expect_fault(loop, {"bad PV"}, {"link lost", "stale"})
+        return failures + self.expect_output(loop, BAD_PV)
+
     def expect_output(self, loop, value):
-        """The stated time: hold for 0.3 s and travel at the rate limit, all within the 2 s waited."""
+        """The stated time: hold for 0.3 s and travel at the rate limit, all within `BAD_PV_S` waited."""
         self.take_deeds()
         if not self.judged_by_time() or abs(loop.device.command - value) < 0.02:
             return []

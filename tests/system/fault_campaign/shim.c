@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Loaded into the program under test (LD_PRELOAD), the daemon, the edge or the notifier, switched by a small file that
- * whoever tests it maps as well:
+ * Injects faults into the program under test (LD_PRELOAD): the daemon, the edge or the notifier.
+ * A small file that the test maps as well switches them:
  *
- * - a disk that is full or slow and a wall clock that jumps. Only regular files are affected.
- * - a disk that is slow for some of the daemon's files: each opening, renaming and syncing takes its time.
+ * - a disk that is full or slow, and a wall clock that jumps. Only regular files are affected.
+ * - a disk that is slow for some of the daemon's files: each opening, renaming and syncing is
+ *   delayed.
  * - a disk that hangs: opening, writing, syncing and renaming of some of the daemon's files wait.
- * - attributes of IIO devices. A plain file with the sticky bit stands for one: without its name (the
- *   device is gone) it answers ENODEV as sysfs does, without its owner's right to read or write EIO;
- *   without its group's right to write it swallows what is written, without the others' right to
- *   read a read of it waits. What is written is noted.
- * - the lines of a GPIO chip, in the place of libgpiod 1. A line given back keeps its level.
+ * - attributes of IIO devices, as plain files with the sticky bit. Without its name (the
+ *   device is gone), a file returns ENODEV as sysfs does. Without its owner's right to read or
+ *   write, it returns EIO. Without its group's right to write, it discards writes. Without the
+ *   others' right to read, a read waits. Written values are recorded.
+ * - the lines of a GPIO chip, instead of libgpiod 1. A released line keeps its level.
  */
 #define _GNU_SOURCE
 #include <dirent.h>
@@ -33,7 +34,7 @@ struct Deed {
   volatile int64_t time_ns; /* CLOCK_MONOTONIC */
   volatile int64_t source;  /* inode of an attribute; -1 - number of a line */
   volatile int64_t value;
-  volatile int64_t number; /* its own, from 1; set when the rest is there */
+  volatile int64_t number; /* its own, from 1; set after the other members */
 };
 struct Switches {
   volatile int64_t clock_offset_s;
@@ -44,10 +45,10 @@ struct Switches {
   volatile int64_t refused[LINES];
   struct Deed deeds[DEEDS];
   volatile int64_t disk_hangs; /* for which files, bits as in kHanging */
-  volatile int64_t hung_calls; /* that wait now */
+  volatile int64_t hung_calls; /* number of waiting calls */
   volatile int64_t disk_slows; /* for which files, bits as in kHanging */
-  volatile int64_t slow_ms;    /* what each call takes */
-  volatile int64_t slow_calls; /* so many did */
+  volatile int64_t slow_ms;    /* duration of each call */
+  volatile int64_t slow_calls; /* number of slow calls */
 };
 static struct Switches none;
 static struct Switches* switches = &none;
@@ -61,7 +62,7 @@ __attribute__((constructor)) static void attach(void) {
   if (map != MAP_FAILED) switches = map;
 }
 
-#define REAL(name) \
+#define REAL(name)               \
   static __typeof__(&name) real; \
   if (!real) real = (__typeof__(&name))dlsym(RTLD_NEXT, #name)
 
@@ -76,9 +77,9 @@ static void note(int64_t source, int64_t value) {
   __atomic_store_n(&deed->number, number, __ATOMIC_RELEASE);
 }
 
-static const char* const kHanging[] = {"/segments", "/records",      "/journal.sqlite", "/alarm-state",
-                                       "/evidence", "/metrics.prom", "/log",            "/store.sqlite",
-                                       "/notifications.sqlite"};
+static const char* const kHanging[] = {"/segments",    "/records",      "/journal.sqlite",
+                                       "/alarm-state", "/evidence",     "/metrics.prom",
+                                       "/log",         "/store.sqlite", "/notifications.sqlite"};
 static const int kBit[] = {0, 1, 2, 2, 3, 4, 5, 6, 7};
 
 static int64_t mask_of(const char* path) {
@@ -110,7 +111,7 @@ static void wait_for_name(const char* path) {
   if (switches->disk_slows) take_time_for(path);
 }
 
-/* Its path; empty where it has none. */
+/* Returns its path; empty if it has none. */
 static const char* name_of(int fd, char* path, size_t size) {
   char link[64];
   snprintf(link, sizeof link, "/proc/self/fd/%d", fd);

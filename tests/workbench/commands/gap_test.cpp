@@ -391,7 +391,7 @@ TEST_CASE("a stem is held against its command, the valve alone", "[gap][program]
       loopwarden("gap " + (folder / "drive.csv").string() + " --stem --out " + out);
   INFO(outcome.text);
   REQUIRE(outcome.exit_code == 0);
-  CHECK(outcome.text.find("The stem stands in the place of PV") != std::string::npos);
+  CHECK(outcome.text.find("The stem replaces PV") != std::string::npos);
   const auto answer = nlohmann::json::parse(read_file(folder / "found/gap.json"));
   REQUIRE(answer["effects"].size() == 1);
   const nlohmann::json& effect = answer["effects"][0];

@@ -84,7 +84,7 @@ TEST_CASE("a site's rules make loops of names that tell nothing", "[rules][impor
       loopwarden("survey " + site.path("e.csv") + " --out " + site.path("n"));
   CHECK(without.exit_code == 65);
   CHECK_THAT(without.text, Contains("9 columns or tags belong to no loop") &&
-                               Contains("--rules RULES.yaml tells whose they are"));
+                               Contains("--rules RULES.yaml assigns them to loops"));
   const ShellOutcome made = loopwarden(site.survey());
   INFO(made.text);
   REQUIRE(made.exit_code == 0);
@@ -120,12 +120,12 @@ TEST_CASE("what the fitter found is kept, told by the next survey, and exported 
   const Site site;
   REQUIRE(loopwarden(site.survey()).exit_code == 0);
   const std::string at = " --survey " + site.path("s");
-  CHECK_THAT(loopwarden("outcome --list" + at).text, Contains("nothing was answered yet"));
+  CHECK_THAT(loopwarden("outcome --list" + at).text, Contains("no answers yet"));
   const ShellOutcome answered =
       loopwarden("outcome fic2 --found stiction --note \"packing, tight\"" + at);
   INFO(answered.text);
   REQUIRE(answered.exit_code == 0);
-  CHECK_THAT(answered.text, Contains("FIC2: stiction found; the survey said stiction"));
+  CHECK_THAT(answered.text, Contains("FIC2: stiction found; the survey's finding: stiction"));
   REQUIRE(loopwarden("outcome FIC1 --found nothing" + at).exit_code == 0);
   const ShellOutcome wrong = loopwarden("outcome FIC22 --found air" + at);
   CHECK(wrong.exit_code == 65);

@@ -98,7 +98,7 @@ TEST_CASE("what is missing stands at the top, and what check would refuse counts
   clashing.manual.value = {3.0};
   const LoopFile refused = loop_file(clashing, {.feeder = "opcua", .source = "t"});
   REQUIRE(refused.missing.size() == 1);
-  CHECK(refused.missing[0].find("io.mode.manual: 3 stands in automatic") == 0);
+  CHECK(refused.missing[0].find("io.mode.manual: 3 is in automatic") == 0);
 }
 
 TEST_CASE("nodes that are known are listed for loopwarden-opcua", "[discover]") {

@@ -66,7 +66,7 @@ TEST_CASE("what a list has wrong is said by line and column", "[discover]") {
   CHECK(list.tags[0].node == "a");
   REQUIRE(list.notes.size() == 3);
   CHECK(list.notes[0] == "t.csv:3: no tag, name, address or node: passed over");
-  CHECK(list.notes[2] == "t.csv:5: 'F.PV' stands in line 2 as well, which counts");
+  CHECK(list.notes[2] == "t.csv:5: 'F.PV' is already in line 2, which is used");
 }
 
 TEST_CASE("what loopwarden-opcua browse prints is a list, of which texts are left out",

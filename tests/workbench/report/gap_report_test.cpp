@@ -129,7 +129,7 @@ TEST_CASE("the report says everything that was found, the sentence first", "[gap
   const std::size_t sentence = page.find("<h1>" + result.sentence + "</h1>");
   CHECK(sentence < page.find("<h2>"));
   CHECK(contains(page, "The stem rests after each of 41 reversals."));
-  CHECK(contains(page, "can't tell it from: backlash"));
+  CHECK(contains(page, "can't distinguish it from: backlash"));
   CHECK(contains(page, "leaves the jumps"));
   CHECK(contains(page, "after the output reverses"));
   CHECK(contains(page, "2 samples of PV are missing."));

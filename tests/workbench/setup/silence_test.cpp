@@ -41,7 +41,7 @@ TEST_CASE("what is no watchdog's move does not pass for one", "[setup]") {
   CHECK_THAT(why([](double t) { return t < 5.5 ? kBefore : kHome; }), Catch::Contains("too soon"));
   CHECK_THAT(
       why([](double t) { return t < 11.0 ? kBefore : std::numeric_limits<double>::quiet_NaN(); }),
-      Catch::Contains("nothing told"));
+      Catch::Contains("not known at the end"));
 }
 
 }  // namespace loopwarden::workbench::setup::silence_test

@@ -132,7 +132,7 @@ TEST_CASE("what is wrong in the loops' file is said with its place", "[survey][c
              Contains("l.csv:2:4: criticality is a number, a letter"));
   CHECK_THAT(error_of("tag,cost_per_hour\nF1,-3\n"),
              Contains("l.csv:2:4: cost_per_hour is a number"));
-  CHECK_THAT(error_of("tag\nF1\nF2\nF1\n"), Contains("l.csv:4:1: 'F1' stands in line 2 already"));
+  CHECK_THAT(error_of("tag\nF1\nF2\nF1\n"), Contains("l.csv:4:1: 'F1' is in line 2 already"));
   CHECK(error_of("tag,criticality\nF1,high\nF2,2\nF3,\n").empty());
 }
 

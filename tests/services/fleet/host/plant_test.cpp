@@ -449,7 +449,7 @@ TEST_CASE("a host that begins later gets its share of the groups, and nothing is
   say_for(5s);
   CHECK(plant.has(kPvDifferent, std::to_string(edge.said())));
   CHECK(plant.database.ask(kPvRows) == std::to_string(edge.said()));
-  CHECK_THAT(plant.host.log(), Catch::Contains("group A: given to another host"));
+  CHECK_THAT(plant.host.log(), Catch::Contains("group A: handed over to another host"));
   CHECK(plant.database.ask("SELECT owner FROM lease WHERE group_name = 'B'") == first);
   // Now even, so nothing moves any more, until one of them goes.
   CHECK(second.end(SIGTERM) == 0);

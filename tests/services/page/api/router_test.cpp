@@ -555,7 +555,7 @@ TEST_CASE("gains are proposed by the twin or by the newest step of the record") 
 
 TEST_CASE("what has changed behind the operator's back is told with its value") {
   ApiRig rig(true);
-  const std::string why = "the set point is 5.5 by now, 5 was expected";
+  const std::string why = "the set point is now 5.5, 5 was expected";
   json expected{{"error", why}};
   SECTION("at once, where the daemon knows no value") {
     rig.orders.says = [&](const json&) -> json {

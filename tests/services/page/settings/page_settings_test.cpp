@@ -188,7 +188,7 @@ TEST_CASE("the examples of a directory are valid") {
 }
 
 TEST_CASE("a machine without a daemon shows the fleet or nothing") {
-  CHECK(trouble("box: false\n").find("page.yaml:1:6: error: box: false leaves nothing to show") ==
+  CHECK(trouble("box: false\n").find("page.yaml:1:6: error: box: false needs the section fleet") ==
         0);
   const auto settings = read_page_text("p", "box: false\nfleet: {database: postgresql:///d}\n");
   REQUIRE(settings);

@@ -52,12 +52,12 @@ TEST_CASE("errors name line and column") {
   CHECK(trouble("anna:viewer:secret") == "users:1:13: error: that is no hash by argon2id");
   CHECK(trouble("wall:viewer:" + hash() + ":display") == "none");
   CHECK_THAT(trouble("wall:viewer:" + hash() + ":dsplay"),
-             Catch::EndsWith("error: expected display, or nothing behind the hash"));
+             Catch::EndsWith("error: expected display or the end of the line after the hash"));
   CHECK_THAT(trouble("wall:operator:" + hash() + ":display"),
              Catch::EndsWith("error: a display is a viewer"));
   CHECK(trouble("1a:viewer:" + hash()) == "users:1:1: error: that is no user name");
   CHECK(trouble("a:viewer:" + hash() + "\na:viewer:" + hash()) ==
-        "users:2:1: error: user 'a' stands here twice");
+        "users:2:1: error: user 'a' occurs twice");
 }
 
 TEST_CASE("the running page takes over a changed file and keeps the old users where it is broken") {
