@@ -41,7 +41,7 @@ Value value(const std::vector<MetricSpec>& specs, const Reading& reading, const 
   return {};
 }
 
-// Without the loop, which comes later.
+// Omits the loop; the caller adds it later.
 json request_of(const loopwarden::edge::Order& order) {
   json request = std::visit([](const auto& one) { return json(one); }, order.request);
   request.erase("loop");
@@ -117,7 +117,7 @@ TEST_CASE("a loop that another controller has offers no orders to its controller
   CHECK(value(watched, now, "tag") == Value(std::string("A/B")));
 }
 
-TEST_CASE("tags that a topic can't hold get names of their own", "[edge]") {
+TEST_CASE("tags that a topic can't hold get replacement names", "[edge]") {
   Seen seen;
   seen.view.look();
   CHECK(seen.view.model().loops()[1].device == "A_B");
@@ -176,7 +176,7 @@ TEST_CASE("alarms and explanations are asked for when their registers change", "
   CHECK(seen.view.unacknowledged(1).empty());
 }
 
-TEST_CASE("an incident comes with its name and cause", "[edge]") {
+TEST_CASE("an incident is published with its name and cause", "[edge]") {
   Seen seen;
   seen.view.look();
   CHECK(seen.of_loop("incident/name") == Value{});
@@ -197,7 +197,7 @@ TEST_CASE("an incident comes with its name and cause", "[edge]") {
   CHECK(seen.of_loop("incident/raised") == Value(std::uint64_t{1'700'000'000'000}));
 }
 
-TEST_CASE("a process alarm is in no register, and comes all the same; it has no size", "[edge]") {
+TEST_CASE("a process alarm is published although it is in no register; it has no size", "[edge]") {
   Seen seen;
   seen.view.look();
   seen.daemon.set_alarm("FIC-101", {{"alarm", "bad_pv"},
@@ -242,7 +242,7 @@ TEST_CASE("a configuration that was reloaded is another model where units or loo
   CHECK(spec(seen.specs(), "pv").unit == "m3/h");
 }
 
-TEST_CASE("a daemon that goes is away, and the same one when it is back", "[edge]") {
+TEST_CASE("a daemon that stops is offline, and the same daemon when it returns", "[edge]") {
   Seen seen;
   seen.view.look();
   seen.daemon.stop();
@@ -252,7 +252,7 @@ TEST_CASE("a daemon that goes is away, and the same one when it is back", "[edge
   CHECK(seen.of_loop("pv") == Value(5.0));
 }
 
-TEST_CASE("evidence is found by alarm or by its folder's name, and nothing else is", "[edge]") {
+TEST_CASE("evidence is found by alarm or by its folder's name, and in no other way", "[edge]") {
   Seen seen;
   seen.view.look();
   const auto folder = seen.folder / "evidence/one";
@@ -268,7 +268,7 @@ TEST_CASE("evidence is found by alarm or by its folder's name, and nothing else 
   }
 }
 
-TEST_CASE("a file goes in parts that say which they are, with a check sum of the whole", "[edge]") {
+TEST_CASE("a file is sent in numbered parts with a check sum of the whole", "[edge]") {
   const TemporaryFolder folder;
   write_file(folder / "e1/evidence.json", "{}");
   write_file(folder / "e1/record.csv", "0123456789");
@@ -284,7 +284,7 @@ TEST_CASE("a file goes in parts that say which they are, with a check sum of the
   CHECK(first->metric.property("parts")->value == Value(std::uint64_t{1}));
   CHECK(first->metric.property("files")->value == Value(std::uint64_t{2}));
   CHECK(first->metric.property("request")->value == Value(std::string("stiction")));
-  // What did not go out comes again.
+  // A part that was not sent is returned again.
   CHECK(parts.next()->metric == first->metric);
   parts.gone();
   std::string whole;
@@ -350,7 +350,7 @@ TEST_CASE("alarms, shelves, vetoes and evidence", "[edge]") {
   CHECK(command.evidence == std::vector<std::string>{"stiction"});
 }
 
-TEST_CASE("what is no order is told, and no order", "[edge]") {
+TEST_CASE("a write that is no order is reported and gives no order", "[edge]") {
   const double nan = std::nan("");
   for (const Metric& metric :
        {wanted("pv", 5.0), wanted("kp", 1.0), wanted("sp", nan), wanted("sp", std::string("5")),

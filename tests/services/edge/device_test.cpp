@@ -94,7 +94,7 @@ TEST_CASE("a value that can't be trusted has Quality 0, and 192 when it can be a
   CHECK(device.birth(bad, 3)[1].property("Quality")->value == Value(std::int64_t{0}));
 }
 
-TEST_CASE("a value that goes missing or comes is a change", "[edge]") {
+TEST_CASE("a value that becomes missing or valid is a change", "[edge]") {
   Device device("d", specs(), 1);
   device.birth(reading(1, 1, 1, 0), 0);
   Reading gone = reading(1, 1, 1, 0);

@@ -18,7 +18,7 @@ using loopwarden::edge::read_edge_text;
 constexpr const char* kLeast =
     "broker: {url: 'mqtt://broker'}\nsparkplug: {group: plant, edge: box7}\n";
 
-// What is said of the text; it is refused.
+// Returns the errors of a refused configuration text.
 std::string complaints(const std::string& text) {
   const auto loaded = read_edge_text("edge.yaml", text);
   CHECK_FALSE(loaded);
@@ -129,7 +129,7 @@ TEST_CASE("what is wrong is named with its place", "[edge]") {
   CHECK_THAT(complaints("[]"), Catch::Contains("edge.yaml:1:1"));
 }
 
-TEST_CASE("docs/edge-keys.md says what the reader says", "[edge][reference]") {
+TEST_CASE("docs/edge-keys.md matches the description by the reader", "[edge][reference]") {
   const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/edge-keys.md";
   const std::string described =
       "# Keys of edge.yaml\n\n"

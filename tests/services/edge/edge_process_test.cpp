@@ -81,7 +81,7 @@ class Host {
     ++probe_;
     std::chrono::steady_clock::time_point again{};
     REQUIRE(until([&] {
-      // One that went out on a connection that was about to break never comes back.
+      // A message sent on a connection that was about to break never arrives.
       if (client_.connected() && std::chrono::steady_clock::now() >= again) {
         client_.publish({kProbe, std::to_string(probe_), mqtt::Qos::at_least_once, false});
         again = std::chrono::steady_clock::now() + 1s;
@@ -98,7 +98,8 @@ class Host {
     }
     return true;
   }
-  // The first message from `from` on that is as wanted; what comes before stays in `heard`. Null: it does not come.
+  // Returns the first message from `from` on that satisfies `wanted`, or null if it does not
+  // arrive. Earlier messages stay in `heard`.
   const Heard* await(const std::function<bool(const Heard&)>& wanted) {
     const Heard* found = nullptr;
     until([&] {
@@ -155,7 +156,7 @@ class Host {
     give_names(*topic, payload);
     heard.push_back({*topic, std::move(payload), event.message.retain, event.message.qos, missed});
   }
-  // Of a birth each metric has a name and a type; an alias stands for one metric of the whole node.
+  // Each metric of a birth has a name and a type. An alias denotes one metric of the whole node.
   void check_birth(const Topic& topic, const Payload& payload) {
     if (topic.type != MessageType::nbirth && topic.type != MessageType::dbirth) return;
     std::erase_if(aliases_, [&](const auto& taken) {
@@ -232,7 +233,8 @@ struct Plant {
     const std::size_t end = daemon.looks() + times;
     REQUIRE(eventually([&] { return daemon.looks() >= end; }, 60s));
   }
-  // `back` brings the broker back; the edge, without a primary host, finds it only once the host listens.
+  // `back` restarts the broker. Without a primary host the edge reconnects only after the host
+  // listens.
   void bring_back(const Edge& edge, const std::function<void()>& back) {
     edge.freeze();
     back();
@@ -338,7 +340,7 @@ TEST_CASE("a host asks for births and gets all of them, with the same bdSeq, fro
   REQUIRE(device != nullptr);
   CHECK(device->payload.find("pv")->value == Value(7.0));
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
-  // What is no command changes nothing.
+  // A payload that is no command has no effect.
   plant.host.say("spBv1.0/plant/NCMD/box", "\x01 rubbish");
   plant.host.command(MessageType::ncmd, "", {wanted("none", DataType::boolean, true)});
   plant.daemon.set("FIC-101", "pv", 8.0);
@@ -371,13 +373,14 @@ TEST_CASE("a storm of rebirth requests is answered by a few births, the last req
   const auto births =
       std::count_if(plant.host.heard.begin(), plant.host.heard.end(),
                     [](const Host::Heard& h) { return h.topic.type == MessageType::nbirth; });
-  CHECK(births < 20);  // few, also where this machine is slow
+  CHECK(births < 20);  // few, also on a slow machine
 }
 
-// PV of the loop as the host has it by its own time: of each time, how often it came and whether always marked.
+// PV of the loop as the host received it. Counts per source time how often it arrived, and whether
+// it was always marked as historical.
 struct Received {
   std::map<double, int> times_by_value;
-  std::vector<double> historical;  // in the order in which they came, of the newest connection
+  std::vector<double> historical;  // of the newest connection, in the order of arrival
 };
 
 Received received(const Host& host) {
@@ -393,8 +396,7 @@ Received received(const Host& host) {
 }
 
 TEST_CASE(
-    "a broker that dies: what was measured meanwhile comes afterwards, marked, oldest first, all "
-    "of it",
+    "after a broker dies, all values measured meanwhile arrive, marked as historical, oldest first",
     "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
@@ -437,7 +439,7 @@ TEST_CASE("the store outlives the program", "[edge]") {
     plant.look(4);
   }
   CHECK(edge.end(SIGTERM) == 0);
-  // Without a primary host the edge says its history to whoever listens as it comes.
+  // Without a primary host the edge publishes its history on every connection.
   plant.broker.start();
   plant.host.listen();
   edge.start();
@@ -448,7 +450,7 @@ TEST_CASE("the store outlives the program", "[edge]") {
   CHECK(all.times_by_value.count(7.0) == 1);
 }
 
-TEST_CASE("a slow disk under the store: the edge goes on, and all that was measured is said",
+TEST_CASE("with a slow disk under the store the edge continues and publishes all measured values",
           "[edge]") {
   Plant plant;
   plant.broker.kill();
@@ -471,12 +473,12 @@ TEST_CASE("a slow disk under the store: the edge goes on, and all that was measu
   CHECK(all.times_by_value.count(7.0) == 1);
 }
 
-TEST_CASE("a broker that accepts and hangs delays nothing but its own messages", "[edge]") {
+TEST_CASE("a broker that accepts and hangs delays only its own messages", "[edge]") {
   const tests::TemporaryFolder folder;
   FakeDaemon daemon{folder.path(), {"FIC-101"}};
   const tests::SilentBroker silent;
   Edge edge(folder.path(), "mqtt://127.0.0.1:" + std::to_string(silent.port()));
-  // It goes on looking at the daemon, all the time that it takes to give up the broker, and then again.
+  // The edge polls the daemon during the whole time-out of the broker, and after it.
   const auto gives_up = [&](int times) {
     const auto seen = [&] {
       const std::string log = edge.log();
@@ -497,8 +499,7 @@ TEST_CASE("a broker that accepts and hangs delays nothing but its own messages",
   CHECK(edge.end(SIGTERM) == 0);
 }
 
-TEST_CASE("a broker that hangs while it is connected: nothing that was measured is lost",
-          "[edge]") {
+TEST_CASE("a broker that hangs while it is connected: all measured values arrive", "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
@@ -522,7 +523,8 @@ TEST_CASE("a broker that hangs while it is connected: nothing that was measured 
 }
 
 TEST_CASE(
-    "without its primary host it is silent and stores; when the host goes it dies and comes back",
+    "without its primary host it is silent and stores; when the host is lost it sends its death "
+    "and returns",
     "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker, "", ", primary_host: scada");
@@ -591,7 +593,7 @@ TEST_CASE("a node without its daemon is born too, and again with its loops", "[e
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
 }
 
-TEST_CASE("orders go to the daemon only where edge.yaml has them, and their outcome comes back",
+TEST_CASE("orders reach the daemon only if edge.yaml has them, and their outcome is published",
           "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker, "orders: true\n");
@@ -638,7 +640,7 @@ TEST_CASE("orders go to the daemon only where edge.yaml has them, and their outc
   CHECK(plant.daemon.orders().back().at("request") == "acknowledge_all");
 }
 
-TEST_CASE("without orders in edge.yaml nothing is ordered", "[edge]") {
+TEST_CASE("without orders in edge.yaml no order is sent", "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
@@ -649,7 +651,7 @@ TEST_CASE("without orders in edge.yaml nothing is ordered", "[edge]") {
   CHECK(plant.daemon.orders().empty());
 }
 
-TEST_CASE("evidence comes in parts on request", "[edge]") {
+TEST_CASE("evidence is sent in parts on request", "[edge]") {
   Plant plant;
   const auto evidence = plant.folder / "evidence/e1";
   tests::write_file(evidence / "evidence.json", R"({"loop": "FIC-101"})");
@@ -678,7 +680,7 @@ TEST_CASE("evidence comes in parts on request", "[edge]") {
         nullptr);
 }
 
-TEST_CASE("TLS with a certificate of its own", "[edge]") {
+TEST_CASE("TLS with the test's own certificate", "[edge]") {
   const tests::TemporaryFolder folder;
   FakeDaemon daemon{folder.path(), {"FIC-101"}};
   const tests::Certificates certificates;
@@ -693,7 +695,7 @@ TEST_CASE("TLS with a certificate of its own", "[edge]") {
   settings.certificate_file = certificates.file("client.crt");
   settings.key.file = certificates.file("client.key");
   Host host(settings);
-  // It may have been born before the host came.
+  // The edge may have sent its birth before the host subscribed.
   host.command(MessageType::ncmd, "", {wanted("Node Control/Rebirth", DataType::boolean, true)});
   CHECK(host.await(MessageType::dbirth) != nullptr);
 }

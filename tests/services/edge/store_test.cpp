@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What waits on the disk, and when it is sent again.
+// Tests of the messages that wait on disk, and of when they are sent again.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -61,7 +61,7 @@ TEST_CASE("reports and bdSeq outlive the program, in their order", "[edge]") {
   CHECK(store.waiting() == 1);
 }
 
-TEST_CASE("beyond its bound the oldest goes, and is counted for ever", "[edge]") {
+TEST_CASE("beyond the bound the oldest message is dropped and stays counted", "[edge]") {
   const TemporaryFolder folder;
   constexpr int kReports = 2000;
   {
@@ -173,7 +173,7 @@ TEST_CASE("what could not be sent is sent later, oldest first", "[edge]") {
   CHECK(box.store.waiting() == 0);
 }
 
-TEST_CASE("what was sent shortly before a loss is sent again, before what came after", "[edge]") {
+TEST_CASE("messages sent shortly before a loss are sent again, before newer messages", "[edge]") {
   Box box;
   box.outbox.sent(report("a", 1), box.now);
   box.now += 50s;
@@ -184,7 +184,7 @@ TEST_CASE("what was sent shortly before a loss is sent again, before what came a
   box.outbox.tidy(box.now);
   box.replay(10);
   CHECK(box.sent == std::vector<double>{2, 3});
-  // And once more, where that connection is lost too.
+  // They are sent again if that connection is lost too.
   box.sent.clear();
   box.outbox.lost(box.now);
   box.replay(10);

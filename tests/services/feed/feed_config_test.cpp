@@ -17,7 +17,7 @@ using loopwarden::config::to_text;
 
 const std::string kBroker = "broker: {url: 'mqtt://b'}\n";
 
-// What is said of the text; it is refused.
+// Returns the errors of a refused configuration text.
 std::string complaints(const std::string& text) {
   const auto loaded = read_feed_text("feed.yaml", text);
   CHECK_FALSE(loaded);
@@ -118,7 +118,7 @@ TEST_CASE("the example is a sound configuration", "[feed]") {
   CHECK_FALSE(loaded->metrics.empty());
 }
 
-TEST_CASE("docs/feed-keys.md says what the reader says", "[feed][reference]") {
+TEST_CASE("docs/feed-keys.md matches the description by the reader", "[feed][reference]") {
   const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/feed-keys.md";
   const std::string described =
       "# Keys of feed.yaml\n\n"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program itself between a real Mosquitto, where an edge node of Python publishes, and the real daemon.
+// The program runs between a real Mosquitto, on which a Python edge node publishes, and the real
+// daemon.
 #include <pwd.h>
 #include <signal.h>
 #include <unistd.h>
@@ -78,7 +79,7 @@ metrics:
     return eventually(
         [&] {
           const json now = daemon.loop(loop);
-          return now.contains(key) && now.at(key) == value;  // before its first cycle it has none
+          return now.contains(key) && now.at(key) == value;  // absent before the first cycle
         },
         std::chrono::seconds(20));
   }
@@ -124,7 +125,7 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   rig.edge.command("set PV 4.5");
   CHECK(rig.is("FIC-206", "pv", 4.5));
 
-  // What can't be read is bad, counted, and not the end.
+  // A value that can't be read is bad and counted. The program continues.
   rig.edge.command("publish plant/fic205 no JSON");
   CHECK(rig.is("FIC-205", "pv_quality", "bad"));
   CHECK(rig.says("plant/fic205, for FIC205.PV: expected JSON"));
@@ -137,7 +138,7 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   CHECK(rig.counters().at("unknown_names") > 0);
   CHECK(rig.counters().at("bad_lines") == 0);
 
-  // The edge node dies without a goodbye, and comes back.
+  // The edge node dies without a goodbye, and reconnects.
   rig.edge.command("drop");
   CHECK(rig.is("FIC-206", "pv_reason", "death of the source"));
   CHECK(rig.daemon.loop("FIC-206").at("pv").is_null());
@@ -172,7 +173,7 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   // Born before the feeder is back, or after: it asks.
   rig.edge.command("connect");
   CHECK(rig.is("FIC-206", "pv", 1.0));
-  // What was published meanwhile nobody knows.
+  // The values published meanwhile are unknown.
   CHECK(rig.is("FIC-205", "pv_reason", "link lost"));
   rig.publish(15.5);
   CHECK(rig.is("FIC-205", "pv", 15.5));
@@ -185,7 +186,7 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   CHECK(eventually([&] { return rig.edge.state("commands") != commands; }));
   CHECK(rig.is("FIC-206", "pv_quality", "good"));
 
-  // A daemon that comes back is told what is known, without a new message.
+  // A restarted daemon receives the known values without a new message.
   rig.daemon.signal(SIGKILL);
   rig.daemon.wait_for_end();
   rig.daemon.start();
@@ -210,9 +211,9 @@ TEST_CASE("loopwarden-feed --browse lists what edge nodes have, and asks for the
     return tests::run(LOOPWARDEN_BIN_DIR "/loopwarden-feed --browse plant --seconds 2 --config " +
                       (folder / "feed.yaml").string() + " 2>&1");
   };
-  edge.command("set PV 2");  // goes out behind the births
+  edge.command("set PV 2");  // is sent after the births
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  CHECK(browse("").exit_code == 74);  // the births are over, and nobody says anything
+  CHECK(browse("").exit_code == 74);  // the births are over, and no data arrives
   // The first thing that is heard is what makes it ask.
   std::thread voice([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(700));
@@ -226,7 +227,7 @@ TEST_CASE("loopwarden-feed --browse lists what edge nodes have, and asks for the
   CHECK(found.text.find("Node Control") == std::string::npos);
 }
 
-TEST_CASE("loopwarden-feed by TLS, with a certificate of its own", "[feed]") {
+TEST_CASE("loopwarden-feed by TLS, with the test's own certificate", "[feed]") {
   const tests::TemporaryFolder folder;
   const tests::Certificates certificates;
   const MqttBroker broker(certificates.broker_lines());

@@ -88,7 +88,7 @@ struct Foreign {
   std::string complaint;
 };
 
-TEST_CASE("births give values, types and aliases; data comes by alias without types", "[feed]") {
+TEST_CASE("births give values, types and aliases; data has only aliases, without types", "[feed]") {
   Foreign edge;
   CHECK(edge.pv(9.0).empty());  // no birth yet
   CHECK(edge.edges.counts().dropped == 1);
@@ -100,7 +100,7 @@ TEST_CASE("births give values, types and aliases; data comes by alias without ty
   CHECK(born.at("PV").time_s == 1.0);
   CHECK(born.at("MODE").value == 1.0);
   CHECK(edge.pv(2.5).at("PV").value == 2.5);
-  // The sign of a whole number is in the birth's type alone.
+  // Only the type in the birth gives the sign of a whole number.
   const auto mode =
       edge.say(MessageType::ddata, "d", {metric("", 8, DataType::int16, std::int64_t{-2})},
                sparkplug::Types::left_out);
@@ -110,7 +110,7 @@ TEST_CASE("births give values, types and aliases; data comes by alias without ty
                  sparkplug::Types::sent)
             .at("T")
             .value == 21.0);
-  // Other metrics and other devices are nobody's.
+  // Other metrics and other devices are ignored.
   CHECK(edge.say(MessageType::ddata, "d", {metric("", 9, DataType::string, std::string("y"))},
                  sparkplug::Types::sent)
             .empty());
@@ -142,7 +142,7 @@ TEST_CASE("deaths make values bad: of a device its own, of a node all", "[feed]"
   CHECK_FALSE(dead.at("PV").value);
   CHECK(edge.pv(1.0).empty());
   edge.device_birth();
-  // The will of an older connection comes late.
+  // The will of an older connection arrives late.
   edge.bd_seq = 2;
   CHECK(edge.say(MessageType::ndeath, "", {}, sparkplug::Types::sent).empty());
   edge.bd_seq = 3;
@@ -208,7 +208,7 @@ TEST_CASE("the property Quality is the value's quality", "[feed]") {
   CHECK(with(64) == Quality::uncertain);
 }
 
-TEST_CASE("where messages are missing all of the edge node is uncertain until it says it again",
+TEST_CASE("after missing messages the whole edge node is uncertain until it publishes again",
           "[feed]") {
   Foreign edge;
   edge.node_birth();
@@ -230,7 +230,7 @@ TEST_CASE("where messages are missing all of the edge node is uncertain until it
             .quality == Quality::good);
 }
 
-TEST_CASE("births are asked for where they are missing, less and less often", "[feed]") {
+TEST_CASE("missing births are requested, less and less often", "[feed]") {
   Foreign edge;
   CHECK(edge.edges.to_ask(0) == std::vector<ForeignEdges::EdgeName>{{"g", "e"}});
   CHECK(edge.edges.to_ask(4'999).empty());
@@ -387,7 +387,7 @@ TEST_CASE(
   CHECK(silent.at("PV").quality == Quality::bad);
   CHECK(silent.at("PV").reason == FedValue::Reason::timeout);
   CHECK(edge.look().empty());
-  // Nothing is missing: what it said before holds again with its next message, of whatever metric.
+  // No message is missing. Its earlier values are valid again with its next message, of any metric.
   const auto again = edge.say(MessageType::ndata, "", {metric("T", {}, DataType::float64, 21.0)},
                               sparkplug::Types::sent);
   CHECK(again.at("PV").value == 1.5);

@@ -16,7 +16,7 @@ using Quality = FedValue::Quality;
 FedValue read(const PayloadRule& rule, const std::string& payload) {
   return read_topic_payload(rule, "FIC205.PV", payload);
 }
-// What is said of a bad payload; empty: it is none.
+// Returns the error for a bad payload, or an empty text for a good one.
 std::string refused(const PayloadRule& rule, const std::string& payload) {
   try {
     read(rule, payload);
@@ -79,7 +79,7 @@ TEST_CASE("JSON: value, time and quality where the pointers say", "[feed]") {
   CHECK(null.quality == Quality::bad);
 }
 
-TEST_CASE("JSON that is not as the rule says is refused with what was expected, and where",
+TEST_CASE("JSON that does not match the rule is refused with the expected form and the place",
           "[feed]") {
   CHECK(refused(json_rule(), "{") == "expected JSON");
   CHECK(refused(json_rule(), R"({"d": {}, "t": 1, "q": 192})") == "expected a number at '/d/0/v'");

@@ -234,7 +234,7 @@ TEST_CASE("mail by SMTP, with and without TLS and a password", "[notify][mail]")
     settings.password.file = (folder / "password").string();
     check(settings, false, true);  // the server's library knows of no TLS below it
   }
-  SECTION("a server that offers no STARTTLS gets nothing, above all no password") {
+  SECTION("a server that offers no STARTTLS gets no mail, above all no password") {
     const ForeignProcess smtp = server("mail_server.py", {log});
     CHECK(send(mail(smtp, EmailSettings::Security::starttls), kOne).outcome == Outcome::later);
     CHECK(lines_of(folder / "log").empty());
@@ -263,7 +263,7 @@ TEST_CASE("recipients that a mail server refuses, and one that is busy", "[notif
   CHECK_THAT(delivery.text, Catch::Contains("451 4.3.0 try again later"));
 }
 
-TEST_CASE("a mail server that is there and says nothing", "[notify][mail]") {
+TEST_CASE("a mail server that accepts and does not answer", "[notify][mail]") {
   const TemporaryFolder folder;
   const ForeignProcess smtp = server("mail_server.py", {(folder / "log").string()});
   smtp.freeze();
@@ -373,7 +373,7 @@ TEST_CASE("syslog by TLS, with certificates of both sides", "[notify][syslog]") 
 TEST_CASE("the systemd journal's own protocol", "[notify][journal]") {
   const std::string path = "/run/systemd/journal/socket";
   if (::access("/run/systemd/journal", F_OK) == 0) {
-    // A real journal takes it, or nobody does.
+    // On a host with a real journal the message goes to it, if the socket is writable.
     CHECK(send(JournalSettings{}, kOne).outcome ==
           (::access(path.c_str(), W_OK) == 0 ? Outcome::sent : Outcome::later));
     return;

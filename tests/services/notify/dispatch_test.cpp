@@ -25,7 +25,7 @@ TEST_CASE("events within the grouping time go together", "[notify][dispatch]") {
   const auto all = waiting({kNoon, kNoon + 10'000, kNoon + 29'000});
   CHECK(ready(mail, {}, all, {}, kNoon + 29'999).empty());
   CHECK(ready(mail, {}, all, {}, kNoon + 30'000) == std::vector<std::size_t>{0, 1, 2});
-  // A clock that was set back makes nothing wait for longer.
+  // A clock that was set back delays no event.
   CHECK(ready(mail, {}, all, {}, kNoon - 3'600'000).size() == 3);
   CHECK(ready(mail, {}, {}, {}, kNoon).empty());
 }
@@ -57,12 +57,13 @@ TEST_CASE("what is of low priority waits for the time of the digest, in the loca
   CHECK(ready(mail, {}, all, {}, kNoon + 18 * kHour - 1).empty());
   CHECK(ready(mail, {}, all, {}, kNoon + 18 * kHour).size() == 2);
   CHECK(ready(mail, {}, all, {}, kNoon + 30 * kHour).size() == 2);
-  // A clock that was set back makes nothing wait for longer.
+  // A clock that was set back delays no event.
   CHECK(ready(mail, {}, all, {}, kNoon - kHour).size() == 2);
 }
 
-TEST_CASE("what quiet hours hold goes at their end, in one message; the severe goes at once",
-          "[notify][dispatch]") {
+TEST_CASE(
+    "events held by quiet hours leave at their end, in one message; severe events leave at once",
+    "[notify][dispatch]") {
   QuietHours night;
   night.channels = {"mail"};
   night.zone = find_zone("UTC");

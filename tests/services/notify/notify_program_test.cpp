@@ -117,7 +117,7 @@ TEST_CASE("an alarm's way from the daemon to a webhook, and the daemon's silence
   CHECK(program.end(SIGTERM) == 0);
 }
 
-TEST_CASE("a slow disk under the outbox: every alarm is told, once, in its order",
+TEST_CASE("with a slow disk under the outbox every alarm is notified once, in order",
           "[notify][program]") {
   const TemporaryFolder folder;
   const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
@@ -143,7 +143,7 @@ TEST_CASE("a slow disk under the outbox: every alarm is told, once, in its order
   }
 }
 
-TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][program]") {
+TEST_CASE("kill -9 at any time: no event twice, no event lost", "[notify][program]") {
   const TemporaryFolder folder;
   const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
   Program program(hook(web));
@@ -165,7 +165,7 @@ TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][pro
     std::map<std::string, int> count;
     for (const nlohmann::json& line : lines_of(folder / "log")) {
       const nlohmann::json body = nlohmann::json::parse(line.at("body").get<std::string>());
-      // What was under way at a kill comes again under its own number, and says so.
+      // A message under way at a kill is sent again with its own number, and is marked as such.
       if (body.at("perhaps_twice") == true) continue;
       for (const auto& event : body.at("events")) ++count[event.at("loop")];
     }
@@ -187,7 +187,7 @@ TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][pro
   CHECK(program.end(SIGTERM) == 0);
 }
 
-TEST_CASE("a message under way at a kill comes again with its number", "[notify][program]") {
+TEST_CASE("a message under way at a kill is sent again with its number", "[notify][program]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});
   web.command("answer hang 200");
@@ -212,7 +212,7 @@ TEST_CASE("a message under way at a kill comes again with its number", "[notify]
   CHECK(body(1).at("attempt") == 2);
 }
 
-TEST_CASE("a webhook that fails and then works; what came meanwhile is one message",
+TEST_CASE("a webhook that fails and then works; events raised meanwhile are one message",
           "[notify][program]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});
@@ -283,7 +283,7 @@ TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs 
       nlohmann::json::parse(lines_of(folder / "log").at(0).at("body").get<std::string>());
   CHECK(body.at("count") == kAlarms);
   CHECK(body.at("events").size() == kMostListed);
-  // A busy machine may keep the daemon's answer so long that its silence is told as well.
+  // A slow machine may delay the daemon's answer so long that its silence is notified as well.
   const auto of_alarms = [&] {
     const auto lines = lines_of(folder / "syslog");
     return static_cast<std::size_t>(std::count_if(lines.begin(), lines.end(), [](const auto& line) {
@@ -295,7 +295,7 @@ TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs 
   CHECK(program.end(SIGTERM) == 0);
 }
 
-TEST_CASE("a picture goes where it is wanted; what is refused with one is sent without it",
+TEST_CASE("a picture is sent where configured; a message refused with a picture is sent without it",
           "[notify][program][picture]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});
@@ -320,7 +320,7 @@ TEST_CASE("a picture goes where it is wanted; what is refused with one is sent w
   CHECK(program.end(SIGTERM) == 0);
 }
 
-TEST_CASE("--test says what came of each channel", "[notify][program]") {
+TEST_CASE("--test reports the result of each channel", "[notify][program]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});
   const Program program(
@@ -346,7 +346,7 @@ TEST_CASE("--test says what came of each channel", "[notify][program]") {
   CHECK_THAT(test(" good").text, Catch::Contains("good: refused: refused with 404"));
 }
 
-TEST_CASE("a mail server that refuses the password is asked once, and it is said at once",
+TEST_CASE("a mail server that refuses the password is asked once, and this is reported at once",
           "[notify][program]") {
   const TemporaryFolder folder;
   const Certificates& files = certificates();
@@ -389,9 +389,11 @@ TEST_CASE("a mail server that refuses the password is asked once, and it is said
   CHECK(program.end(SIGTERM) == 0);
 }
 
-// At five times real time: a busy machine keeps up with that, and a window without a missing cycle is soon had.
-TEST_CASE("an alarm that the daemon's own monitor raises is told, and what its operator does",
-          "[notify][plant]") {
+// Runs at five times real time, which a slow machine can keep up with. A window without a missing
+// cycle is then soon complete.
+TEST_CASE(
+    "an alarm raised by the daemon's own monitor is notified, and its operator's actions are too",
+    "[notify][plant]") {
   std::string model = read_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
   const std::string slow = "from: 120, ramp: 180";
   model.replace(model.find(slow), slow.size(), "from: 0, ramp: 1");
@@ -412,7 +414,7 @@ TEST_CASE("an alarm that the daemon's own monitor raises is told, and what its o
   Program program(hook(web), daemon.folder() / "status.sock");
   daemon.start();
   program.start();
-  // What was told of it; empty: nothing yet.
+  // Returns the notification about the change, or an empty text before it arrives.
   const auto told = [&](const std::string& what) {
     for (const std::string& text : texts(folder / "log")) {
       if (text.starts_with("box 12: FIC-101: Stiction " + what)) return text;

@@ -62,7 +62,8 @@ inline ForeignProcess server(const std::string& program, std::vector<std::string
   return ForeignProcess("../server/" + program, std::move(arguments));
 }
 
-// An authority of the test's own, a certificate for 127.0.0.1 that it signed, and another authority that did not.
+// A test authority, a certificate for 127.0.0.1 that it signed, and another authority that did not
+// sign it.
 class Certificates {
  public:
   Certificates() {
@@ -114,7 +115,7 @@ class FakeDaemon {
     if (thread_.joinable()) thread_.join();
     server_.reset();
   }
-  // An alarm's state; `raised`: it came (again).
+  // Sets an alarm's state. `raised`: it was raised (again).
   void set(const std::string& loop, const std::string& state, bool raised = false,
            double severity = 6.1, const std::string& alarm = "stiction") {
     const std::lock_guard lock(mutex_);
@@ -142,7 +143,7 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     trend_ = trend;
   }
-  // What explains whatever is asked about.
+  // Sets the explanation given for every alarm.
   void set_explanation(const nlohmann::json& explanation) {
     const std::lock_guard lock(mutex_);
     explanation_ = explanation;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PictureMaker are judged by what stands where, not by their bytes: another version of the library draws other edges.
+// Tests of PictureMaker check positions, not bytes, because another version of the library draws
+// other edges.
 #include <cairo.h>
 
 #include <cmath>
@@ -34,7 +35,7 @@ struct Pixel {
 };
 constexpr Pixel kWhite{255, 255, 255};
 
-// Of a PNG, by a decoder that did not draw it: libpng's.
+// The pixels of a PNG, decoded by libpng, which did not draw it.
 class Pixels {
  public:
   explicit Pixels(const std::string& png) : rest_(png) {
@@ -134,7 +135,7 @@ TEST_CASE("a picture's lines are where the values are", "[notify][picture]") {
   const double after = middle(pixels.rows(x_of(0.8), kUpperTop, kUpperBottom, is_black));
   // 2 of 2.24 L/min in 142 px.
   CHECK(before - after == Approx(126.8).margin(2.0));
-  // All that lies between is the step itself.
+  // The only line between both is the step itself.
   std::size_t most = 0;
   for (int x = x_of(0.5) - 2; x <= x_of(0.5) + 2; ++x) {
     most = std::max(most, pixels.rows(x, kUpperTop, kUpperBottom, is_black).size());
@@ -147,7 +148,7 @@ TEST_CASE("a picture's lines are where the values are", "[notify][picture]") {
   CHECK(columns_with_mark(pixels) == std::vector<int>{x_of(0.9)});
 }
 
-TEST_CASE("a picture shows a gap, no mark outside, and no travel where none is read back",
+TEST_CASE("a picture shows a gap, no mark outside, and no travel if the stem is not read back",
           "[notify][picture]") {
   TrendPicture picture = stepped();
   for (std::size_t i = 100; i < 150; ++i) picture.curves.columns[history::kPv][i] = kNothing;
@@ -160,7 +161,7 @@ TEST_CASE("a picture shows a gap, no mark outside, and no travel where none is r
   CHECK(columns_with_mark(pixels).empty());
 }
 
-TEST_CASE("there is no picture of nothing", "[notify][picture]") {
+TEST_CASE("without values there is no picture", "[notify][picture]") {
   TrendPicture picture = stepped();
   for (const history::Column column : {history::kPv, history::kCo}) {
     picture.curves.columns[column].assign(601, kNothing);
@@ -219,7 +220,7 @@ TEST_CASE("whatever the numbers and words are, it is a picture within its bounds
 TEST_CASE("which alarms of a message have pictures", "[notify][picture]") {
   const Event came = event_of("FIC-101");
   CHECK(pictured(message_with({came})) == std::vector<std::size_t>{0});
-  // One of a loop; none of what has gone, of the daemon, of a test, or where they are many.
+  // One picture per loop. Cleared alarms, the daemon's alarms, tests and long lists get no picture.
   CHECK(pictured(message_with({event_of("A", Change::went), event_of("A"), event_of("A"),
                                event_of("B", Change::unacknowledged)})) ==
         std::vector<std::size_t>{1, 3});
@@ -313,7 +314,7 @@ bool steps(const std::string& png) {
 
 }  // namespace
 
-TEST_CASE("a picture's values are the recorder's, and where it has none the daemon's newest",
+TEST_CASE("a picture's values are the recorder's, or otherwise the daemon's newest",
           "[notify][picture]") {
   const TemporaryFolder folder;
   FakeDaemon daemon(folder / "status.sock");
@@ -360,13 +361,13 @@ TEST_CASE("a message waits neither for a hung disk nor for a daemon that is gone
   loopwarden::tests::HungDisk disk(folder / "segments");
   CHECK(pictures.of(message).empty());
   CHECK(disk.waiting() == 1);
-  CHECK(pictures.of(message).empty());  // behind the one that hangs
+  CHECK(pictures.of(message).empty());  // waits for the one that hangs
   CHECK(disk.waiting() == 1);
   disk.release();
   CHECK(eventually([&] { return pictures.of(message).size() == 1; }));
 }
 
-TEST_CASE("a mail with a picture is text and a picture, and nothing that is fetched",
+TEST_CASE("a mail with a picture contains text and a picture, and fetches no other part",
           "[notify][mail][picture]") {
   const TemporaryFolder folder;
   Message message = message_with({event_of("10/FIC \"1\r\n")});

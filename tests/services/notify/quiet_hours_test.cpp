@@ -67,11 +67,11 @@ TEST_CASE("quiet hours where clocks are put forward and back", "[notify][quiet]"
   const QuietHours short_night = hours("Europe/Berlin", 22 * 60, 2 * 60 + 30);
   CHECK(end(short_night, "2026-03-29 00:59") == "2026-03-29 01:00");
   CHECK(end(short_night, "2026-03-29 01:00") == "-");
-  // Ends at a time that comes twice: the second time, without a gap.
+  // The hours end at a time that occurs twice: they end at the second, without a gap.
   CHECK(end(short_night, "2026-10-25 00:45") == "2026-10-25 01:30");  // after the first 02:30
   CHECK(end(short_night, "2026-10-25 01:15") == "2026-10-25 01:30");
   CHECK(end(short_night, "2026-10-25 01:30") == "-");
-  // Begins at a time that comes twice: the first time.
+  // The hours begin at a time that occurs twice: they begin at the first.
   const QuietHours late = hours("Europe/Berlin", 2 * 60 + 30, 5 * 60);
   CHECK(end(late, "2026-10-25 00:29") == "-");
   CHECK(end(late, "2026-10-25 00:30") == "2026-10-25 04:00");
@@ -89,7 +89,7 @@ TEST_CASE("quiet hours only on the days on which they begin", "[notify][quiet]")
   CHECK(end(weekend, "2026-01-11 22:00") == "-");  // Sunday
 }
 
-TEST_CASE("what is severe or named goes out all the same, and other channels always",
+TEST_CASE("severe and listed alarms leave all the same, and other channels always",
           "[notify][quiet]") {
   QuietHours night = hours("UTC", 22 * 60, 6 * 60);
   night.override_severity_percent = 10.0;
