@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An OpenLDAP of the test's own, with TLS by an authority of its own. A search takes the account cn=page; nobody reads
-// anything anonymously.
+// An OpenLDAP server for tests, with TLS by a test authority. A search needs the account cn=page;
+// anonymous clients can't read.
 #pragma once
 
 #include <ldap.h>
@@ -25,12 +25,12 @@ class Slapd {
   static constexpr const char* kPassword = "correct horse";  // of all people
 
   // otto is an operator, ella an engineer, nils in no group; zoe is another server's.
-  // For tests that change nothing in it.
+  // For tests that don't change it.
   static const Slapd& shared() {
     static const Slapd one;
     return one;
   }
-  // Whether the test can run; says so where it can't.
+  // Returns whether OpenLDAP is installed. Prints a notice if not.
   static bool is_there() {
     if (std::filesystem::exists(kProgram)) return true;
     WARN("left out: slapd is not installed (tools/debian-packages.txt)");
