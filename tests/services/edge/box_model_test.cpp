@@ -97,7 +97,7 @@ TEST_CASE("every field of the map is one metric, with the loop's units and range
   CHECK(value(node, box, "daemon/online") == Value(true));
 }
 
-TEST_CASE("a loop that another controller has offers no orders to its controller", "[edge]") {
+TEST_CASE("a watched loop offers no orders to its controller", "[edge]") {
   Seen seen;
   seen.daemon.set_elsewhere("A/B");
   seen.daemon.set("A/B", "condition_valve", 87.5);
@@ -126,7 +126,7 @@ TEST_CASE("tags that a topic can't hold get replacement names", "[edge]") {
   CHECK(seen.view.model().find("A/B") == nullptr);
 }
 
-TEST_CASE("a scaled value that is not there is null; a bad PV is marked", "[edge]") {
+TEST_CASE("an unknown scaled value is null; a bad PV is marked", "[edge]") {
   Seen seen;
   seen.view.look();
   CHECK(seen.of_loop("condition_valve") == Value{});
@@ -142,7 +142,7 @@ TEST_CASE("a scaled value that is not there is null; a bad PV is marked", "[edge
   }
 }
 
-TEST_CASE("alarms and explanations are asked for when their registers change", "[edge]") {
+TEST_CASE("alarms and explanations are requested when their registers change", "[edge]") {
   Seen seen;
   seen.view.look();
   CHECK(seen.of_loop("alarm/stiction/state") == Value{});
@@ -230,8 +230,7 @@ TEST_CASE("detectable sizes come from the loop's commission", "[edge]") {
   CHECK(seen.specs().size() == seen.view.model().loops()[1].specs.size() + 1);
 }
 
-TEST_CASE("a configuration that was reloaded is another model where units or loops are others",
-          "[edge]") {
+TEST_CASE("a reloaded configuration makes a new model if units or loops changed", "[edge]") {
   Seen seen;
   CHECK(seen.view.look());
   seen.daemon.set_box("config_hash", 78);
@@ -261,7 +260,7 @@ TEST_CASE("evidence is found by alarm or by its folder's name, and in no other w
   seen.daemon.set_evidence(folder);
   CHECK(seen.view.evidence(0, "stiction") == folder);
   CHECK(seen.view.evidence(0, "one") == folder);
-  CHECK_FALSE(seen.view.evidence(1, "one"));  // another loop's
+  CHECK_FALSE(seen.view.evidence(1, "one"));  // an incident of another loop
   for (const char* wanted : {"", ".", "..", "../evidence/one", "/etc", "none"}) {
     INFO(wanted);
     CHECK_FALSE(seen.view.evidence(0, wanted));

@@ -39,7 +39,7 @@ using sparkplug::Value;
 using tests::FakeDaemon;
 using tests::MqttBroker;
 
-// Follows all of spBv1.0 by the rules of loopwarden-fleet.
+// Receives all of spBv1.0 by the rules of loopwarden-fleet.
 class Host {
  public:
   explicit Host(mqtt::ClientSettings settings) : client_(std::move(settings)) {
@@ -64,7 +64,7 @@ class Host {
     Payload payload;  // of data with the names of the birth
     bool retain;
     mqtt::Qos qos;
-    bool missed;  // something before it, or the birth of what it names
+    bool missed;  // an earlier message, or the birth of its device, is missing
   };
   std::deque<Heard> heard;
 
@@ -76,7 +76,7 @@ class Host {
     return node_online() ? ingest_.edges().at(kBox).books.size() - 1 : 0;
   }
 
-  // Until the broker passes on to it whatever is published from now on.
+  // Waits until the broker forwards all later messages to this host.
   void listen() {
     ++probe_;
     std::chrono::steady_clock::time_point again{};
@@ -89,7 +89,7 @@ class Host {
       return probe_heard_ == probe_;
     }));
   }
-  // Fetches until that is so; false: it does not come.
+  // Receives until the condition is true. Returns false after the time-out.
   bool until(const std::function<bool()>& condition, std::chrono::seconds patience = 60s) {
     const auto end = std::chrono::steady_clock::now() + patience;
     while (!condition()) {
@@ -113,7 +113,7 @@ class Host {
   const Heard* await(MessageType type) {
     return await([type](const Heard& h) { return h.topic.type == type; });
   }
-  // Data in which the metric has this value.
+  // Returns the data message in which the metric has this value.
   const Heard* await_value(const std::string& metric, const Value& value) {
     return await([&](const Heard& h) {
       const Metric* m = h.payload.find(metric);
@@ -185,7 +185,7 @@ class Host {
   inline static const fleet::EdgeName kBox{"plant", "box"};
   mqtt::Client client_;
   fleet::Ingest ingest_;
-  std::map<std::uint64_t, std::string> aliases_;  // and whose they are
+  std::map<std::uint64_t, std::string> aliases_;  // and their device
   std::int64_t now_ms_ = 0;
   std::size_t next_ = 0;
   int probe_ = 0;
@@ -194,7 +194,7 @@ class Host {
 
 class Edge {
  public:
-  // `sections` replaces parts of edge.yaml: broker's url is always there.
+  // `more` is appended to edge.yaml. `broker` and `names` extend its sections broker and sparkplug.
   Edge(const std::filesystem::path& folder, const std::string& url, const std::string& more = "",
        const std::string& broker = "", const std::string& names = "") {
     tests::write_file(
@@ -228,7 +228,7 @@ struct Plant {
   MqttBroker broker;
   Host host{broker.port()};
 
-  // Until the edge has asked the daemon so many times from now on.
+  // Waits until the edge has polled the daemon `times` more times.
   void look(std::size_t times) {
     const std::size_t end = daemon.looks() + times;
     REQUIRE(eventually([&] { return daemon.looks() >= end; }, 60s));
@@ -255,7 +255,7 @@ std::int64_t bd_seq(const Host::Heard& heard) {
   return std::get<std::int64_t>(heard.payload.find("bdSeq")->value);
 }
 
-TEST_CASE("births come first, with everything in them; then what has changed", "[edge]") {
+TEST_CASE("births are sent first, with all metrics; then the changes", "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   const Host::Heard* birth = plant.host.await(MessageType::nbirth);
@@ -302,8 +302,7 @@ TEST_CASE("births come first, with everything in them; then what has changed", "
 }
 
 TEST_CASE(
-    "kill -9: the broker publishes the death that belongs to the birth; the next one has the next "
-    "bdSeq",
+    "kill -9: the broker publishes the death of this birth; the next birth has the next bdSeq",
     "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
@@ -347,7 +346,7 @@ TEST_CASE("a host asks for births and gets all of them, with the same bdSeq, fro
   REQUIRE(plant.host.await_value("pv", 8.0) != nullptr);
 }
 
-TEST_CASE("a storm of rebirth requests is answered by a few births, the last request too",
+TEST_CASE("a storm of rebirth requests is answered by a few births, including the last request",
           "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
@@ -401,7 +400,7 @@ TEST_CASE(
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
-  // Each value is seen once by the edge, before the next is set.
+  // The edge reads each value once before the next is set.
   int step = 0;
   const auto next_value = [&] {
     plant.daemon.set("FIC-101", "pv", 1.0 + 0.25 * ++step);
@@ -413,7 +412,7 @@ TEST_CASE(
   plant.bring_back(edge, [&] { plant.broker.start(); });
   REQUIRE(plant.host.await(MessageType::nbirth) != nullptr);
   for (int i = 0; i < 3; ++i) next_value();
-  // The newest values may come before the old ones.
+  // The newest values may arrive before the old ones.
   CHECK(plant.host.until([&] {
     const Received now = received(plant.host);
     return now.historical.size() >= 10 &&
@@ -505,14 +504,14 @@ TEST_CASE("a broker that hangs while it is connected: all measured values arrive
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
   plant.broker.hang();
   int step = 0;
-  // Until it was given up, and longer.
+  // Longer than the time-out of the broker.
   while (edge.log().find("warning broker:") == std::string::npos && step < 400) {
     plant.daemon.set("FIC-101", "pv", 0.1 + 0.0625 * (++step % 150));
     plant.look(2);
   }
   REQUIRE(step < 150);
   plant.bring_back(edge, [&] { plant.broker.go_on(); });
-  // And the value of the first birth.
+  // The value of the first birth counts too.
   CHECK(plant.host.until(
       [&] { return received(plant.host).times_by_value.size() > static_cast<std::size_t>(step); }));
   const Received all = received(plant.host);
@@ -543,7 +542,7 @@ TEST_CASE(
     return pv != nullptr && pv->historical && pv->value == Value(2.0);
   });
   CHECK(stored != nullptr);
-  // An older word, such as the will of a connection that was replaced.
+  // An older STATE, such as the will of a replaced connection.
   plant.host.be_online(false, 999);
   plant.daemon.set("FIC-101", "pv", 3.0);
   REQUIRE(plant.host.await_value("pv", 3.0) != nullptr);
@@ -557,7 +556,8 @@ TEST_CASE(
   CHECK(bd_seq(*back) == number + 1);
 }
 
-TEST_CASE("a daemon that restarts: its loops die and are born again, the node lives", "[edge]") {
+TEST_CASE("when the daemon restarts, its loops die and are born again, and the node stays alive",
+          "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
@@ -571,7 +571,7 @@ TEST_CASE("a daemon that restarts: its loops die and are born again, the node li
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
   REQUIRE(plant.host.await_value("daemon/online", true) != nullptr);
-  // Other loops or units are other births of the whole node.
+  // Changed loops or units cause new births of the whole node.
   plant.daemon.set_unit("m3/h");
   plant.daemon.set_box("config_hash", 78);
   REQUIRE(plant.host.await(MessageType::nbirth) != nullptr);
@@ -581,7 +581,7 @@ TEST_CASE("a daemon that restarts: its loops die and are born again, the node li
   for (const Host::Heard& h : plant.host.heard) CHECK_FALSE(h.missed);
 }
 
-TEST_CASE("a node without its daemon is born too, and again with its loops", "[edge]") {
+TEST_CASE("a node without its daemon sends its birth, and again with its loops", "[edge]") {
   Plant plant;
   plant.daemon.stop();
   Edge edge(plant.folder.path(), plant.broker);
@@ -633,7 +633,7 @@ TEST_CASE("orders reach the daemon only if edge.yaml has them, and their outcome
     REQUIRE(plant.host.await_value("order/result", std::string("acknowledge_stiction: done")) !=
             nullptr);
   }
-  // Both by one request: the daemon waits for its disk once.
+  // One request for both, so that the daemon waits for its disk once.
   const auto orders_then = plant.daemon.orders();
   CHECK(std::count_if(orders_then.begin(), orders_then.end(),
                       [](const auto& order) { return order.at("request") != "set"; }) == 1);
@@ -700,7 +700,7 @@ TEST_CASE("TLS with the test's own certificate", "[edge]") {
   CHECK(host.await(MessageType::dbirth) != nullptr);
 }
 
-TEST_CASE("--check names what is wrong; a bad configuration is 78, a bad line 64", "[edge]") {
+TEST_CASE("--check reports errors; a bad configuration gives 78, a bad command line 64", "[edge]") {
   const tests::TemporaryFolder folder;
   tests::write_file(folder / "edge.yaml",
                     "broker: {url: 'mqtt://b'}\nsparkplug: {group: a, edge: b}\nspark: 1\n");
@@ -714,7 +714,7 @@ TEST_CASE("--check names what is wrong; a bad configuration is 78, a bad line 64
   CHECK(tests::run(program + " --version").exit_code == 0);
 }
 
-TEST_CASE("a store that a later version wrote ends it with 78 and a sentence", "[edge]") {
+TEST_CASE("a store of a later version ends the program with 78 and a message", "[edge]") {
   const tests::TemporaryFolder folder;
   { const edge::Store store(folder / "store.sqlite", 1'000'000); }
   sqlite::Database(folder / "store.sqlite", sqlite::Access::write, 1s)

@@ -77,13 +77,13 @@ TEST_CASE("the outcome of an order without an answer is unknown", "[edge]") {
   const EdgeSocket socket(folder.path());
   Orders orders(folder.path(), true);
   int peer = -1;
-  SECTION("the daemon ends") {
+  SECTION("the daemon closes the connection") {
     std::thread daemon([&] { ::close(socket.take("")); });
     orders.give("d", "FIC-101", kSetPoint);
     daemon.join();
     CHECK(told(orders) == "sp 5: not known: the daemon closed the connection");
   }
-  SECTION("the daemon is silent") {
+  SECTION("the daemon does not answer") {
     std::thread daemon([&] { peer = socket.take(""); });
     orders.give("d", "FIC-101", kSetPoint);
     daemon.join();
@@ -97,7 +97,7 @@ TEST_CASE("the outcome of an order without an answer is unknown", "[edge]") {
     CHECK_THAT(told(orders), Catch::StartsWith("sp 5: not known: "));
     ::close(peer);
   }
-  SECTION("an answer without what belongs to it") {
+  SECTION("an answer without its fields") {
     std::thread daemon([&] { peer = socket.take(R"({"ok": true, "order": "x"})"); });
     orders.give("d", "FIC-101", kSetPoint);
     daemon.join();

@@ -83,7 +83,7 @@ metrics:
         },
         std::chrono::seconds(20));
   }
-  // A value by its time, which is now.
+  // A value with the present time as its time stamp.
   void publish(double pv, const std::string& quality = "good") {
     const auto now =
         std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch());
@@ -100,7 +100,7 @@ metrics:
   ForeignProcess edge;
 };
 
-TEST_CASE("values of topics and of a foreign edge node come to watched loops", "[feed][process]") {
+TEST_CASE("values of topics and of a foreign edge node reach watched loops", "[feed][process]") {
   Rig rig;
   rig.edge.command("connect");
   rig.publish(12.5);
@@ -108,7 +108,7 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   CHECK(rig.is("FIC-205", "co", 33.0));
   CHECK(rig.is("FIC-206", "pv", 1.0));
   CHECK(rig.is("FIC-206", "mode", "AUTO"));
-  // Nothing new, and signs of life.
+  // No new values, only signs of life.
   CHECK(rig.is("FIC-205", "pv_reason", "held"));
   CHECK(rig.is("FIC-205", "pv_quality", "good"));
 
@@ -150,7 +150,7 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   rig.publish(16.5);
   CHECK(rig.is("FIC-205", "pv", 16.5));
 
-  // Nothing was ever written to the edge node.
+  // The feeder never wrote to the edge node.
   CHECK(rig.edge.state("commands") == "0");
   CHECK(rig.feeder.end(SIGTERM) == 0);
   CHECK(rig.says("bad payloads 3,"));
@@ -158,7 +158,8 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   CHECK(rig.is("FIC-205", "pv_reason", "stale"));
 }
 
-TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[feed][process]") {
+TEST_CASE("values become bad and good again when broker, daemon and feeder stop and return",
+          "[feed][process]") {
   Rig rig("ask_rebirth: true\n");
   rig.edge.command("connect");
   rig.publish(12.5);
@@ -170,7 +171,7 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   CHECK(rig.is("FIC-206", "pv_reason", "stale"));
   rig.edge.command("drop");
   rig.broker.start();
-  // Born before the feeder is back, or after: it asks.
+  // The birth was sent before or after the feeder returned. In both cases the feeder requests it.
   rig.edge.command("connect");
   CHECK(rig.is("FIC-206", "pv", 1.0));
   // The values published meanwhile are unknown.
@@ -178,7 +179,7 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   rig.publish(15.5);
   CHECK(rig.is("FIC-205", "pv", 15.5));
 
-  // A number of the sequence is missing: births are asked for.
+  // A sequence number is missing, so births are requested.
   const std::string commands = rig.edge.state("commands");
   rig.edge.command("lose");
   rig.edge.command("set PV 5.5");
@@ -199,7 +200,7 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   CHECK(rig.is("FIC-206", "pv", 5.5));
 }
 
-TEST_CASE("loopwarden-feed --browse lists what edge nodes have, and asks for their births",
+TEST_CASE("loopwarden-feed --browse lists the metrics of edge nodes, and requests their births",
           "[feed]") {
   tests::TemporaryFolder folder;
   const MqttBroker broker;
@@ -214,7 +215,7 @@ TEST_CASE("loopwarden-feed --browse lists what edge nodes have, and asks for the
   edge.command("set PV 2");  // is sent after the births
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   CHECK(browse("").exit_code == 74);  // the births are over, and no data arrives
-  // The first thing that is heard is what makes it ask.
+  // The first message received makes it request births.
   std::thread voice([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(700));
     edge.command("set PV 3");
@@ -257,8 +258,9 @@ TEST_CASE("loopwarden-feed by TLS, with the test's own certificate", "[feed]") {
   CHECK(stranger.log().find("broker: connected") == std::string::npos);
 }
 
-TEST_CASE("loopwarden-feed --check names what is wrong; a bad configuration is 78, a bad line 64",
-          "[feed]") {
+TEST_CASE(
+    "loopwarden-feed --check reports errors; a bad configuration gives 78, a bad command line 64",
+    "[feed]") {
   const tests::TemporaryFolder folder;
   const std::string program = LOOPWARDEN_BIN_DIR "/loopwarden-feed";
   const std::string file = (folder / "feed.yaml").string();

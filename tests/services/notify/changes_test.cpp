@@ -63,7 +63,7 @@ TEST_CASE("an alarm's life is notified once, change by change", "[notify][change
       // A consequence of another alarm. Only the other alarm is notified.
       {"unacknowledged", 1, "suppressed", 1, "went"},
       {"suppressed", 1, "acknowledged", 1, "came acknowledged"},
-      // Taken back, since it had another name.
+      // Withdrawn, because it got another name.
       {"unacknowledged", 1, "normal", 1, "went"},
       // Between two looks.
       {"normal", 1, "normal", 2, "came went"},
@@ -80,7 +80,7 @@ TEST_CASE("an alarm's life is notified once, change by change", "[notify][change
   }
 }
 
-TEST_CASE("a change has the time at which it happened, and that at which it was read",
+TEST_CASE("a change has the time at which it happened, and the time at which it was read",
           "[notify][changes]") {
   const auto event = [](AlarmPicture picture, AlarmReading now, std::int64_t raised_ms,
                         std::int64_t changed_ms) {
@@ -92,7 +92,7 @@ TEST_CASE("a change has the time at which it happened, and that at which it was 
   };
   const AlarmReading raised = reading("unacknowledged", 2);
   CHECK(event(at("normal"), raised, 400, 400).utc_ms == 400);
-  // There for long when the program saw it for the first time.
+  // Active for a long time before the program first saw it.
   CHECK(event(first_picture(raised), raised, 7, 7).utc_ms == 7);
   CHECK(event(at("unacknowledged"), reading("acknowledged"), 400, 600).utc_ms == 600);
   CHECK(event(at("acknowledged"), reading("normal"), 400, 700).utc_ms == 700);
@@ -106,7 +106,7 @@ TEST_CASE("a change has the time at which it happened, and that at which it was 
   CHECK(event(at("normal"), raised, 0, 0).utc_ms == 1000);
 }
 
-TEST_CASE("of an alarm never seen before only what is there is news", "[notify][changes]") {
+TEST_CASE("the first reading of an alarm notifies only its present state", "[notify][changes]") {
   CHECK(told(first_picture(reading("normal", 12)), reading("normal", 12)).empty());
   CHECK(told(first_picture(reading("unacknowledged", 12)), reading("unacknowledged", 12)) ==
         "came");

@@ -44,7 +44,7 @@ TEST_CASE("the example is accepted", "[notify][config]") {
   CHECK(config.diagnostics.empty());
   CHECK(config->channels.size() == 3);
   REQUIRE(config->rules.routes.size() == 3);
-  // The repeat: after an hour the first, five in all; then the step.
+  // The first reminder is after an hour, with five in all. The escalation step follows.
   const std::vector<Escalation>& reminders = config->rules.routes[1].reminders;
   REQUIRE(reminders.size() == 2);
   CHECK(reminders[0].after_min == 60);
@@ -67,7 +67,7 @@ TEST_CASE("mails have pictures, webhooks if asked for, logs never", "[notify][co
              Catch::Contains("unknown key 'picture'"));
 }
 
-TEST_CASE("a route names process alarms as any other", "[notify][config]") {
+TEST_CASE("a route can name process alarms as any other", "[notify][config]") {
   const auto config = read_notify_text(
       "notify.yaml",
       with("alarms: [daemon]", "alarms: [bad_pv, output_lost, output_unknown, not_normal_mode]"));
@@ -176,10 +176,10 @@ TEST_CASE("docs/notify-keys.md matches the description by the reader",
   const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/notify-keys.md";
   const std::string described =
       "# Keys of notify.yaml\n\n"
-      "<!-- Generated from services/notify/config; tests_fleet \"[reference]\" says how to renew "
+      "<!-- Generated from services/notify/config; tests_fleet \"[reference]\" shows how to renew "
       "it. "
       "-->\n\n"
-      "What they mean together: [notify.md](notify.md). Relative paths start from the file's "
+      "Guide: [notify.md](notify.md). Relative paths start from the file's "
       "folder.\n" +
       loopwarden::config::to_markdown(describe_notify());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) write_file(path, described);

@@ -97,8 +97,7 @@ TEST_CASE("notified alarms, waiting events and messages survive", "[notify][stor
   CHECK(outbox.queued("log") == 1);
 }
 
-TEST_CASE("a message is handed out once, in order, and again only if it is to be tried again",
-          "[notify][store]") {
+TEST_CASE("a message is returned once, in order, and again only for a retry", "[notify][store]") {
   const Store store;
   Outbox outbox(store.file);
   for (int i = 0; i < 3; ++i) make_message(outbox, "mail");
@@ -168,7 +167,7 @@ TEST_CASE("a flood keeps the newest events and counts the rest", "[notify][store
   CHECK(outbox.next("mail", kNoon, std::nullopt)->lost == 3);
 }
 
-TEST_CASE("what waits for a channel that is gone is given up", "[notify][store]") {
+TEST_CASE("events for a removed channel are dropped", "[notify][store]") {
   const Store store;
   Outbox outbox(store.file);
   outbox.post(step_of("old", 2), kNoon);

@@ -53,7 +53,7 @@ class Pixels {
                              y * cairo_image_surface_get_stride(surface_) + 4 * x;
     return {p[2], p[1], p[0]};
   }
-  // Rows of the column with such a pixel, of the upper or the lower panel.
+  // Returns the rows of the column whose pixel matches, in the upper or the lower panel.
   template <class Is>
   std::vector<int> rows(int x, int top, int bottom, Is is) const {
     std::vector<int> found;
@@ -75,7 +75,7 @@ class Pixels {
   cairo_surface_t* surface_ = nullptr;
 };
 
-// A line may lie between two rows of pixels, and has three quarters of its colour on each then.
+// A line between two rows of pixels has three quarters of its colour on each.
 bool is_black(Pixel p) { return p.red < 100 && p.green < 100 && p.blue < 100; }
 bool is_blue(Pixel p) { return p.red < 100 && p.green < 160 && p.blue - p.red > 80; }
 bool is_purple(Pixel p) { return p.red - p.green > 50 && p.blue - p.green > 20; }
@@ -86,7 +86,8 @@ constexpr int kUpperBottom = 207;
 constexpr int kLowerTop = 240;
 constexpr int kLowerBottom = 351;
 
-// Ten minutes, a value a second; PV steps from 4 to 6 in the middle, CO is 5, the stem 3.
+// Ten minutes with one value per second. PV steps from 4 to 6 in the middle, CO is 5 and the stem
+// 3.
 TrendPicture stepped() {
   TrendPicture picture{.title = "FIC-101 (cooling water): Stiction",
                        .zone = find_zone("Europe/Berlin"),
@@ -175,7 +176,7 @@ TEST_CASE("without values there is no picture", "[notify][picture]") {
   CHECK(png_of(picture).empty());
 }
 
-TEST_CASE("one wrong value does not flatten all others", "[notify][picture]") {
+TEST_CASE("one wild value does not flatten the curve", "[notify][picture]") {
   TrendPicture picture = stepped();
   picture.curves.columns[history::kPv][50] = 3e38F;
   picture.curves.columns[history::kPv][60] = -3e38F;
@@ -185,8 +186,7 @@ TEST_CASE("one wrong value does not flatten all others", "[notify][picture]") {
   CHECK(before - after > 15.0);  // the axis has the range and a tenth on both sides
 }
 
-TEST_CASE("whatever the numbers and words are, it is a picture within its bounds",
-          "[notify][picture]") {
+TEST_CASE("any numbers and texts give a picture within its bounds", "[notify][picture]") {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const auto any = [] {
     constexpr std::array kOdd{0.0F,  -0.0F,       1e-38F,   1e-45F,
@@ -217,7 +217,7 @@ TEST_CASE("whatever the numbers and words are, it is a picture within its bounds
   });
 }
 
-TEST_CASE("which alarms of a message have pictures", "[notify][picture]") {
+TEST_CASE("pictures are drawn for certain alarms of a message", "[notify][picture]") {
   const Event came = event_of("FIC-101");
   CHECK(pictured(message_with({came})) == std::vector<std::size_t>{0});
   // One picture per loop. Cleared alarms, the daemon's alarms, tests and long lists get no picture.
@@ -240,7 +240,7 @@ TEST_CASE("a picture begins before the alarm and ends after it, or now", "[notif
   CHECK(fast.from_ms == kNoon - 10 * kMinute_ms);
   CHECK(fast.to_ms == kNoon + 30'000);
   CHECK(stretch_of(came, 0.1, 1.0, kNoon + 3'600'000).to_ms == kNoon + 150'000);
-  // As many windows of a slow loop.
+  // The same number of windows of a slow loop.
   CHECK(stretch_of(came, 1.0, 1.0, kNoon).from_ms == kNoon - 2'883'000);
   CHECK(stretch_of(came, 1.0, 10.0, kNoon).from_ms == kNoon - 288'300);
   // A reminder shows the alarm's beginning and now.
@@ -321,7 +321,7 @@ TEST_CASE("a picture's values are the recorder's, or otherwise the daemon's newe
   PictureMaker pictures((folder / "status.sock").string(), find_zone("UTC"));
   const Message message = message_with({event_of("A", Change::went), came_now()});
   daemon.describe(loop_with(folder / "FIC-101"));
-  CHECK(pictures.of(message).empty());  // neither has any
+  CHECK(pictures.of(message).empty());  // neither source has values
   write_segment(folder / "FIC-101");
   const std::vector<Picture> recorded = pictures.of(message);
   REQUIRE(recorded.size() == 1);
@@ -343,14 +343,13 @@ TEST_CASE("a picture's values are the recorder's, or otherwise the daemon's newe
   const std::vector<Picture> remembered = pictures.of(message);
   REQUIRE(remembered.size() == 1);
   CHECK(steps(remembered[0].png));
-  // A damaged segment costs itself.
+  // A damaged segment loses only its own rows.
   daemon.describe(loop_with(folder / "FIC-101"));
   write_file(folder / "FIC-101" / record::segment_name(1), "no segment");
   CHECK(pictures.of(message).size() == 1);
 }
 
-TEST_CASE("a message waits neither for a hung disk nor for a daemon that is gone",
-          "[notify][picture]") {
+TEST_CASE("a message waits neither for a hung disk nor for an absent daemon", "[notify][picture]") {
   const TemporaryFolder folder;
   const Message message = message_with({came_now()});
   PictureMaker pictures((folder / "status.sock").string(), find_zone("UTC"));
@@ -399,7 +398,7 @@ TEST_CASE("a mail with a picture contains text and a picture, and fetches no oth
   CHECK(read_file(folder / "mail.png") == message.pictures[0].png);
 }
 
-TEST_CASE("a webhook's event has its picture in base64, or no such field", "[notify][picture]") {
+TEST_CASE("a webhook's event has its picture in base64, or omits the field", "[notify][picture]") {
   Message message = message_with({event_of("A"), event_of("B")});
   const auto event = [&](std::size_t i) {
     return nlohmann::json::parse(webhook_body(message, sender())).at("events").at(i);

@@ -38,7 +38,7 @@ std::string any_bytes() {
 
 }  // namespace
 
-TEST_CASE("one line of valid UTF-8, whatever it was", "[notify][text]") {
+TEST_CASE("any text becomes one line of valid UTF-8", "[notify][text]") {
   CHECK(one_line("V\xC3\xA4lve 7 \xE2\x82\xAC \xF0\x9F\x94\xA7") ==
         "V\xC3\xA4lve 7 \xE2\x82\xAC \xF0\x9F\x94\xA7");
   CHECK(one_line("a\r\nb\tc\x7F\xC2\x85"
@@ -188,7 +188,7 @@ TEST_CASE("an event read back from JSON is unchanged", "[notify][text]") {
   }
 }
 
-TEST_CASE("a mail's fields hold what they are given", "[notify][mail]") {
+TEST_CASE("a mail's fields contain the given values", "[notify][mail]") {
   const std::string mail = mail_text(message_with({event_of("FIC-101")}), sender(), kMail);
   CHECK(
       mail.starts_with("Date: Tue, 24 Nov 2026 12:00:00 +0000\nFrom: box@plant.example\n"
@@ -196,7 +196,7 @@ TEST_CASE("a mail's fields hold what they are given", "[notify][mail]") {
                        "Subject: box 12: FIC-101: Stiction came, 6.1 %\nMessage-ID: <loopwarden."));
   CHECK(mail.find("@plant.example>\nAuto-Submitted: auto-generated\nMIME-Version: 1.0\n") !=
         std::string::npos);
-  // The same message has the same id, another one another.
+  // The same message has the same id, and another message has another id.
   const auto id = [](std::int64_t number) {
     const std::string text = mail_text(message_with({event_of("F")}, number), sender(), kMail);
     return text.substr(text.find("Message-ID"), 90);
@@ -270,7 +270,7 @@ TEST_CASE("addresses", "[notify][mail]") {
   }
 }
 
-TEST_CASE("a syslog line as RFC 5424 wants it", "[notify][syslog]") {
+TEST_CASE("a syslog line follows RFC 5424", "[notify][syslog]") {
   const SyslogSettings settings;
   CHECK(syslog_line(event_of("FIC-101"), message_with({event_of("FIC-101")}), sender(), settings,
                     2048) ==

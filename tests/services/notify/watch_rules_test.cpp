@@ -67,7 +67,7 @@ TEST_CASE("loops, alarms, states and sizes decide who is notified", "[notify][ro
   CHECK(all.read(reading("FIC-101", "unacknowledged"), kStart) == "mail:came");
   CHECK(all.read(reading("LIC-7", "unacknowledged"), kStart).starts_with("mail:"));
   CHECK(all.read(reading("PIC-7", "unacknowledged"), kStart).find("came") == std::string::npos);
-  // Both routes apply: one message a channel.
+  // Both routes apply: one message per channel.
   CHECK(all.read(reading("FIC-102", "unacknowledged", 25.0), kStart) == "log:came mail:came");
 }
 
@@ -83,7 +83,7 @@ TEST_CASE("an alarm of the box uses the routes that name the box, or otherwise a
   Route shop = route({"shop"});
   shop.alarms = {"stiction"};
   Rules all;
-  SECTION("no route to people has it: all that have the alarm do") {
+  SECTION("no route to people names the box: all routes with the alarm apply") {
     all.settings.routes = {log, operators, shop};
     CHECK(box_way(all.settings.routes, "disk_full") == BoxWay::all);
     CHECK(all.read(full, kStart) == "log:came mail:came");
@@ -91,7 +91,7 @@ TEST_CASE("an alarm of the box uses the routes that name the box, or otherwise a
     full.unacknowledged = false;
     CHECK(all.read(full, kStart + 1000) == "log:went mail:went");
   }
-  SECTION("one that names it has it alone") {
+  SECTION("a route that names the box is the only one to people") {
     Route it = route({"it"});
     it.loops = {"LIC-1", "box"};
     all.settings.routes = {log, operators, it};
@@ -118,7 +118,7 @@ TEST_CASE("an alarm of the box uses the routes that name the box, or otherwise a
   }
 }
 
-TEST_CASE("a route with a least size hears of an alarm when it has grown to it, and of its end",
+TEST_CASE("a route with a least size receives an alarm that grows to this size, and its end",
           "[notify][routes]") {
   Rules all;
   all.settings.routes = {route({"log"}), route({"mail"}, 10.0)};
@@ -198,7 +198,7 @@ TEST_CASE("an alarm raised and cleared between two looks has the reason of each"
   CHECK(step.posts[1].event.utc_ms == kStart + 700);
 }
 
-TEST_CASE("repeats and escalation until somebody acknowledges", "[notify][reminders]") {
+TEST_CASE("repeats and escalation continue until an acknowledgement", "[notify][reminders]") {
   constexpr std::int64_t kMin = 60'000;
   Rules all;
   Route one = route({"mail"});
@@ -221,7 +221,7 @@ TEST_CASE("repeats and escalation until somebody acknowledges", "[notify][remind
     CHECK(all.read(reading("F", "acknowledged", 6.0, 2), kStart + 510 * kMin).empty());
     CHECK(all.read(reading("F", "acknowledged", 6.0, 2), kStart + 600 * kMin).empty());
   }
-  SECTION("gone but not acknowledged still waits") {
+  SECTION("a cleared alarm without acknowledgement still causes reminders") {
     Rules gone;
     gone.settings.routes = {one};
     gone.read(on, kStart);
@@ -264,7 +264,7 @@ TEST_CASE("a silent daemon raises a separate alarm, once", "[notify][daemon]") {
   CHECK(all.silence(0, kStart + 52'000) == "mail:went");
 }
 
-TEST_CASE("an alarm of a loop that there is no longer ends", "[notify][changes]") {
+TEST_CASE("an alarm of a removed loop ends", "[notify][changes]") {
   Rules all;
   all.settings.routes = {route({"mail"})};
   all.read(reading("F", "unacknowledged"), kStart);
@@ -295,11 +295,12 @@ TEST_CASE("alarms of one incident are notified as one, on each channel", "[notif
   CHECK(read("unacknowledged", "normal", 0.0, kStart) == "mail:came");
   // A channel without the first alarm receives the second.
   CHECK(read("unacknowledged", "unacknowledged", 12.0, kStart + 5 * kMinute) == "sms:came");
-  // Of both that wait one is reminded of: the one that has waited longer.
+  // Two alarms wait. The reminder is for the one that has waited longer.
   CHECK(read("unacknowledged", "unacknowledged", 12.0, kStart + 10 * kMinute) ==
         "phone:unacknowledged");
   CHECK(read("unacknowledged", "unacknowledged", 12.0, kStart + 16 * kMinute).empty());
-  // Acknowledged when all are; of the one that still waits it is reminded. Gone when all have.
+  // The incident is acknowledged or cleared when all its alarms are. A reminder is for the alarm
+  // that still waits.
   CHECK(read("acknowledged", "unacknowledged", 12.0, kStart + 17 * kMinute) ==
         "phone:unacknowledged");
   CHECK(read("acknowledged", "acknowledged", 12.0, kStart + 18 * kMinute) == "mail:acknowledged");
@@ -307,7 +308,7 @@ TEST_CASE("alarms of one incident are notified as one, on each channel", "[notif
   CHECK(read("normal", "normal", 12.0, kStart + 20 * kMinute) == "mail:went sms:went");
 }
 
-TEST_CASE("a step that was not stored is made again", "[notify][changes]") {
+TEST_CASE("a step that was not stored is repeated", "[notify][changes]") {
   Rules all;
   all.settings.routes = {route({"mail"})};
   const AlarmReading on = reading("F", "unacknowledged");

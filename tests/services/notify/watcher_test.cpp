@@ -11,8 +11,7 @@ namespace watcher_test {
 using namespace loopwarden::notify;
 using namespace loopwarden::notify::test;
 
-TEST_CASE("a daemon that explains slowly answers all the same, and its alarms don't wait for it",
-          "[notify][daemon]") {
+TEST_CASE("slow explanations by the daemon don't delay its alarms", "[notify][daemon]") {
   const TemporaryFolder folder;
   FakeDaemon daemon(folder / "status.sock");
   Watcher watcher((folder / "status.sock").string());

@@ -199,10 +199,10 @@ TEST_CASE("docs/page-keys.md matches the description by the reader", "[reference
   const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/page-keys.md";
   const std::string described =
       "# Keys of page.yaml\n\n"
-      "<!-- Generated from services/page/settings; tests_page \"[reference]\" says how to renew "
+      "<!-- Generated from services/page/settings; tests_page \"[reference]\" shows how to renew "
       "it. "
       "-->\n\n"
-      "What they mean together: [page.md](page.md).\n" +
+      "Guide: [page.md](page.md).\n" +
       config::to_markdown(describe_page());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) write_file(path, described);
   INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_page '[reference]'");

@@ -55,7 +55,7 @@ TEST_CASE("if the record can't identify the loop, the reason is given") {
   CHECK_FALSE(found.why_not.empty());
 }
 
-TEST_CASE("a model is simulated within the loop's own ranges") {
+TEST_CASE("a model is simulated within the loop's own ranges, with any disturbance") {
   plant::LoopModel twin = recorded_plant({});
   twin.process.gain = -0.2;  // at mid range CO would be far out of its limits without a load
   twin.transmitter_effects = {{"output_bias", {{"bias", 3.0}}}};
