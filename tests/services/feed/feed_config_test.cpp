@@ -125,8 +125,7 @@ TEST_CASE("docs/feed-keys.md matches the description by the reader", "[feed][ref
       "<!-- Generated from services/feed; tests_fleet \"[reference]\" shows how to renew it. "
       "-->\n\n"
       "Guide: [watch.md](watch.md#4-by-mqtt-and-sparkplug-loopwarden-feed). "
-      "Unknown "
-      "keys are errors with their place.\n" +
+      "Unknown keys are errors with their place.\n" +
       loopwarden::config::to_markdown(describe_feed());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
     loopwarden::tests::write_file(path, described);

@@ -177,10 +177,8 @@ TEST_CASE("docs/notify-keys.md matches the description by the reader",
   const std::string described =
       "# Keys of notify.yaml\n\n"
       "<!-- Generated from services/notify/config; tests_fleet \"[reference]\" shows how to renew "
-      "it. "
-      "-->\n\n"
-      "Guide: [notify.md](notify.md). Relative paths start from the file's "
-      "folder.\n" +
+      "it. -->\n\n"
+      "Guide: [notify.md](notify.md). Relative paths start from the file's folder.\n" +
       loopwarden::config::to_markdown(describe_notify());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) write_file(path, described);
   INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_fleet '[reference]'");

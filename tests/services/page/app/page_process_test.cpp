@@ -71,7 +71,7 @@ class PageProcess {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
 
-  // Head and body.
+  // Returns head and body.
   std::string answer(const std::string& request) const {
     RawClient client(port);
     client.send(request);

@@ -17,7 +17,7 @@ using namespace page;
 using nlohmann::json;
 using test::eventually;
 
-// The newest event of each kind, and how many there were.
+// The newest event of each kind, and their number.
 struct Heard {
   std::mutex mutex;
   std::array<std::string, http::kEventKinds> newest;

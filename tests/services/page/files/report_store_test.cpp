@@ -18,7 +18,7 @@ std::string html(const std::string& title) {
   return "<!doctype html><html><head><title>" + title + "</title></head></html>";
 }
 
-// Folders whose names only look like those of reports that were asked for.
+// Folders whose names only resemble those of requested reports.
 constexpr std::array kNotAsked{"-x-y",
                                "-gap-20261126T100000000Z",
                                "FIC-1-notes-20261126T100000000Z",

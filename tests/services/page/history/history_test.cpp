@@ -19,7 +19,7 @@ using namespace page::history;
 
 constexpr std::int64_t kStart_ms = 1'750'000'000'000;
 
-// A segment file as the recorder writes it, with a clock of the test's own.
+// A segment file as the recorder writes it, with a clock set by the test.
 struct Written {
   std::uint64_t sequence = 1;
   std::uint64_t run = 1;

@@ -90,7 +90,7 @@ TEST_CASE("the directory decides who may log in, and in which role", "[slapd]") 
   }
 }
 
-// Why otto is not let in.
+// Returns why the log-in of otto is refused.
 std::string trouble(const LdapSettings& settings) {
   const auto outcome =
       ldap::Server(settings, std::chrono::milliseconds(300)).log_in("otto", Slapd::kPassword, {});

@@ -24,7 +24,7 @@ struct Page {
     sessions.on_end([this] { ++ended; });
   }
 
-  // As the API does it.
+  // Logs in as the API does.
   std::string log_in(const std::string& name) {
     const ldap::Outcome outcome = ask(name).get();
     REQUIRE(outcome.end == ldap::Outcome::End::admitted);
@@ -130,7 +130,7 @@ TEST_CASE("the end of the page does not wait for a directory that hangs", "[slap
   slapd.hang();
   Page page(ldap::Server(slapd.settings(), std::chrono::hours(1)));
   std::vector<std::shared_future<ldap::Outcome>> asked;
-  // One more than wait: the first is being asked.
+  // One more than can wait, because the first is already being processed.
   REQUIRE(eventually([&] {
     if (auto one = page.ask("otto"); one.valid()) asked.push_back(std::move(one));
     return asked.size() == 5;
@@ -152,7 +152,7 @@ TEST_CASE("waiting log-ins are bounded, per client and in total", "[slapd]") {
     for (int i = 0; i < 20; ++i) taken += begin(whose) ? 1 : 0;
     return taken;
   };
-  // One of them may be asked already, and wait no longer.
+  // One of them may be in progress already, and no longer wait.
   const int of_one = taken_of("one");
   CHECK(of_one >= 4);
   CHECK(of_one <= 5);

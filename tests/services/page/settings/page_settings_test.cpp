@@ -104,7 +104,7 @@ const std::string kLdap =
     "  base: dc=plant\n  user_filter: (&(objectClass=user)(sAMAccountName={user}))\n"
     "  groups: {viewer: \"cn=v,dc=plant\", engineer: \"cn=e,dc=plant\"}\n  domains: [PLANT]\n";
 
-// kLdap with another line in the place of the one that begins so.
+// Returns kLdap with the line that begins with `start` replaced.
 std::string with(const std::string& key, const std::string& line) {
   const std::size_t at = kLdap.find("  " + key + ":");
   const std::size_t end = kLdap.find('\n', at) + 1;
@@ -135,7 +135,7 @@ TEST_CASE("a directory of users") {
 TEST_CASE("a directory is asked only over TLS, and every key of it is checked") {
   struct Wrong {
     const char* key;
-    const char* line;  // in the place of the key's
+    const char* line;  // replaces the key's
     const char* expected;
   };
   const std::vector<Wrong> wrong{
@@ -200,8 +200,7 @@ TEST_CASE("docs/page-keys.md matches the description by the reader", "[reference
   const std::string described =
       "# Keys of page.yaml\n\n"
       "<!-- Generated from services/page/settings; tests_page \"[reference]\" shows how to renew "
-      "it. "
-      "-->\n\n"
+      "it. -->\n\n"
       "Guide: [page.md](page.md).\n" +
       config::to_markdown(describe_page());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) write_file(path, described);

@@ -9,7 +9,7 @@ namespace loopwarden::tests {
 // Number of allocations of the calling thread before one throws std::bad_alloc. Negative: all
 // succeed.
 extern thread_local int fail_allocation_after;
-// How many have thrown.
+// Number of allocations that threw.
 extern std::atomic<int> allocations_failed;
 
 }  // namespace loopwarden::tests

@@ -53,7 +53,7 @@ inline nlohmann::json alarm_of(const char* loop, const char* alarm, const char* 
           {"active", active}, {"unacknowledged", active}, {"raised_ms", raised_ms}};
 }
 
-// Answers on a socket, by a thread.
+// Answers on a socket, in a separate thread.
 class FakeDaemon {
  public:
   using Answer = std::function<nlohmann::json(const nlohmann::json& request)>;
@@ -81,7 +81,7 @@ class FakeDaemon {
   std::thread thread_;
 };
 
-// Keeps what it was asked, without a socket.
+// Keeps the requests, without a socket.
 class SpokenDaemon final : public protocol::Daemon {
  public:
   std::function<nlohmann::json(const nlohmann::json&)> says = [](const nlohmann::json&) {

@@ -40,7 +40,7 @@ class RawClient {
     if (fd_ >= 0) ::close(fd_);
   }
 
-  // False where the server has closed.
+  // Returns false if the server has closed the connection.
   bool send(std::string_view text) const {
     while (!text.empty()) {
       const ssize_t n = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
@@ -74,7 +74,7 @@ class RawClient {
     return text;
   }
 
-  // All until the server closes.
+  // Returns all bytes until the server closes the connection.
   std::string rest(std::chrono::milliseconds patience = std::chrono::seconds(60)) {
     return until(std::string_view("\0never\0", 7), patience);
   }

@@ -43,7 +43,7 @@ TEST_CASE("the process of a recorded step is identified, and rules are tried on 
   CHECK(today.gains == kFacts.gains);
   CHECK(best.response.load_absolute_error < today.response.load_absolute_error);
   CHECK(best.response.settles);
-  // As it is shown, so it is set.
+  // The gain that is set is the gain that is shown.
   CHECK(best.gains.kp == std::stod(fmt::format("{:.4g}", best.gains.kp)));
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("if the record can't identify the loop, the reason is given") {
 
 TEST_CASE("a model is simulated within the loop's own ranges, with any disturbance") {
   plant::LoopModel twin = recorded_plant({});
-  twin.process.gain = -0.2;  // at mid range CO would be far out of its limits without a load
+  twin.process.gain = -0.2;  // without a disturbance CO would be far out of its limits at mid range
   twin.transmitter_effects = {{"output_bias", {{"bias", 3.0}}}};
   const plant::LoopModel model = model_of(twin, kFacts);
   CHECK(model.process.gain == -0.2);
@@ -65,7 +65,7 @@ TEST_CASE("a model is simulated within the loop's own ranges, with any disturban
   const analysis::LoopRecord& answer = proposal.trials.front().response.record;
   CHECK(answer.pv.front() == Approx(50.0));
   CHECK(answer.co.front() == Approx(50.0).margin(1.0));
-  CHECK(answer.co[200] < 50.0);  // PV is to rise, so CO falls
+  CHECK(answer.co[200] < 50.0);  // the set point rises, so CO falls
 }
 
 TEST_CASE("a slow process takes no more computing time than a quick one") {
