@@ -31,15 +31,16 @@ TEST_CASE("a ring returns the accepted items in order, and counts the refused on
     for (std::int64_t i = 0; i < steps; ++i) {
       if (one_of(10) < pushes_in_ten) {
         const bool room = expected.size() < ring.capacity();
-        require(ring.try_push(next) == room, "taken where there is room, and only there");
+        require(ring.try_push(next) == room, "an item is accepted only if there is room");
         if (room) expected.push_back(next);
         if (!room) ++refused;
         ++next;
       } else {
         std::uint64_t item = next;
-        require(ring.try_pop(item) == !expected.empty(), "given where there is something");
+        require(ring.try_pop(item) == !expected.empty(),
+                "an item is returned only if one is stored");
         if (expected.empty()) {
-          require(item == next, "nothing is written where nothing is given");
+          require(item == next, "the output keeps its value without an item");
         } else {
           require(item == expected.front(), "the oldest first");
           expected.pop_front();

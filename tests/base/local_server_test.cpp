@@ -160,7 +160,7 @@ TEST_CASE("turns stay fair when peers leave", "[os][socket]") {
   for (int i = 1; i < 4; ++i) CHECK(bench.count(std::to_string(i)) >= 7);
 }
 
-TEST_CASE("beyond the rate lines wait, and none is lost", "[os][socket]") {
+TEST_CASE("beyond the rate lines wait, without losses", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path(), .lines_per_second = 2.0});
   const auto peer = bench.peer();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Specialists that need no training: they say the same of every window. For tests of what comes after.
+// Specialists without training that give the same answer for every window. For tests of the later
+// stages.
 #pragma once
 
 #include <filesystem>

@@ -296,8 +296,7 @@ TEST_CASE("a part of a file that contradicts itself is dropped") {
   CHECK(taken(ingest, {edge.data({file})}).rows.file_parts.empty());
 }
 
-TEST_CASE(
-    "messages left by an earlier run continue at the database's position, and overtake none") {
+TEST_CASE("messages left by an earlier run continue at the database's position, in order") {
   EdgeMessages edge;
   Ingest ingest;
   const Batch first = taken(ingest, {edge.nbirth(), edge.dbirth(), edge.pv(1.0)});

@@ -47,8 +47,8 @@ class EdgeMessages {
     payload.metrics = {bd_seq_metric()};
     return arrival(sparkplug::MessageType::ndeath, "", payload);
   }
-  // pv (alias 1), mode (2), an alarm's state (3) and severity (4), a process alarm's state (7), tag.
-  // Values carry the time of their measurement, also in a birth.
+  // pv (alias 1), mode (2), an alarm's state (3) and severity (4), a process alarm's state (7),
+  // tag. Values carry the time of their measurement, also in a birth.
   fleet::Arrival dbirth(double pv = 1.0, std::uint64_t taken_ms = 0) {
     using sparkplug::DataType;
     sparkplug::Metric with_range =

@@ -676,7 +676,7 @@ TEST_CASE("a birth that resets a value within one batch is the newest", "[plant]
   CHECK(plant.database.ask(kPvRows) == "3");
 }
 
-TEST_CASE("evidence is requested until it is complete, or the box reports that it has none",
+TEST_CASE("evidence is requested until it is complete, or until the box reports a lack",
           "[plant]") {
   if (!installed()) return;
   Written plant;

@@ -254,7 +254,8 @@ TEST_CASE("after any losses no message is returned twice, and a loss is noticed"
     property::require(different.size() == times.size(), "none twice");
     property::require(times.size() == count + 1 - lost, "all that came");
     property::require(feed.tracker.missing() == lost, "each loss counted");
-    property::require(feed.tracker.wants_rebirth() == (lost > 0), "a rebirth wanted where one is");
+    property::require(feed.tracker.wants_rebirth() == (lost > 0),
+                      "a rebirth is requested exactly after a loss");
   });
 }
 

@@ -40,7 +40,8 @@ TEST_CASE("encoded bytes have the specification's field numbers", "[sparkplug]")
   payload.metrics[0].alias = 3;
   payload.metrics[0].time_ms = 4;
   payload.metrics[0].historical = true;
-  // timestamp 1:1, metrics 2:{name 1:"a", alias 2:3, timestamp 3:4, datatype 4:1, is_historical 5:1, int_value
+  // timestamp 1:1, metrics 2:{name 1:"a", alias 2:3, timestamp 3:4, datatype 4:1, is_historical
+  // 5:1, int_value
   // 10:0xFFFFFFFF}, seq 3:2
   CHECK(hex(encode(payload, Types::sent)) ==
         "0801"
