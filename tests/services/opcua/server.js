@@ -73,7 +73,7 @@ function add(folder, part, name) {
     : namespace.addVariable(definition);
   show(tag);
 }
-// What clients are sent.
+// The values sent to clients.
 function show({ variable, part, value, status, stamp }) {
   variable.setValueFromSource({ dataType: DataType[parts[part].type], value }, status, stamp);
 }
@@ -86,7 +86,7 @@ for (let i = 1; i <= Number(options.loops); i++) {
   for (const part of Object.keys(parts)) add(folder, part, `${loop}.${part}`);
 }
 await server.start();
-// Some servers tell another limit than they have.
+// Some servers report a limit other than the real one.
 addressSpace.findNode("i=11714").bindVariable({ get: () => new Variant({ dataType: DataType.UInt32, value: 4 }) }, true);
 
 const orders = {
@@ -109,5 +109,5 @@ for await (const line of readline.createInterface({ input: process.stdin })) {
   const [order, ...words] = line.split(" ");
   console.log(JSON.stringify(orders[order](...words) ?? null));
 }
-// Without goodbyes: the next start finds the port free.
+// Closes without goodbyes, so that the port is free at the next start.
 process.exit();

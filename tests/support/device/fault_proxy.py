@@ -65,7 +65,7 @@ class Frame:
 
 
 class Faults:
-    """Which fault is on, and what it makes of a reply: a list of (delay in s, bytes)."""
+    """The active fault. It turns a reply into a list of (delay in s, bytes)."""
 
     def __init__(self, is_tcp):
         self.is_tcp = is_tcp
@@ -119,7 +119,7 @@ class Faults:
 
 
 class Delivery:
-    """Hands pieces on in their order, each at its time."""
+    """Passes pieces on in order, each at its time."""
 
     def __init__(self, write, close=None):
         self.write = write
@@ -214,7 +214,7 @@ class SerialProxy:
         end, other = os.openpty()
         tty.setraw(other)
         os.set_blocking(end, False)
-        return end, os.ttyname(other)  # `other` stays open: the line outlives its users
+        return end, os.ttyname(other)  # `other` stays open, so that the line outlives its users
 
     def start(self):
         loop = asyncio.get_running_loop()

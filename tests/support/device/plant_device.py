@@ -61,7 +61,7 @@ class Positioner:
         self.written = start
         self.watchdog_tenths = 0
         self.tripped = False
-        self.trips = 0  # of the watchdog
+        self.trips = 0  # number of trips of the watchdog
         self.last_write = time.monotonic()
         self.writes = 0
         self.unguarded_writes = 0
@@ -81,7 +81,7 @@ class Positioner:
             self.unguarded_writes += 1
 
     def arm(self, tenths):
-        # The time runs from here, not from a command of long ago.
+        # The time runs from here, not from an old command.
         self.watchdog_tenths = tenths
         self.last_write = time.monotonic()
 

@@ -95,7 +95,7 @@ class Values(BaseModbusDataBlock):
         return image[address : address + count]
 
     def setValues(self, address, values):
-        pass  # the function code tells
+        pass  # writes are detected by their function code
 
 
 def keep_function_codes(plc):

@@ -147,7 +147,7 @@ def main():
     for line in sys.stdin:
         try:
             print(answer(edge, line.split()), flush=True)
-        except Exception as error:  # told to the test
+        except Exception as error:  # reported to the test
             print(f"ERROR {error}".replace("\n", " "), flush=True)
 
 

@@ -60,7 +60,7 @@ def session():
     if options.starttls:
         more = {"tls_context": context_of(options.starttls), "require_starttls": True}
     if options.user:
-        # Over smtps the library does not see that there is TLS.
+        # Over smtps the library does not detect TLS.
         more |= {"authenticator": authenticate, "auth_required": True,
                  "auth_require_tls": options.starttls is not None}
     return SMTP(Handler(), hostname="mail.test", **more)

@@ -104,11 +104,11 @@ def try_gap_report(browser, page, keep):
       (a, b) => (b.dataset.to - b.dataset.from < a.dataset.to - a.dataset.from ? b : a)).click()"""),
           "the link to the shortest located moment")
     browser.find("button[data-act=all]").click()
-    # Its tables.
+    # Checks its tables.
     for table in ("#trend details table", "#residual details table", "#output details table"):
         rows = len(browser.all(table + " tbody tr"))
         browser.check(rows >= 10, f"{name}: {table} has {rows} rows")
-    # On paper stand the pictures, whatever is zoomed.
+    # On paper the pictures are shown, with any zoom.
     browser.media("print", "light")
     shown = lambda selector: browser.run(f"getComputedStyle(document.querySelector('{selector}')).display")
     browser.check(shown("#trend .still") == "block" and shown("#trend .chart") == "none", f"{name}: paper gets no picture")
