@@ -1,8 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The Grafana dashboard's queries against a database that a host filled, and a real Prometheus that scrapes the host.
+"""Runs the Grafana dashboard's queries on a database filled by a host, and lets a real Prometheus
+scrape the host.
 
-Grafana is not in Debian: its macros are put in as it does. Exit code 77 where Prometheus is not installed.
+Grafana is not in Debian, so this program replaces its macros. Exit code 77: Prometheus is not
+installed.
 """
 import datetime
 import json

@@ -1,10 +1,12 @@
 #!/usr/bin/env node
 // SPDX-License-Identifier: Apache-2.0
-// An OPC UA server with loops, security on: FIC001 ... each PV, SP, OP, MODE with ranges and units. Orders come as lines on
-// standard input, an answer each; what clients have asked for is counted by the name of the request.
-//   set NAME VALUE [SECONDS SINCE 1970] | status NAME CODE | rename FROM TO | requests | drop (every session)
-// Usage: server.js PORT PKI [--loops N] [--first-namespace URI] [--sampling MS] [--publishing MS] [--most-items N] [--most-per-call N]
-//   [--user NAME:PASSWORD]
+// An OPC UA server with loops FIC001, FIC002, ..., with security on. Each has PV, SP, OP and MODE
+// with ranges and units. Commands are lines on standard input, each with an answer. The requests of
+// clients are counted by name.
+//   set NAME VALUE [SECONDS SINCE 1970] | status NAME CODE | rename FROM TO | requests |
+//   drop (every session)
+// Usage: server.js PORT PKI [--loops N] [--first-namespace URI] [--sampling MS] [--publishing MS]
+//   [--most-items N] [--most-per-call N] [--user NAME:PASSWORD]
 import readline from "node:readline";
 import { parseArgs } from "node:util";
 import opcua from "node-opcua";

@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Transmitter and positioner as Modbus devices on pymodbus, over TCP or a serial line.
 
-The plant behind them runs in plant_process.py. The positioner has a communication watchdog: when
-no command arrives for the time in its watchdog register, the valve goes to its fail-safe value.
-A restart forgets that register, as real devices do.
+The plant runs in plant_process.py. The positioner has a communication watchdog: if no command
+arrives for the time in its watchdog register, the valve moves to its fail-safe value. A restart
+clears that register, as in real devices.
 
 Prints "READY port=N" or "READY serial=PATH". Commands on standard input, each answered by a line:
   state              STATE co=.. written=.. pv=.. stem=.. watchdog=ok|tripped trips=.. watchdog_register=.. writes=..
                      unguarded_writes=.. restarts=..
-                     (co: what drives the valve; unguarded_writes: commands that came while the
+                     (co: the value that drives the valve; unguarded_writes: commands received while the
                      watchdog register was 0)
-  restart [SECONDS]  off for so long, then on again with registers as at start
+  restart [SECONDS]  off for this time, then on again with registers as at start
   forget             registers as at start without being off: a restart between two requests
   status VALUE       transmitter status register
   pv VALUE | auto    override PV (nan and inf are possible), or back to the plant

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of loopwarden in a real browser: Debian's chromium, headless, from file://.
+"""Tests the pages of loopwarden in a real browser (Debian's chromium, headless), from file://.
 
 Usage: tests/workbench/report/pages_in_browser.py [--all] [--keep DIR]
 Without --all: the report of gap. It opens without an error on the console, zooms by button, mouse and key for all
-plots at once, reads values off under the cursor, has its tables, prints, and fits 390 pixels. --all: every other page,
-light and dark, and the report of data/gap-example. --keep: screenshots and PDFs go there. Exit code 1: something is
-wrong; 74: no program, no browser.
+plots at once, shows values under the cursor, has its tables, prints, and fits 390 pixels.
+--all adds every other page, light and dark, and the report of data/gap-example.
+--keep: folder for screenshots and PDFs. Exit code 1: a check failed. 74: no program or browser.
 """
 import argparse
 import os

@@ -133,8 +133,9 @@ class Box:
         return ask(self.folder / "control.sock", request)
 
     def write_old_segment(self, tag="FIC-101", ago_s=86400, seconds=3600, period_s=0.1, sequence=1):
-        """What the recorder would have left of another day: a sine with one spike to 8.5, in the format of record/segment_format.hpp.
-        Returns when the spike was, UTC ms. Before the daemon starts."""
+        """Writes the recorder's file of another day: a sine with one spike to 8.5, in the format of
+        record/segment_format.hpp. Returns the time of the spike, UTC ms. Call it before the daemon
+        starts."""
         folder = self.state / "segments" / tag
         folder.mkdir(parents=True, exist_ok=True)
         start_ns = int((time.time() - ago_s) * 1e9)

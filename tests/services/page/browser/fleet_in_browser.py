@@ -1,11 +1,18 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The fleet's page in a real browser, before a real PostgreSQL with a plant of 40 boxes: Debian's chromium, headless.
+"""Tests the fleet's page in a real browser (Debian's chromium, headless), on a real PostgreSQL with a
+plant of 40 boxes.
 
 Usage: tests/services/page/browser/fleet_in_browser.py [--keep DIR]
-Log-in on a machine without a daemon; the worst valves, sorted, filtered, searched; silent boxes, versions that differ, alarm
-rates; a valve; a database that stops and comes back; axe-core in both themes, 360 pixels, paper, hostile words; the way to
-the fleet beside a box. --keep: screenshots go there. Exit code 1: something is wrong; 74: no program, browser, database.
+Covers these parts:
+- log-in on a machine without a daemon
+- the worst valves: sorted, filtered, searched
+- silent boxes, different versions, alarm rates
+- a valve
+- a database that stops and returns
+- axe-core in both themes, 360 pixels, paper, hostile words
+- the link to the fleet from a box
+--keep: folder for screenshots. Exit code 1: a check failed. 74: no program, browser or database.
 """
 import argparse
 import os

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plant of 40 boxes in the host's database, as months of running would have left it, and loopwarden-page before it.
+"""A plant of 40 boxes in the host's database, as after months of operation, and loopwarden-page on it.
 
-The tables are made by loopwarden-fleet itself; the rows are drawn here from a `seed`, their times counted back
-from now. See them: tests/services/page/browser/fleet_plant.py [--port PORT] [--minutes N].
+loopwarden-fleet makes the tables. The rows are drawn here from a `seed`, with times counted back
+from now. To view the plant, run: tests/services/page/browser/fleet_plant.py [--port PORT] [--minutes N].
 """
 import argparse
 import datetime

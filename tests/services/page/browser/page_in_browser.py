@@ -1,12 +1,17 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The page in a real browser, before a real daemon on simulated plants: Debian's chromium, headless.
+"""Tests the page in a real browser (Debian's chromium, headless), with a real daemon on simulated
+plants.
 
 Usage: tests/services/page/browser/page_in_browser.py [--all] [--keep DIR]
-Without --all, about a minute: log-in, the alarm of a sticking valve, its loop, its evidence, acknowledging it, what a viewer
-can't do, a daemon that is killed and comes back, and axe-core on the overview. --all: every view in both themes under
-axe-core, a day that the recorder still has, orders with their confirmation, keyboard, themes, 360 pixels, paper, hostile
-words. --keep: screenshots go there. Exit code 1: something is wrong; 74: no program, no browser, no npm.
+Without --all (about a minute):
+- log-in, the alarm of a sticking valve, its loop, its evidence and its acknowledgement
+- the limits of a viewer, a daemon that is killed and returns, axe-core on the overview
+--all adds:
+- every view in both themes under axe-core
+- a day that the recorder still has, orders with their confirmation
+- keyboard, themes, 360 pixels, paper, hostile words
+--keep: folder for screenshots. Exit code 1: a check failed. 74: no program, browser or npm.
 """
 import argparse
 import os
@@ -606,8 +611,9 @@ def alarms_of_the_box(box, browser, source, folder):
 
 
 def whether_it_acts(source, folder):
-    """A faceplate says at once whether its loop acts: one that another controller has, with no buttons, one that acts on a model, one whose output reaches no valve.
-    The box has an alarm of its own: a certificate that is not there."""
+    """Checks that a faceplate shows at once whether its loop acts: a watched loop without buttons, a
+    loop on a model, and a loop whose output reaches no valve. The box has a separate alarm for a
+    missing certificate."""
     box = Box(healthy=1, accelerate=1)
     daemon = box.folder / "config/loopwardend.yaml"
     user = pwd.getpwuid(os.getuid()).pw_name

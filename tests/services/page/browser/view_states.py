@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each view says while nothing is known: logged out, in its first seconds, when values have become old, and without data. What is not
-known is never shown as good."""
+"""Tests the text of each view without valid data: logged out, in its first seconds, with old values,
+and without data. An unknown state is never shown as good."""
 import signal
 import tempfile
 
