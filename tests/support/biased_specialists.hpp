@@ -33,7 +33,7 @@ inline void write_biased_specialists(const std::filesystem::path& folder,
   }
   config::SpecialistFolder all;
   all.plant = "T";
-  all.training.source = "none: they say the same of every window";
+  all.training.source = "untrained: the same answer for every window";
   all.team = team;
   std::filesystem::create_directories(folder);
   const std::string wrong = config::write_specialists(all, folder);

@@ -194,7 +194,7 @@ TEST_CASE("a box's birth, values, alarm and death are in the database", "[plant]
         "stiction");
   CHECK(database.ask("SELECT raised FROM alarm_rate") == "2");
   // The host requests the evidence of the valve's alarm, which arrives in two parts. A process
-  // alarm has none.
+  // alarm has no evidence.
   CHECK(database.ask("SELECT string_agg(value, ' ') FROM request") == "stiction");
   const std::string asked = "spBv1.0/A/DCMD/box1/FIC-101";
   CHECK(eventually([&] { return plant.wire.count(asked) == 1; }, 30s));

@@ -374,7 +374,7 @@ TEST_CASE("syslog by TLS, with certificates of both sides", "[notify][syslog]") 
 TEST_CASE("the systemd journal's own protocol", "[notify][journal]") {
   const std::string path = "/run/systemd/journal/socket";
   if (::access("/run/systemd/journal", F_OK) == 0) {
-    // On a host with a real journal the message goes to it, if the socket is writable.
+    // On a host with a real journal the message is sent to it if the socket is writable.
     CHECK(send(JournalSettings{}, kOne).outcome ==
           (::access(path.c_str(), W_OK) == 0 ? Outcome::sent : Outcome::later));
     return;

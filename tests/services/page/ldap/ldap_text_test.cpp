@@ -38,7 +38,7 @@ TEST_CASE("a value in a filter stays one value with any bytes") {
     }
     const std::string value = filter_value(bytes);
     property::require(value.find_first_of(std::string_view("*()\0", 4)) == std::string::npos,
-                      "nothing that means something in a filter");
+                      "no special character of a filter");
     property::require(read_back(value) == bytes, "the same bytes");
   });
 }

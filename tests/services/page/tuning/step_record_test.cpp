@@ -57,7 +57,7 @@ TEST_CASE("a long stretch is thinned by means") {
   CHECK(record->sp.back() == 40.0);
 }
 
-TEST_CASE("a record without a step gives none") {
+TEST_CASE("a record without a step has no newest step") {
   Bench bench;
   SECTION("a set point that never moved") { bench.run({{0.0, 30.0}}, 2000.0); }
   SECTION("a move too small") { bench.run({{0.0, 30.0}, {500.0, 30.9}}, 2000.0); }
