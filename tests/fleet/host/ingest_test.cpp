@@ -296,7 +296,9 @@ TEST_CASE("a part of a file that contradicts itself is dropped") {
   CHECK(taken(ingest, {edge.data({file})}).rows.file_parts.empty());
 }
 
-TEST_CASE("messages left by an earlier run continue at the database's position, in order") {
+TEST_CASE(
+    "messages left by an earlier run continue at the database's position, and replace no newer "
+    "value") {
   EdgeMessages edge;
   Ingest ingest;
   const Batch first = taken(ingest, {edge.nbirth(), edge.dbirth(), edge.pv(1.0)});

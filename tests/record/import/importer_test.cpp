@@ -1137,7 +1137,7 @@ TEST_CASE("columns named as qualities with other content are ignored and reporte
   }
 }
 
-TEST_CASE("the fixed format with qualities or thousands marks is read by the importer",
+TEST_CASE("the fixed format with qualities or thousands marks is not read as a plain record",
           "[import]") {
   std::string rated = "time,pv,co,quality\n";
   std::string marked = "time,pv,co\n";

@@ -92,7 +92,7 @@ TEST_CASE("a damaged file, or one of another program, is moved aside", "[edge]")
   CHECK(aside == 1);
 }
 
-TEST_CASE("a row that can't be decoded is dropped and counted, and does not delay others",
+TEST_CASE("a row that can't be decoded is moved aside and counted, and does not delay others",
           "[edge]") {
   const TemporaryFolder folder;
   {
