@@ -60,7 +60,7 @@ TEST_CASE("errors of an answers file are reported with their line", "[setup]") {
   CHECK(refusal_of("kc: -1\n").find("answers.yaml:1:5") != std::string::npos);
   CHECK(refusal_of("kc: [1]\n").find("one line") != std::string::npos);
   CHECK_FALSE(refusal_of("- kc\n").empty());
-  // Steps that move a valve have no question here.
+  // An answers file can't answer the questions of steps that move a valve.
   for (const char* key : {"stroke", "stroke.limits", "watchdog", "record.size"}) {
     INFO(key);
     CHECK(refusal_of(std::string(key) + ": 5\n").find("asked each time") != std::string::npos);
