@@ -9,7 +9,7 @@ namespace back_off_test {
 using loopwarden::base::BackOff;
 using namespace std::chrono_literals;
 
-TEST_CASE("pauses double up to the longest, between half and all of it", "[back_off]") {
+TEST_CASE("pauses double up to the longest, with jitter from half to all of it", "[back_off]") {
   constexpr BackOff kBackOff{.first = 1s, .longest = 10s};
   CHECK(kBackOff.pause(1, 0.0) == 500ms);
   CHECK(kBackOff.pause(1, 1.0) == 1s);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The channels between threads against what they promise, under any order of use.
+// Properties of the channels between threads, under any order of use.
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <deque>
@@ -17,10 +17,10 @@ using loopwarden::base::NewestValue;
 using loopwarden::base::SpscRing;
 using namespace loopwarden::tests::property;
 
-TEST_CASE("a ring gives back what it took, in order, and counts what it refused",
+TEST_CASE("a ring returns the accepted items in order, and counts the refused ones",
           "[os][ring][property]") {
   for_all("any order of pushing and popping", 500, [] {
-    // The counters begin near their end in half of the tries, so that they wrap on the way.
+    // In half of the tries the counters begin near their end, so that they wrap during the test.
     const std::size_t first = coin() ? 0 : std::numeric_limits<std::size_t>::max() - one_of(20);
     SpscRing<std::uint64_t> ring(static_cast<std::size_t>(integer(1, 40)), first);
     std::deque<std::uint64_t> expected;
@@ -31,15 +31,16 @@ TEST_CASE("a ring gives back what it took, in order, and counts what it refused"
     for (std::int64_t i = 0; i < steps; ++i) {
       if (one_of(10) < pushes_in_ten) {
         const bool room = expected.size() < ring.capacity();
-        require(ring.try_push(next) == room, "taken where there is room, and only there");
+        require(ring.try_push(next) == room, "an item is accepted only if there is room");
         if (room) expected.push_back(next);
         if (!room) ++refused;
         ++next;
       } else {
         std::uint64_t item = next;
-        require(ring.try_pop(item) == !expected.empty(), "given where there is something");
+        require(ring.try_pop(item) == !expected.empty(),
+                "an item is returned only if one is stored");
         if (expected.empty()) {
-          require(item == next, "nothing is written where nothing is given");
+          require(item == next, "the output keeps its value without an item");
         } else {
           require(item == expected.front(), "the oldest first");
           expected.pop_front();
@@ -51,7 +52,8 @@ TEST_CASE("a ring gives back what it took, in order, and counts what it refused"
   });
 }
 
-TEST_CASE("a box holds the newest value, under any order of use", "[os][newest_value][property]") {
+TEST_CASE("a latest-value buffer holds the newest value, under any order of use",
+          "[os][newest_value][property]") {
   for_all("any order of publishing, fetching and looking", 500, [] {
     NewestValue<std::uint64_t> box(7);
     std::uint64_t newest = 7;
@@ -77,7 +79,7 @@ TEST_CASE("a box holds the newest value, under any order of use", "[os][newest_v
   });
 }
 
-TEST_CASE("between two threads of any pace every item is given or counted",
+TEST_CASE("between two threads of any speed every item is returned or counted",
           "[os][ring][property]") {
   for_all("a writer and a reader", 20, [] {
     const auto items = static_cast<std::uint64_t>(integer(1, 3000));
@@ -102,7 +104,7 @@ TEST_CASE("between two threads of any pace every item is given or counted",
       newest = now;
       done = newest == items;
       std::uint64_t item = 0;
-      // All that was pushed before the last value was published is in sight by now.
+      // All items pushed before the last published value are visible by now.
       for (std::uint64_t k = 0; (done || k < read_burst) && ring.try_pop(item); ++k) {
         in_order = in_order && item > last;
         last = item;

@@ -9,7 +9,7 @@ namespace clock_test {
 
 using loopwarden::base::MonotonicClock;
 
-TEST_CASE("the clock never goes back", "[os][clock]") {
+TEST_CASE("the clock never runs backwards", "[os][clock]") {
   MonotonicClock clock;
   std::int64_t last = clock.now_ns();
   for (int i = 0; i < 10'000; ++i) {
@@ -26,7 +26,7 @@ TEST_CASE("a sleep ends no sooner than its instant", "[os][clock]") {
   CHECK(clock.now_ns() >= deadline);
 }
 
-TEST_CASE("an instant that has passed is not waited for", "[os][clock]") {
+TEST_CASE("an instant in the past causes no wait", "[os][clock]") {
   MonotonicClock clock;
   const std::int64_t before = clock.now_ns();
   clock.sleep_until_ns(before - 1'000'000'000);
@@ -34,7 +34,7 @@ TEST_CASE("an instant that has passed is not waited for", "[os][clock]") {
   CHECK(clock.now_ns() - before < 60'000'000'000);
 }
 
-TEST_CASE("the time of day is that of the system's clock", "[os][clock]") {
+TEST_CASE("the time of day is the system clock's", "[os][clock]") {
   const auto system_ms = [] { return std::int64_t{1000} * std::time(nullptr); };
   const std::int64_t before = system_ms();
   const std::int64_t now = loopwarden::base::utc_ms();

@@ -20,7 +20,7 @@ using namespace loopwarden::base;
 using loopwarden::tests::TemporaryFolder;
 using loopwarden::tests::write_file;
 
-TEST_CASE("a file is read whole, or the reason says why not", "[file]") {
+TEST_CASE("a file is read completely, or the reason is given", "[file]") {
   const TemporaryFolder folder;
   const std::string large(200'000, 'x');
   write_file(folder / "large", large);
@@ -36,7 +36,7 @@ TEST_CASE("a file is read whole, or the reason says why not", "[file]") {
   CHECK(errno == EISDIR);
 }
 
-TEST_CASE("what comes in parts through a pipe is read to its end", "[file]") {
+TEST_CASE("data that arrives in parts through a pipe is read to its end", "[file]") {
   std::array<int, 2> ends{};
   REQUIRE(::pipe(ends.data()) == 0);
   const File from(ends[0]);
@@ -49,7 +49,7 @@ TEST_CASE("what comes in parts through a pipe is read to its end", "[file]") {
   CHECK(from.read(100) == "");
 }
 
-TEST_CASE("a file is replaced at once", "[file]") {
+TEST_CASE("a file is replaced atomically", "[file]") {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder / "file";
   for (const std::string text : {"first", "second, longer", ""}) {
@@ -67,7 +67,7 @@ TEST_CASE("a file is replaced at once", "[file]") {
   CHECK((status.st_mode & 07777U) == 0604U);
 }
 
-TEST_CASE("a file that can't be replaced stays, and nothing else does", "[file]") {
+TEST_CASE("a file that can't be replaced stays, without other files", "[file]") {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "taken");
   write_file(folder / "taken" / "file", "x");

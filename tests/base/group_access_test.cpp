@@ -21,10 +21,10 @@ using loopwarden::tests::TemporaryFolder;
 
 namespace {
 
-constexpr unsigned kStranger = 54'321;  // a user and a group that nobody has
+constexpr unsigned kStranger = 54'321;  // a user id and a group id that don't exist
 constexpr unsigned kGroup = 54'322;
 
-// Whether a user of this group alone reaches the socket. Needs root.
+// Returns whether a user with only this group reaches the socket. Needs root.
 bool reaches(const std::string& path, unsigned group) {
   const pid_t child = fork();
   if (child == 0) {
@@ -43,7 +43,7 @@ TEST_CASE("groups are found by their names", "[os][socket]") {
   CHECK_FALSE(group_id("no-such-group-anywhere"));
 }
 
-TEST_CASE("what is not there admits nobody", "[os][socket]") {
+TEST_CASE("a missing file can't admit a group", "[os][socket]") {
   CHECK_FALSE(admit_group("/no/such/file", kGroup, {.read = true}));
 }
 
@@ -53,7 +53,7 @@ TEST_CASE("a group reaches the socket that it is admitted to, and no other", "[o
     return;
   }
   TemporaryFolder folder;
-  // mkdtemp made it for its owner alone; the group gets through, and no farther.
+  // mkdtemp made the folder only for its owner. The group can pass through it, and can't list it.
   LocalServer server;
   const auto handler = [](std::string_view line, unsigned) { return std::string(line); };
   server.listen({.path = (folder / "page.sock").string(), .group = kGroup}, handler);
@@ -65,7 +65,7 @@ TEST_CASE("a group reaches the socket that it is admitted to, and no other", "[o
   CHECK(reaches((folder / "page.sock").string(), kGroup));
   CHECK_FALSE(reaches((folder / "control.sock").string(), kGroup));
   CHECK_FALSE(reaches((folder / "page.sock").string(), kStranger));
-  // Once more with less: rights are set, not added.
+  // Again with fewer rights: rights are set, not added.
   CHECK(admit_group((folder / "page.sock").string(), kGroup, {.read = true}));
   CHECK_FALSE(reaches((folder / "page.sock").string(), kGroup));
   struct stat status {};

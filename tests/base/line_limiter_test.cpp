@@ -52,14 +52,15 @@ TEST_CASE("the log ends with the state that lasts", "[log]") {
   Log log;
   log.take("a", "down", 0ms);
   log.take("a", "up", 100ms);
-  log.take("a", "down", 200ms);  // and stays so
+  log.take("a", "down", 200ms);  // and stays down
   for (int i = 0; i < 300; ++i) log.look(i * 1000ms);
   REQUIRE(log.lines.size() == 3);
   CHECK(log.lines.back() == "a down");
 
   log.take("a", "up", 301s);
   log.take("a", "down", 302s);
-  log.take("a", "up", 303s);  // withheld, and what was written before says the same after this
+  // withheld; after the next change the last written line is right again
+  log.take("a", "up", 303s);
   log.take("a", "down", 304s);
   for (int i = 305; i < 500; ++i) log.look(i * 1000ms);
   REQUIRE(log.lines.size() == 5);

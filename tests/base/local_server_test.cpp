@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kNow{0};
 
-// A peer that does as it likes; never waits.
+// A peer with arbitrary behaviour. It never waits.
 class Peer {
  public:
   explicit Peer(const std::string& path) : fd_(try_local_connection(path)) { REQUIRE(fd_ >= 0); }
@@ -39,7 +39,7 @@ class Peer {
             static_cast<ssize_t>(text.size()));
   }
   void end() { ::shutdown(fd_, SHUT_WR); }
-  // All that is there.
+  // Returns all data received so far.
   std::string received() {
     std::array<char, 65536> buffer{};
     std::string text;
@@ -95,7 +95,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("lines sent ahead are answered one by one, in their order", "[os][socket]") {
+TEST_CASE("lines sent in advance are answered one by one, in order", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path()});
   const auto peer = bench.peer();
@@ -107,7 +107,8 @@ TEST_CASE("lines sent ahead are answered one by one, in their order", "[os][sock
   CHECK(peer->received() == "three\n");
 }
 
-TEST_CASE("in a round each peer is answered once, however much another sends", "[os][socket]") {
+TEST_CASE("in a round each peer is answered once, even if another sends many lines",
+          "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path()});
   const auto loud = bench.peer();
@@ -125,7 +126,7 @@ TEST_CASE("in a round each peer is answered once, however much another sends", "
   CHECK(bench.count("loud") == 500);
 }
 
-TEST_CASE("sixteen peers that flood a limited socket cost the other one answer a round",
+TEST_CASE("sixteen peers that flood a limited socket cost the other socket one answer per round",
           "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path("control.sock")});
@@ -141,11 +142,11 @@ TEST_CASE("sixteen peers that flood a limited socket cost the other one answer a
   bench.rounds(40);
   CHECK(bench.count("control") == 40);
   CHECK(bench.answered.size() == 80);
-  // And they take turns: within 40 answers each of the 16 had at least two.
+  // They take turns: within 40 answers each of the 16 got at least two.
   for (int i = 0; i < 16; ++i) CHECK(bench.count("page " + std::to_string(i)) >= 2);
 }
 
-TEST_CASE("turns stay fair when peers go", "[os][socket]") {
+TEST_CASE("turns stay fair when peers leave", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path(), .lines_a_round = 1});
   std::vector<std::unique_ptr<Peer>> peers;
@@ -159,12 +160,12 @@ TEST_CASE("turns stay fair when peers go", "[os][socket]") {
   for (int i = 1; i < 4; ++i) CHECK(bench.count(std::to_string(i)) >= 7);
 }
 
-TEST_CASE("beyond the rate lines wait, and none is lost", "[os][socket]") {
+TEST_CASE("beyond the rate lines wait, without losses", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path(), .lines_per_second = 2.0});
   const auto peer = bench.peer();
   peer->send(repeated("x", 8));
-  // Without the rate it would be 8; with it they take 3 s.
+  // Without the rate there would be 8 answers. With the rate they take 3 s.
   bench.rounds(8);
   const bool held = bench.answered.size() < 8;
   std::string received;
@@ -176,7 +177,7 @@ TEST_CASE("beyond the rate lines wait, and none is lost", "[os][socket]") {
   CHECK(held);
 }
 
-TEST_CASE("who waits for a later answer keeps nobody waiting", "[os][socket]") {
+TEST_CASE("a peer with a delayed answer doesn't delay others", "[os][socket]") {
   Bench bench;
   bool there = false;
   bench.server.listen({.path = bench.path()}, [&](std::string_view line, unsigned) {
@@ -194,12 +195,12 @@ TEST_CASE("who waits for a later answer keeps nobody waiting", "[os][socket]") {
   other->send("other\n");
   bench.rounds(2);
   CHECK(other->received() == "other\n");
-  CHECK(bench.count("next") == 0);  // answers come in order
+  CHECK(bench.count("next") == 0);  // answers are sent in order
   there = true;
   bench.rounds(3);
   CHECK(waits->received() == "now\nnext\n");
 
-  // One that has hung up meanwhile is done with when its answer is there.
+  // A peer that has hung up meanwhile is closed when its answer is ready.
   there = false;
   waits->send("later\n");
   waits->end();
@@ -210,7 +211,7 @@ TEST_CASE("who waits for a later answer keeps nobody waiting", "[os][socket]") {
   CHECK(waits->closed());
 }
 
-TEST_CASE("a line without end is not gathered for ever", "[os][socket]") {
+TEST_CASE("a line without end is cut off", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path()});
   const auto endless = bench.peer();
@@ -223,7 +224,7 @@ TEST_CASE("a line without end is not gathered for ever", "[os][socket]") {
   CHECK(bench.answered.empty());
 }
 
-TEST_CASE("who does not read his answer is not read from, and keeps nobody waiting",
+TEST_CASE("a peer that doesn't read its answers is not read from, and doesn't delay others",
           "[os][socket]") {
   Bench bench;
   int large = 0;
@@ -241,7 +242,7 @@ TEST_CASE("who does not read his answer is not read from, and keeps nobody waiti
     CHECK(other->received() == "small\n");
   }
   CHECK(large == 1);
-  // It reads after all, and gets the whole of it.
+  // It reads at last, and receives the whole answer.
   std::string received;
   for (int i = 0; i < 10'000 && received.size() < 4'000'001; ++i) {
     received += slow->received();
@@ -250,7 +251,7 @@ TEST_CASE("who does not read his answer is not read from, and keeps nobody waiti
   CHECK(received.substr(0, 4'000'001).back() == '\n');
 }
 
-TEST_CASE("all peers of a socket that don't read hold no more than its bound", "[os][socket]") {
+TEST_CASE("the peers of a socket that don't read occupy at most its bound", "[os][socket]") {
   Bench bench;
   int large = 0;
   bench.server.listen({.path = bench.path()}, [&](std::string_view, unsigned) {
@@ -263,10 +264,10 @@ TEST_CASE("all peers of a socket that don't read hold no more than its bound", "
     peers.back()->send("large\n");
   }
   bench.rounds(20);
-  CHECK(large == 3);  // 16 MiB, and the one that goes beyond
+  CHECK(large == 3);  // 16 MiB, and the answer that exceeds it
 }
 
-TEST_CASE("beyond its places a socket takes nobody, and places come free", "[os][socket]") {
+TEST_CASE("a full socket refuses peers until a place is free", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path(), .most_peers = 2});
   auto first = bench.peer();
@@ -282,7 +283,7 @@ TEST_CASE("beyond its places a socket takes nobody, and places come free", "[os]
   CHECK(fourth->received() == "here\n");
 }
 
-TEST_CASE("who sends no more still gets his answers", "[os][socket]") {
+TEST_CASE("a peer that has stopped sending still receives its answers", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path()});
   const auto peer = bench.peer();
@@ -293,7 +294,7 @@ TEST_CASE("who sends no more still gets his answers", "[os][socket]") {
   CHECK(peer->closed());
 }
 
-TEST_CASE("what was sent before a hang-up is still done", "[os][socket]") {
+TEST_CASE("lines sent before a hang-up are still executed", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path()});
   auto peer = bench.peer();
@@ -303,7 +304,7 @@ TEST_CASE("what was sent before a hang-up is still done", "[os][socket]") {
   CHECK(bench.count("order") == 1);
 }
 
-TEST_CASE("a handler that throws ends its peer's connection alone", "[os][socket]") {
+TEST_CASE("a handler that throws ends only its peer's connection", "[os][socket]") {
   Bench bench;
   bench.server.listen({.path = bench.path()}, [](std::string_view line, unsigned) {
     if (line == "bad") throw std::bad_alloc();
@@ -318,7 +319,7 @@ TEST_CASE("a handler that throws ends its peer's connection alone", "[os][socket
   CHECK(good->received() == "good\n");
 }
 
-TEST_CASE("sockets come and go while others are served", "[os][socket]") {
+TEST_CASE("sockets are opened and closed while others are served", "[os][socket]") {
   Bench bench;
   bench.listen({.path = bench.path("a.sock")});
   bench.listen({.path = bench.path("b.sock")});
@@ -335,7 +336,7 @@ TEST_CASE("sockets come and go while others are served", "[os][socket]") {
   CHECK_FALSE(bench.peer("b.sock")->closed());
 }
 
-TEST_CASE("a socket is its owner's and his group's, whatever the umask", "[os][socket]") {
+TEST_CASE("a socket belongs to its owner and the owner's group, with any umask", "[os][socket]") {
   Bench bench;
   const mode_t before = umask(0);
   bench.listen({.path = bench.path()});
@@ -346,7 +347,7 @@ TEST_CASE("a socket is its owner's and his group's, whatever the umask", "[os][s
   CHECK((status.st_mode & 07777U) == 0660U);
 }
 
-TEST_CASE("one left over from a crash is replaced, one that is served is not", "[os][socket]") {
+TEST_CASE("a socket left by a crash is replaced, a served one is not", "[os][socket]") {
   Bench bench;
   loopwarden::tests::write_file(bench.path(), "left over");
   bench.listen({.path = bench.path()});

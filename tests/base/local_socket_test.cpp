@@ -24,7 +24,7 @@ namespace {
 constexpr milliseconds kShort{30};
 constexpr milliseconds kLong{20'000};
 
-// Listens, and takes up and reads what a test says.
+// Listens, and accepts and reads as the test requests.
 class Listener {
  public:
   explicit Listener(const std::string& path)
@@ -61,7 +61,7 @@ class Listener {
 
 }  // namespace
 
-TEST_CASE("a stopped daemon whose queue of connections is full holds nobody") {
+TEST_CASE("a stopped daemon with a full queue of connections blocks no client") {
   const TemporaryFolder folder;
   const std::string path = (folder / "s").string();
   const Listener listener(path);
@@ -73,11 +73,11 @@ TEST_CASE("a stopped daemon whose queue of connections is full holds nobody") {
       ++refused;
     }
   }
-  // Each client's place is given up as it ends, but the queue keeps it: the first ones fill it.
+  // Each client closes its connection, but the queue keeps it. The first clients fill the queue.
   CHECK(refused >= 3);
 }
 
-TEST_CASE("who waits for a place in a full queue gets it when there is one") {
+TEST_CASE("a client that waits for a place in a full queue gets the next free one") {
   const TemporaryFolder folder;
   const std::string path = (folder / "s").string();
   Listener listener(path);
@@ -89,18 +89,18 @@ TEST_CASE("who waits for a place in a full queue gets it when there is one") {
   later.join();
 }
 
-TEST_CASE("a daemon that reads nothing holds nobody, however long the line") {
+TEST_CASE("a daemon that doesn't read blocks no client, even with a long line") {
   const TemporaryFolder folder;
   const std::string path = (folder / "s").string();
   const Listener listener(path);
   LocalClient client(path, kLong);
   CHECK_THROWS_WITH(client.request(std::string(8'000'000, 'x'), kShort),
                     Catch::Contains("did not answer in time"));
-  // Half of a line has gone: no other may follow it.
+  // Half of a line was sent, so no other line can follow.
   CHECK_THROWS_WITH(client.request("x", kShort), Catch::Contains("closed the connection"));
 }
 
-TEST_CASE("a late answer is not taken for that of the next line") {
+TEST_CASE("a late answer is not mistaken for the answer to the next line") {
   const TemporaryFolder folder;
   const std::string path = (folder / "s").string();
   Listener listener(path);
@@ -116,7 +116,7 @@ TEST_CASE("a late answer is not taken for that of the next line") {
   daemon.join();
 }
 
-TEST_CASE("an answer that drips in is waited for no longer than told") {
+TEST_CASE("the wait for a slow answer ends at the time-out") {
   const TemporaryFolder folder;
   const std::string path = (folder / "s").string();
   Listener listener(path);

@@ -11,7 +11,8 @@ namespace newest_value_test {
 
 using loopwarden::base::NewestValue;
 
-TEST_CASE("before anything is published the box holds its initial value", "[os][newest_value]") {
+TEST_CASE("before the first value is published the buffer holds its initial value",
+          "[os][newest_value]") {
   NewestValue<int> box(7);
   int value = 0;
   CHECK_FALSE(box.fetch(value));
@@ -19,7 +20,7 @@ TEST_CASE("before anything is published the box holds its initial value", "[os][
   CHECK(box.newest() == 7);
 }
 
-TEST_CASE("a value is fetched once and stays in the box", "[os][newest_value]") {
+TEST_CASE("a value is fetched once and stays in the buffer", "[os][newest_value]") {
   NewestValue<int> box;
   box.publish(1);
   int value = 0;
@@ -31,7 +32,7 @@ TEST_CASE("a value is fetched once and stays in the box", "[os][newest_value]") 
   CHECK(box.newest() == 1);
 }
 
-TEST_CASE("values that nobody fetched are overwritten by the newest", "[os][newest_value]") {
+TEST_CASE("values that were not fetched are overwritten by the newest", "[os][newest_value]") {
   NewestValue<int> box;
   for (int i = 1; i <= 5; ++i) box.publish(i);
   int value = 0;
@@ -54,12 +55,12 @@ TEST_CASE("values that nobody fetched are overwritten by the newest", "[os][newe
   }
 }
 
-TEST_CASE("newest() sees what was published since", "[os][newest_value]") {
+TEST_CASE("newest() returns a value published since", "[os][newest_value]") {
   NewestValue<int> box(3);
   const int& first = box.newest();
   CHECK(first == 3);
   box.publish(4);
-  CHECK(first == 3);  // untouched until the next call
+  CHECK(first == 3);  // unchanged until the next call
   CHECK(box.newest() == 4);
 }
 
@@ -86,7 +87,8 @@ TEST_CASE("between two threads no value is torn, lost for ever or older than one
   bool fresh_lies = false;
   Block block;
   while (true) {
-    const bool ended = done.load();  // before the fetch: what was published until then must be seen
+    // before the fetch, which must return any value published until then
+    const bool ended = done.load();
     const bool fresh = box.fetch(block);
     for (const std::uint64_t word : block.words) torn = torn || word != block.words[0];
     went_back = went_back || block.words[0] < last;

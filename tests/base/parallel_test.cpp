@@ -12,7 +12,7 @@ namespace parallel_test {
 
 using namespace loopwarden::base;
 
-TEST_CASE("every index is worked on once, however many threads", "[workbench]") {
+TEST_CASE("every index is processed once, with any number of threads", "[workbench]") {
   const unsigned threads = GENERATE(0U, 1U, 2U, 7U);
   std::vector<int> visits(100, 0);
   std::vector<std::size_t> progress;
@@ -29,7 +29,7 @@ TEST_CASE("no work is no error", "[workbench]") {
   CHECK_NOTHROW(parallel_for(0, 4, [](std::size_t) { throw std::runtime_error("called"); }));
 }
 
-TEST_CASE("an exception ends the work and is thrown on", "[workbench]") {
+TEST_CASE("an exception ends the work and is rethrown", "[workbench]") {
   const unsigned threads = GENERATE(1U, 2U);
   std::atomic<int> calls{0};
   const auto body = [&](std::size_t i) {

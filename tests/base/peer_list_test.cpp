@@ -33,7 +33,7 @@ bool within(const std::string& network, const std::string& host) {
 
 }  // namespace
 
-TEST_CASE("a network holds its addresses and no other", "[os][peers]") {
+TEST_CASE("a network contains its addresses and no other", "[os][peers]") {
   CHECK(within("192.168.10.0/24", "192.168.10.0"));
   CHECK(within("192.168.10.0/24", "192.168.10.255"));
   CHECK_FALSE(within("192.168.10.0/24", "192.168.11.0"));
@@ -51,7 +51,7 @@ TEST_CASE("a network holds its addresses and no other", "[os][peers]") {
   CHECK(within("10.0.0.0/8", "::ffff:10.1.2.3"));
 }
 
-TEST_CASE("what is no network is refused", "[os][peers]") {
+TEST_CASE("an invalid network is refused", "[os][peers]") {
   const std::string text =
       GENERATE(as<std::string>(), "", "plc", "10.0.0", "10.0.0.0/33", "10.0.0.0/-1", "10.0.0.0/",
                "10.0.0.0/8x", "10.0.0.1/24", "::1/129", "2001:db8::1/32", "/24", "10.0.0.0/8/8");
@@ -59,7 +59,7 @@ TEST_CASE("what is no network is refused", "[os][peers]") {
   CHECK_FALSE(parse_network(text));
 }
 
-TEST_CASE("who is on no list may do nothing; one entry is enough to write", "[os][peers]") {
+TEST_CASE("an address on no list has no access; one entry is enough to write", "[os][peers]") {
   const PeerList nobody({});
   CHECK_FALSE(nobody.may_connect(address("127.0.0.1")));
   const PeerList list({{*parse_network("10.0.0.0/8"), false}, {*parse_network("10.0.0.7"), true}});

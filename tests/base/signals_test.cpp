@@ -13,7 +13,7 @@ namespace loopwarden::signals_test {
 
 using namespace std::chrono_literals;
 
-TEST_CASE("a signal that is blocked waits until it is taken, once") {
+TEST_CASE("a blocked signal waits until it is taken, once") {
   int none = -1;
   int got = -1;
   int again = -1;

@@ -10,11 +10,11 @@ namespace spsc_ring_test {
 
 using loopwarden::base::SpscRing;
 
-TEST_CASE("a ring gives back what was put in, in order", "[os][ring]") {
+TEST_CASE("a ring returns its items in order", "[os][ring]") {
   SpscRing<int> ring(8);
   int item = 0;
   CHECK_FALSE(ring.try_pop(item));
-  for (int round = 0; round < 50; ++round) {  // many times around
+  for (int round = 0; round < 50; ++round) {  // wraps many times
     for (int i = 0; i < 5; ++i) REQUIRE(ring.try_push(10 * round + i));
     for (int i = 0; i < 5; ++i) {
       REQUIRE(ring.try_pop(item));
@@ -25,7 +25,7 @@ TEST_CASE("a ring gives back what was put in, in order", "[os][ring]") {
   CHECK(ring.dropped() == 0);
 }
 
-TEST_CASE("room is at least what was asked for", "[os][ring]") {
+TEST_CASE("the room is at least the requested one", "[os][ring]") {
   const std::size_t asked = GENERATE(1U, 2U, 3U, 8U, 9U, 1000U);
   SpscRing<int> ring(asked);
   CHECK(ring.capacity() >= asked);
@@ -33,7 +33,7 @@ TEST_CASE("room is at least what was asked for", "[os][ring]") {
   CHECK_FALSE(ring.try_push(-1));
 }
 
-TEST_CASE("the writer can ask what is sure to be taken", "[os][ring]") {
+TEST_CASE("the writer can ask how many items are certain to be accepted", "[os][ring]") {
   SpscRing<int> ring(8);
   CHECK(ring.room() == 8);
   for (int i = 0; i < 8; ++i) {
@@ -54,7 +54,7 @@ TEST_CASE("a full ring refuses the new item, counts it and keeps the old", "[os]
   int item = -1;
   REQUIRE(ring.try_pop(item));
   CHECK(item == 0);
-  CHECK(ring.try_push(6));  // room again
+  CHECK(ring.try_push(6));  // there is room again
   for (const int expected : {1, 2, 3, 6}) {
     REQUIRE(ring.try_pop(item));
     CHECK(item == expected);
@@ -77,7 +77,7 @@ TEST_CASE("the counters of a ring may wrap", "[os][ring]") {
   }
 }
 
-TEST_CASE("between two threads nothing is lost, doubled or torn but what was refused",
+TEST_CASE("between two threads no item is lost, doubled or torn, except refused ones",
           "[os][ring]") {
   struct Item {
     std::uint64_t number = 0;
@@ -89,7 +89,7 @@ TEST_CASE("between two threads nothing is lost, doubled or torn but what was ref
   std::thread writer([&] {
     for (std::uint64_t i = 1; i <= kItems; ++i) {
       const Item item{i, {i, i, i, i}};
-      // Half of the items insist, the others are lost if there is no room.
+      // Half of the items are retried. The others are lost if there is no room.
       bool pushed = ring.try_push(item);
       while (!pushed && i % 2 == 0) {
         ++refused;

@@ -10,7 +10,7 @@ namespace text_tools_test {
 using namespace loopwarden::base;
 using namespace std::string_view_literals;
 
-TEST_CASE("a name is read as words, and a path is one word of a shell", "[text]") {
+TEST_CASE("a name is split into words, and a path is one word of a shell", "[text]") {
   CHECK(in_words("not_enough_movement") == "not enough movement");
   CHECK(as_shell_word("/etc/loopwardend-2") == "/etc/loopwardend-2");
   CHECK(as_shell_word("/srv/plant's files") == "'/srv/plant'\\''s files'");
@@ -18,18 +18,18 @@ TEST_CASE("a name is read as words, and a path is one word of a shell", "[text]"
   CHECK(as_shell_word("").size() == 2);
 }
 
-TEST_CASE("spaces and tabs at the ends go, others stay", "[text]") {
+TEST_CASE("spaces and tabs at the ends are removed, others stay", "[text]") {
   CHECK(trimmed(" \ta b\t ") == "a b");
   CHECK(trimmed("a\n") == "a\n");
   CHECK(trimmed(" \t").empty());
 }
 
-TEST_CASE("only ASCII letters become small", "[text]") {
+TEST_CASE("only ASCII letters become lower case", "[text]") {
   CHECK(lower_case("AZ[a") == "az[a");
   CHECK(lower_case("\xC3\x84") == "\xC3\x84");
 }
 
-TEST_CASE("what is no unreserved character of a URL is percent-encoded", "[text]") {
+TEST_CASE("characters of a URL that are not unreserved are percent-encoded", "[text]") {
   CHECK(percent_encoded("aZ09-._~") == "aZ09-._~");
   CHECK(percent_encoded("a b/\xC3\xA4%\0"sv) == "a%20b%2F%C3%A4%25%00");
 }
@@ -50,7 +50,7 @@ TEST_CASE("the first byte that is not UTF-8 is found", "[text]") {
   }
 }
 
-TEST_CASE("text may end within a character where only its start is there", "[text]") {
+TEST_CASE("text may end within a character if only its start is present", "[text]") {
   for (const std::string_view start : {"a\xC3"sv, "a\xE2\x82"sv, "\xF0\x9F\x98"sv}) {
     CHECK_FALSE(is_utf8(start));
     CHECK(is_start_of_utf8(start));

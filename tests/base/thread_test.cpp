@@ -18,7 +18,7 @@ using namespace loopwarden::base;
 
 namespace {
 
-// What the started thread finds out about itself, once start() has set it all up.
+// Properties of the started thread, which it reads after start() has set them.
 struct Seen {
   std::string name;
   int policy = -1;
@@ -77,7 +77,7 @@ TEST_CASE("a thread runs its body and is joined", "[os][thread]") {
   thread.join();
   CHECK_FALSE(thread.running());
   CHECK(runs == 1);
-  thread.join();  // harmless
+  thread.join();  // has no effect
 
   SECTION("and can be started again") {
     thread.start({.name = "worker"}, [&] { ++runs; });
@@ -100,20 +100,21 @@ TEST_CASE("its destructor waits for it", "[os][thread]") {
   CHECK(ended);
 }
 
-TEST_CASE("it has its name, shortened to what the kernel takes", "[os][thread]") {
+TEST_CASE("it has its name, shortened to the length that the kernel accepts", "[os][thread]") {
   CHECK(start({.name = "bus:valve-2"}).seen.name == "bus:valve-2");
   CHECK(start({.name = "a-name-that-is-too-long"}).seen.name == "a-name-that-is-");
 }
 
-TEST_CASE("it has the stack it was given, and ordinary scheduling unless asked", "[os][thread]") {
+TEST_CASE("it has the requested stack, and ordinary scheduling unless requested otherwise",
+          "[os][thread]") {
   const Started started = start({.name = "worker", .stack_bytes = 512 * 1024});
   CHECK(started.refused.empty());
   CHECK(started.seen.stack_bytes >= 512 * 1024);
-  CHECK(started.seen.stack_bytes < 1024 * 1024);  // a sanitizer adds its own
+  CHECK(started.seen.stack_bytes < 1024 * 1024);  // a sanitizer adds its own size
   CHECK(started.seen.policy == SCHED_OTHER);
 }
 
-TEST_CASE("real-time priority is granted, or refused in words while the thread runs on",
+TEST_CASE("real-time priority is granted, or refused with a reason while the thread continues",
           "[os][thread]") {
   const Started started = start({.name = "worker", .fifo_priority = 10});
   if (started.refused.empty()) {
@@ -125,7 +126,7 @@ TEST_CASE("real-time priority is granted, or refused in words while the thread r
   }
 }
 
-TEST_CASE("real-time priority is there from its first instruction on", "[os][thread]") {
+TEST_CASE("real-time priority is set from its first instruction on", "[os][thread]") {
   for (int i = 0; i < 50; ++i) {
     std::atomic<int> policy{-1};
     Thread thread;
@@ -136,19 +137,19 @@ TEST_CASE("real-time priority is there from its first instruction on", "[os][thr
   }
 }
 
-TEST_CASE("a CPU is granted, or refused in words while the thread runs on", "[os][thread]") {
+TEST_CASE("a CPU is granted, or refused with a reason while the thread continues", "[os][thread]") {
   const Started first = start({.name = "worker", .cpu = 0});
   if (first.refused.empty()) {
     CHECK(first.seen.cpus == 1);
     CHECK(first.seen.first_cpu);
   }
-  // There is no such CPU.
+  // This CPU does not exist.
   const Started none = start({.name = "worker", .cpu = CPU_SETSIZE - 1});
   CHECK(none.refused.find("CPU 1023 refused") != std::string::npos);
   CHECK(none.seen.name == "worker");
 }
 
-TEST_CASE("a thread that can't be had at all is an error", "[os][thread]") {
+TEST_CASE("a thread that can't be created is an error", "[os][thread]") {
   Thread thread;
   CHECK_THROWS_AS(thread.start({.name = "giant", .stack_bytes = std::size_t{1} << 60U}, [] {}),
                   std::system_error);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as an archive or a workbook, sizes and offsets of its directory included.
+// Reads any bytes as an archive or a workbook, including sizes and offsets of its directory.
 #include "tests/fuzz/import_check.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as a loop file and as loopwardend.yaml: never a crash, and never silence about a file
-// that is not accepted.
+// Reads any bytes as a loop file and as loopwardend.yaml. The reader must not crash, and must
+// report every refused file.
 #include <cstdint>
 #include <cstdlib>
 #include <map>

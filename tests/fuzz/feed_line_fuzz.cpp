@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Anything as a line of a feeder. What is taken of it is of use: names, finite numbers, one quality; a value is missing
-// with quality bad alone; what is answered is one line of JSON with the line's own id.
+// Reads any bytes as a line of a feeder. An accepted line has names, finite numbers and one
+// quality. Only quality bad allows a missing value. The answer is one line of JSON with the line's
+// id.
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>

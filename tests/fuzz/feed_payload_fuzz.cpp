@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as what a broker delivers to loopwarden-feed: of a plain topic by each kind of rule, and as each message of a
-// foreign edge node's life. What comes of it is fit for feed.sock.
+// Delivers any bytes to loopwarden-feed: as a plain topic by each kind of rule, and as each message
+// of a foreign edge node's life. The resulting lines must be valid for feed.sock.
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -20,7 +20,7 @@ using protocol::FedValue;
 using sparkplug::MessageType;
 using tests::fuzz::require;
 
-// The daemon reads each value as it was meant.
+// The daemon reads each value as the feeder sent it.
 void check(const std::vector<FedValue>& values) {
   std::size_t read = 0;
   for (const std::string& line : protocol::write_feed_lines(values)) {
@@ -91,8 +91,8 @@ sparkplug::Metric metric(const char* name, sparkplug::DataType type, sparkplug::
   return made;
 }
 
-// A node that is there, and any bytes as its death: all its values are bad, unless the death is
-// readably of another connection.
+// Any bytes are sent as the death of a live node. All its values become bad, unless the death is
+// readable and of another connection.
 void death(std::string_view bytes) {
   using sparkplug::DataType;
   feed::ForeignEdges edges({{"node", "g", "e", "", "pv"}});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every export that is read promises: it is refused with its name and a reason, or every loop in it becomes a record.
+// Checks an import: it is refused with its name and a reason, or every loop in it becomes a record.
 #pragma once
 
 #include <unistd.h>
@@ -31,14 +31,14 @@ inline void check(const Imported& imported) {
   check_column(record, record.stem, record.has_stem, record.missing_stem);
 }
 
-// Any bytes as a file with this ending.
+// Imports any bytes as a file with this extension.
 inline void check_export(const std::uint8_t* data, std::size_t size, const char* ending) {
   static const std::filesystem::path path =
       "/dev/shm/loopwarden_import_fuzz_" + std::to_string(::getpid()) + ending;
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   ImportOptions options;
-  // Few samples: what a wild pair of times asks for is refused for its size elsewhere.
+  // Few samples, because another test covers the size that a wild pair of times would need.
   options.most_samples = 10000;
   try {
     Importer importer({path}, options);

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0 Anything as the file of the loops' last orders, with a
-// checksum that is right. What is taken of it is finite, and is the same when it is written and
-// read again.
+// SPDX-License-Identifier: Apache-2.0
+// Reads any bytes with a correct checksum as the file of the loops' last orders. Accepted orders
+// are finite, and are the same after they are written and read again.
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Anything as the name of somebody who logs in by a directory. What is asked for is a name of few characters; as a value
-// in a filter any bytes stay one value and the same bytes.
+// Reads any bytes as the name of a user who logs in by a directory. The resulting name has few
+// characters. In a filter any bytes stay one value and the same bytes.
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -21,7 +21,7 @@ int digit(char c) {
   return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-// As a server reads a value (RFC 4515).
+// Returns the value that a server reads (RFC 4515).
 std::optional<std::string> read_back(std::string_view value) {
   std::string bytes;
   for (std::size_t i = 0; i < value.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as a loop model: never a crash; a model that is accepted is written back equal and can
-// be simulated.
+// Reads any bytes as a loop model. The reader must not crash. An accepted model is written back
+// equal and can be simulated.
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A device that answers with anything. The bytes go through a socket or a pseudo-terminal to the
-// very transport that the bus threads use; a reply counts only if a check of its own, written from
-// the Modbus specification, finds it to be the answer to this request.
+// A device that answers with any bytes. The bytes pass through a socket or a pseudo-terminal to the
+// transport of the bus threads. A reply may count only if a separate check, written from the Modbus
+// specification, accepts it as the answer to this request.
 #include <fcntl.h>
 #include <pty.h>
 #include <sys/socket.h>
@@ -35,7 +35,8 @@ std::size_t word(Bytes bytes, std::size_t at) {
   return static_cast<std::size_t>(bytes[at]) * 256 + bytes[at + 1];
 }
 
-// Length of the unit and data at the start of `bytes` if they carry a value for `request`, else 0.
+// Returns the length of the unit and data at the start of `bytes` if they carry a value for
+// `request`, otherwise 0.
 std::size_t answer_length(Bytes bytes, const Request& request) {
   if (bytes.size() < 3 || bytes[0] != request.unit) return 0;
   if (bytes[1] != request.function) return 0;
@@ -49,7 +50,7 @@ std::size_t answer_length(Bytes bytes, const Request& request) {
                                                                                          : 0;
 }
 
-// Whether the stream begins with a TCP frame that carries a value for `request`.
+// Returns whether the stream begins with a TCP frame that carries a value for `request`.
 bool tcp_answers(Bytes stream, const Request& request, std::uint16_t number) {
   if (stream.size() < 9 || word(stream, 0) != number || word(stream, 2) != 0) return false;
   const std::size_t length = answer_length(stream.subspan(6), request);
@@ -74,7 +75,7 @@ bool rtu_answers_here(Bytes stream, const Request& request) {
   return stream[length] == (sum & 0xFF) && stream[length + 1] == sum >> 8;
 }
 
-// Behind up to four stray bytes.
+// After up to four stray bytes.
 bool rtu_answers_behind_stray(Bytes stream, const Request& request) {
   for (std::size_t stray = 0; stray <= 4 && stray <= stream.size(); ++stray) {
     if (rtu_answers_here(stream.subspan(stray), request)) return true;
@@ -82,8 +83,8 @@ bool rtu_answers_behind_stray(Bytes stream, const Request& request) {
   return false;
 }
 
-// Where the request itself stands first, it is an echo, unless it is the reply to a write of one
-// register.
+// If the stream starts with the request itself, this is an echo, unless it is the reply to a write
+// of one register.
 bool rtu_answers(Bytes stream, const Request& request) {
   std::vector<std::uint8_t> echo(request.view().begin(), request.view().end());
   const std::uint16_t sum = crc(echo);
@@ -124,11 +125,11 @@ void fuzz_tcp(const Request& request, Bytes stream, bool stay_open, bool twice) 
   }
   ModbusTransport transport(settings, waiter);
   if (!transport.adopt(sockets[0])) fail("socket not taken");
-  // The reply is there before the request: libmodbus does not mind, and no time is lost.
+  // The reply is sent before the request. libmodbus accepts this, and it saves time.
   if (::write(sockets[1], stream.data(), stream.size()) != static_cast<ssize_t>(stream.size())) {
     fail("write");
   }
-  if (!stay_open) ::shutdown(sockets[1], SHUT_WR);  // a short reply shows without a timeout
+  if (!stay_open) ::shutdown(sockets[1], SHUT_WR);  // a short reply is detected without a time-out
 
   Reply reply;
   const Outcome first = transport.exchange(request, reply, ModbusTransport::Settle::full);
@@ -138,7 +139,7 @@ void fuzz_tcp(const Request& request, Bytes stream, bool stay_open, bool twice) 
     fail("connection kept after a failure");
   }
   if (twice && transport.connected()) {
-    // What is left of the stream must not answer the next request unless it fits that one.
+    // The remaining stream must not answer the next request unless it is valid for that one.
     const std::size_t used = std::min(6 + word(stream, 4), stream.size());
     const Outcome second = transport.exchange(request, reply, ModbusTransport::Settle::full);
     if ((second == Outcome::valid) != tcp_answers(stream.subspan(used), request, 2)) {
@@ -185,10 +186,10 @@ void fuzz_rtu(const Request& request, Bytes stream) {
 
 }  // namespace
 
-// First byte: kind of request. Second: bit 0 puts the right frame around the bytes, bit 1 keeps the
-// connection open behind them, bit 2 asks twice, bit 3 takes a serial line instead of TCP, bits 4
-// and 5 put an echo and up to three stray bytes (bits 6 and 7) before them on it. The rest is what
-// the device sends.
+// First byte: kind of request. Second byte: bit 0 puts the right frame around the bytes. Bit 1
+// keeps the connection open after them. Bit 2 asks twice. Bit 3 uses a serial line instead of TCP.
+// On it, bits 4 and 5 put an echo and up to three stray bytes (bits 6 and 7) before them. The
+// device sends the other bytes.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   const std::uint8_t unit = 1;

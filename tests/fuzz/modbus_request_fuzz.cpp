@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A master that asks for anything. Every request is answered by a PDU that the Modbus specification
-// allows as its answer; nothing is written for one that may not write; every float is finite.
+// A master that sends any request. Every answer is a PDU that the Modbus specification allows for
+// the request. A master without write access writes no register. Every float is finite.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -61,7 +61,8 @@ void check_answer(Bytes request, Bytes reply) {
 
 }  // namespace
 
-// First byte: bit 0 lets the master write, bits 1 and 2 are the word order. The rest is the request.
+// First byte: bit 0 gives the master write access, bits 1 and 2 are the word order. The other bytes
+// are the request.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   tests::FakeLoops plant(3);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// A browser that asks for anything, with anybody's cookie: every handler, on a daemon whose answers are drawn from the
-// input as well. Whatever comes, there is an answer with a known status, its head is whole, what is JSON is JSON, and nobody orders
-// who may not.
+// A browser that sends any request with any user's cookie to every handler. The input also gives
+// the daemon's answers. Each answer must have a known status and a complete head, and JSON must be
+// valid. Users without the right must not send orders.
 //
-// The input is text (tests/fuzz/corpus/page_request): who asks, and "token" if he knows his CSRF token; the request as
-// HTTP has it; a line "----"; what the daemon answers, each time a line.
+// The input is text (tests/fuzz/corpus/page_request). It has these parts:
+// - the user, and "token" if the user sends the right CSRF token
+// - the request in the form of HTTP
+// - a line "----"
+// - the answers of the daemon, one per line
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -31,7 +34,8 @@ void require(bool holds, const char* what) {
   std::abort();
 }
 
-// What stands before `end`, which goes with it; all of the text where it has none.
+// Removes and returns the text before `end`, and removes `end`. Without `end`, returns all of the
+// text.
 std::string take(std::string_view& text, std::string_view end) {
   const std::size_t at = std::min(text.find(end), text.size());
   std::string taken(text.substr(0, at));
@@ -51,7 +55,7 @@ RequestHead head_from(std::string_view& input) {
   return head;
 }
 
-// The daemon says what it likes; most of it is no answer to what was asked.
+// The daemon answers with any text, which is rarely a valid answer.
 json answer_from(std::string_view& input) {
   const std::string line = take(input, "\n");
   json answer = json::parse(line, nullptr, false);
@@ -59,7 +63,8 @@ json answer_from(std::string_view& input) {
   return answer;
 }
 
-// With rights of its own, once for all inputs: what they do to sessions and tries is part of it.
+// A page with users and rights, shared by all inputs, so that their effects on sessions and
+// attempts are tested too.
 tests::ApiRig& rig() {
   static tests::ApiRig one(true);
   static const bool filled = [] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as a record: it is refused with a place in the file, or it keeps what the format
-// promises and survives being written and read again.
+// Reads any bytes as a record. It is refused with a place in the file, or it satisfies the format
+// and survives being written and read again.
 #include <unistd.h>
 
 #include <algorithm>
@@ -66,7 +66,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   check(record);
 
-  // Steps at the edge of the 1 % may cross it when times are rounded; the values never change.
+  // Steps near the limit of 1 % can cross it when times are rounded. The values never change.
   write_record(record, scratch());
   try {
     const Record again = read_record(scratch());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every record promises, whatever it was read from; a fuzzer stops where it is not kept.
+// Requirements of every record, from any source. A fuzzer stops if one is not satisfied.
 #pragma once
 
 #include <cmath>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as a segment file: first as they are, then with their check sums put right, so that
-// what lies behind the check sums is reached. What is read is exported and the CSV files read
-// again.
+// Reads any bytes as a segment file: first unchanged, then with corrected check sums, so that the
+// code after the check is reached. The rows are exported and the CSV files read again.
 #include <unistd.h>
 
 #include <algorithm>
@@ -44,7 +43,7 @@ void check_parse(std::span<const char> bytes) {
   }
 }
 
-// Sound check sums around the header fields and rows in `bytes`.
+// Puts correct check sums around the header fields and rows in `bytes`.
 std::vector<char> put_right(std::span<const char> bytes) {
   SegmentHeader header{.sequence = 1, .run = 1, .loop = "F/1", .period_s = 0.1};
   const auto take = [&bytes](auto& field) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Anything as a line on each of the daemon's sockets, with each set of rights. Whatever is asked, the answer is one line of
-// JSON that says whether it was done; a socket that may not order does not; and what the loop makes of all orders stays
-// within its limits.
+// Sends any bytes as a line to each of the daemon's sockets, with each set of rights. The answer is
+// always one line of JSON with the outcome. A socket without rights executes no order. The outputs
+// of the loop stay within its limits.
 #include <spdlog/spdlog.h>
 
 #include <cstdint>
@@ -32,7 +32,7 @@ struct Plant : Console {
     if (const auto* text = std::get_if<std::string>(&given)) return *text;
     const auto& later = std::get<base::LocalServer::Later>(given);
     std::optional<std::string> text;
-    while (!text) text = later();  // it comes with the journal's line, or without
+    while (!text) text = later();  // the answer arrives with the journal's line or without it
     return *text;
   }
 };
@@ -47,7 +47,7 @@ void check_answer(const std::string& text) {
 
 }  // namespace
 
-// First byte: bits 0 and 1 are the socket, 2 to 4 what it may order. The rest is the line.
+// First byte: bits 0 and 1 select the socket, bits 2 to 4 its rights. The other bytes are the line.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static Plant plant;
   if (size < 2) return 0;

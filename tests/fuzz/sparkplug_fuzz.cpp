@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as a Sparkplug payload, from a broker that anybody may write to: decoded or refused, and what was decoded
-// goes through the host's ingest and an edge's commands
+// Reads any bytes as a Sparkplug payload from a broker with public write access. The payload is
+// decoded or refused. A decoded payload passes through the host's ingest and an edge's commands
 // without harm.
 #include <cstdint>
 #include <string>
@@ -39,7 +39,7 @@ void check_again(const sparkplug::Payload& payload) {
           "what was decoded is encoded and decoded the same");
 }
 
-// The bytes as each message of a node's life.
+// Uses the bytes as each message of a node's life.
 void live(const std::string& bytes) {
   fleet::Ingest ingest;
   std::vector<fleet::Arrival> arrivals;

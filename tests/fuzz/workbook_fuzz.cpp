@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any XML as the parts of a workbook, which no checksum guards here: "@@NAME" in a line of its own begins each.
+// Reads any XML as the parts of a workbook, without a checksum. A separate line "@@NAME" begins
+// each part.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -51,7 +52,7 @@ std::map<std::string, std::string_view> parts_of(std::string_view input) {
   return parts;
 }
 
-// Up to 16 MiB of it: a row may ask for a million lines.
+// At most 16 MiB of rows, because a row can request a million lines.
 void read_sheet(Workbook& book, std::size_t sheet) {
   constexpr std::size_t kEnough = 16UL << 20U;
   const std::unique_ptr<ByteSource> source = book.open(sheet, "book/sheet");

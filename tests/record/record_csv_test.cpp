@@ -46,7 +46,7 @@ TEST_CASE("the mode column is understood in words and numbers, and never an erro
         std::vector<double>{1.0, 0.0, 1.0, 1.0, 0.0, 0.0});
   CHECK(std::isnan(record.automatic[6]));
   CHECK(std::isnan(record.automatic[7]));
-  // As programs write whole numbers of a column that has gaps.
+  // The form in which programs write whole numbers of a column with gaps.
   CHECK(record.automatic[8] == 1.0);
   CHECK(record.automatic[9] == 0.0);
   CHECK(std::isnan(record.automatic[10]));
@@ -82,7 +82,7 @@ TEST_CASE("optional columns may be absent") {
   CHECK(record.size() == 2);
 }
 
-TEST_CASE("what spreadsheets make of a file is read: CRLF, byte order mark, quotes, blanks") {
+TEST_CASE("changes by spreadsheets are accepted: CRLF, byte order mark, quotes, blanks") {
   const Record record = parse_record(
       "\xEF\xBB\xBF\"time\" , \"pv\"\r\n 0 ,\t+1.5\r\n0.1,\"-2e-3\"\r\n0.2,.5\r\n\r\n  \r\n",
       "r.csv");
@@ -123,11 +123,11 @@ TEST_CASE("empty cells are missing samples and are counted") {
   CHECK(record.missing_stem == 1);
 }
 
-TEST_CASE("the period comes out as the number that was meant") {
+TEST_CASE("the period is the intended number") {
   std::string text = "time,pv\n";
   for (int i = 0; i < 4000; ++i) text += std::to_string(0.1 * i) + ",1\n";
   CHECK(parse_record(text, "r").period_s == 0.1);
-  // UNIX time, where a double resolves a quarter of a microsecond.
+  // UNIX time. A double resolves a quarter of a microsecond.
   CHECK(parse_record("time,pv\n1700000000.1,1\n1700000000.2,1\n1700000000.3,1\n", "r").period_s ==
         0.1);
   CHECK(parse_record("time,pv\n0,1\n3e-8,1\n6e-8,1\n", "r").period_s == Approx(3e-8));
@@ -149,7 +149,7 @@ TEST_CASE("time must rise") {
   CHECK(failure_of("time,pv\n0,1\n1,1\n1,1\n").line == 4);
 }
 
-TEST_CASE("what is wrong is told with its line and column") {
+TEST_CASE("errors are reported with line and column") {
   struct Case {
     const char* text;
     std::size_t line;
@@ -198,7 +198,7 @@ TEST_CASE("what is wrong is told with its line and column") {
   }
 }
 
-TEST_CASE("the mistake of another line does not hide behind a long cell") {
+TEST_CASE("an error in another line is reported after a long cell") {
   const std::string text = "time,pv\n0,1\n1," + std::string(5000, 'x') + "\n";
   CHECK(failure_of(text).what.size() < 120);
 }
@@ -236,7 +236,8 @@ TEST_CASE("a written record reads back bit for bit") {
   }
 }
 
-TEST_CASE("rows are written in the fewest digits, what is not finite as an empty cell") {
+TEST_CASE(
+    "rows are written with the fewest digits, and values that are not finite as empty cells") {
   const TemporaryFolder folder;
   const fs::path path = folder / "r.csv";
   RecordCsvWriter writer(path, {.sp = false, .co = true, .stem = false, .more = {"flow", "mode"}});
@@ -301,7 +302,7 @@ TEST_CASE("names that would break the header are refused") {
   CHECK_FALSE(fs::exists(folder / "r.csv.tmp"));
 }
 
-TEST_CASE("a file that can't be opened, read or held is an error of its own kind") {
+TEST_CASE("a file that can't be opened, read or held has its own kind of error") {
   const TemporaryFolder folder;
   const auto kind_of = [](const fs::path& path, std::size_t limit) {
     try {

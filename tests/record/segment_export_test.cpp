@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::int64_t kNoonUtc = 1'763'726'400'000'000'000;  // 2025-11-21 12:00:00 UTC
 
-// A segment whose rows have the given period indices; period 0 is at noon.
+// A segment with rows at the given period indices. Period 0 is at noon.
 void add_segment(const fs::path& folder, std::uint64_t sequence, std::uint64_t run,
                  const std::vector<std::uint64_t>& periods) {
   const EncodedHeader header = encode(SegmentHeader{.sequence = sequence,
@@ -110,7 +110,7 @@ TEST_CASE("a restart begins a new file, numbered within the same second") {
   CHECK(result.records[2].path.filename() == "FIC_101_20251121T120000Z_3.csv");
 }
 
-TEST_CASE("only the wanted time is exported") {
+TEST_CASE("only the requested time is exported") {
   const TemporaryFolder folder;
   add_segment(folder / "in", 1, 1, {0, 1, 2, 3, 4, 5});
   ExportSettings settings;
@@ -122,7 +122,7 @@ TEST_CASE("only the wanted time is exported") {
   CHECK(read_record(result.records[0].path).pv[0] == 0.5);
 }
 
-TEST_CASE("what can't be used is told and does not stop the rest") {
+TEST_CASE("unusable files are reported and don't stop the export") {
   const TemporaryFolder folder;
   add_segment(folder / "in", 1, 1, {0, 1, 2, 3});
   const fs::path damaged = folder / "in" / "0000000001.lwseg";
@@ -141,25 +141,24 @@ TEST_CASE("what can't be used is told and does not stop the rest") {
   CHECK(result.single_rows == 1);
   REQUIRE(result.unreadable.size() == 1);
   CHECK_THAT(result.unreadable[0], Catch::Contains("0000000002.lwseg: too short"));
-  // Nothing but the record: no temporary file of the lonely row.
+  // Only the record is left, without a temporary file for the single row.
   CHECK(std::distance(fs::directory_iterator(folder / "out"), fs::directory_iterator()) == 1);
 }
 
-TEST_CASE("no segments, no records; no place to write, an error") {
+TEST_CASE("without segments there are no records; an unwritable place is an error") {
   const TemporaryFolder folder;
   CHECK(export_csv(folder / "absent", folder / "out").records.empty());
   write_file(folder / "file", "x");
   CHECK_THROWS_AS(export_csv(folder / "absent", folder / "file" / "out"), RecordError);
 }
 
-TEST_CASE(
-    "old and new segments of a folder become one record, in the columns that it had and more") {
+TEST_CASE("old and new segments of a folder become one record, with the old and new columns") {
   const fs::path data = LOOPWARDEN_SOURCE_DIR "/tests/record/data/version-1/jacket";
   const TemporaryFolder folder;
   const ExportResult result = export_csv(data, folder / "out");
   REQUIRE(result.records.size() == 1);
   CHECK(result.unreadable.empty());
-  // What the program of that time made of it.
+  // The export by the program version of that time.
   std::istringstream then(read_file(data / "exported.csv"));
   std::istringstream now(read_file(result.records[0].path));
   std::string old_line;
@@ -171,7 +170,7 @@ TEST_CASE(
   }
   CHECK(rows == 41);
 
-  // The daemon of today goes on in the same folder.
+  // The present daemon continues in the same folder.
   fs::create_directories(folder / "in");
   fs::copy_file(data / "0000000001.lwseg", folder / "in" / "0000000001.lwseg");
   add_segment(folder / "in", 2, 2, {0, 1});

@@ -53,7 +53,7 @@ TEST_CASE("a header with any byte changed is refused") {
   CHECK(decode_header(std::span(sound.bytes).first(511)).problem != nullptr);
 }
 
-TEST_CASE("a period that no loop has is refused") {
+TEST_CASE("an impossible period is refused") {
   for (const double period :
        {0.0, -0.1, 1e9, std::numeric_limits<double>::infinity(), std::nan("")}) {
     SegmentHeader header = some_header();
@@ -62,7 +62,7 @@ TEST_CASE("a period that no loop has is refused") {
   }
 }
 
-TEST_CASE("a row reads back, and only in its own place of its own segment") {
+TEST_CASE("a row reads back only at its place in its segment") {
   RecordRow row;
   row.time_ns = -7;
   row.period_index = 123456789012;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Segment files that a power failure or a bad disk has cut or changed anywhere.
+// Segment files truncated or changed at any place by a power failure or a bad disk.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -26,7 +26,7 @@ namespace {
 RecordRow any_row(std::uint64_t number_of_row) {
   RecordRow row;
   const std::uint64_t words[] = {bits(), bits(), bits()};
-  // Any bits, those of NaN among them: the file keeps rows, not numbers.
+  // Any bits, including NaN, because the file stores rows, not numbers.
   std::memcpy(&row.sp, words, sizeof words);
   row.time_ns = static_cast<std::int64_t>(number_of_row) * 100'000'000;
   row.period_index = number_of_row;
@@ -45,7 +45,7 @@ std::vector<RecordRow> any_rows(std::uint64_t first, std::int64_t count) {
   return rows;
 }
 
-// In pieces, as the historian hands them over.
+// In pieces, as the historian passes them on.
 void write(const std::filesystem::path& folder, const std::vector<RecordRow>& rows) {
   SegmentWriter writer({.folder = folder, .loop = "FIC-101"});
   for (std::size_t at = 0; at < rows.size();) {
@@ -53,12 +53,12 @@ void write(const std::filesystem::path& folder, const std::vector<RecordRow>& ro
     writer.append({rows.data() + at, piece});
     at += piece;
   }
-  require(writer.status().rows == rows.size(), "every row went to the disk");
+  require(writer.status().rows == rows.size(), "every row is on the disk");
 }
 
 }  // namespace
 
-TEST_CASE("a segment that was cut keeps every whole row before the cut",
+TEST_CASE("a truncated segment keeps every whole row before the cut",
           "[record][segment][property]") {
   for_all("cut anywhere, then gone on", 150, [] {
     const TemporaryFolder folder;
@@ -69,7 +69,7 @@ TEST_CASE("a segment that was cut keeps every whole row before the cut",
     const std::size_t cut = one_of(bytes.size() + 1);
     write_file(file, std::string_view(bytes).substr(0, cut));
 
-    // The daemon starts again, in a segment of its own.
+    // The daemon restarts, with a new segment.
     const std::vector<RecordRow> later = any_rows(1000, integer(1, 10));
     write(folder.path(), later);
     const std::vector<SegmentFile> files = list_segments(folder.path());
@@ -99,8 +99,8 @@ TEST_CASE("a segment that was cut keeps every whole row before the cut",
   });
 }
 
-TEST_CASE("a damaged row is left out, and costs no other", "[record][segment][property]") {
-  for_all("bytes changed anywhere behind the header", 150, [] {
+TEST_CASE("a damaged row is left out, and no other row is lost", "[record][segment][property]") {
+  for_all("bytes changed anywhere after the header", 150, [] {
     const TemporaryFolder folder;
     const std::vector<RecordRow> rows = any_rows(1, integer(1, 60));
     write(folder.path(), rows);
@@ -111,7 +111,7 @@ TEST_CASE("a damaged row is left out, and costs no other", "[record][segment][pr
     for (std::int64_t i = 0; i < places; ++i) {
       const std::size_t at = one_of(bytes.size() - kSegmentHeaderBytes);
       const std::size_t row = at / kSegmentRowBytes;
-      if (damaged[row]) continue;  // a second change might undo the first
+      if (damaged[row]) continue;  // a second change could undo the first
       damaged[row] = true;
       char& byte = bytes[kSegmentHeaderBytes + at];
       byte = static_cast<char>(byte ^ static_cast<char>(integer(1, 127)));
@@ -124,7 +124,7 @@ TEST_CASE("a damaged row is left out, and costs no other", "[record][segment][pr
       require(at < segment.rows.size() && same(segment.rows[at], rows[i]), "a sound row is there");
       ++at;
     }
-    require(at == segment.rows.size(), "nothing that was not written");
+    require(at == segment.rows.size(), "no row that was not written");
     require(kSegmentHeaderBytes + segment.torn_bytes +
                     (segment.rows.size() + segment.damaged_rows) * kSegmentRowBytes ==
                 bytes.size(),

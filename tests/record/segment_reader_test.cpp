@@ -41,7 +41,7 @@ TEST_CASE("a whole segment is read without loss") {
   CHECK(segment.torn_bytes == 0);
 }
 
-TEST_CASE("whatever length a power failure leaves, the whole rows before it are read") {
+TEST_CASE("for any length after a power failure, the whole rows before it are read") {
   const std::vector<char> bytes = segment_bytes(3);
   for (std::size_t length = kSegmentHeaderBytes; length <= bytes.size(); ++length) {
     const Segment segment = parse_segment(std::span(bytes).first(length), "s");
@@ -61,7 +61,7 @@ TEST_CASE("a tail of zeros, as file systems leave it, is a torn tail") {
   CHECK(segment.torn_bytes == 10 * kSegmentRowBytes + 7);
 }
 
-TEST_CASE("a damaged row costs one row") {
+TEST_CASE("a damaged row loses only itself") {
   std::vector<char> bytes = segment_bytes(5);
   bytes[kSegmentHeaderBytes + 2 * kSegmentRowBytes + 17] ^= 0x40;
   const Segment segment = parse_segment(bytes, "s");
@@ -71,7 +71,7 @@ TEST_CASE("a damaged row costs one row") {
   CHECK(segment.torn_bytes == 0);
 }
 
-TEST_CASE("rows of another segment are not taken for this one's") {
+TEST_CASE("rows of another segment are not mistaken for this one's") {
   std::vector<char> bytes = segment_bytes(2);
   const EncodedHeader other = encode(SegmentHeader{.sequence = 4, .run = 3, .period_s = 0.1});
   std::copy(other.bytes.begin(), other.bytes.end(), bytes.begin());
@@ -80,7 +80,7 @@ TEST_CASE("rows of another segment are not taken for this one's") {
   CHECK(segment.torn_bytes == 2 * kSegmentRowBytes);
 }
 
-TEST_CASE("what is no segment is refused with its name") {
+TEST_CASE("an invalid segment is refused with its name") {
   const auto message = [](std::string_view text) -> std::string {
     try {
       parse_segment(text, "x.lwseg");
@@ -93,7 +93,7 @@ TEST_CASE("what is no segment is refused with its name") {
   CHECK(message(std::string(600, 'a')) == "x.lwseg: not a segment");
 }
 
-TEST_CASE("a folder's segments are listed by number, and nothing else") {
+TEST_CASE("only a folder's segments are listed, by number") {
   const TemporaryFolder folder;
   CHECK(list_segments(folder / "absent").empty());
   for (const char* name : {"0000000010.lwseg", "0000000009.lwseg", "12345678901.lwseg"}) {
@@ -116,7 +116,7 @@ TEST_CASE("a folder's segments are listed by number, and nothing else") {
   CHECK_THROWS_AS(list_segments(folder / "notes.txt"), RecordError);
 }
 
-TEST_CASE("a segment that is gone when it is read is an error of the disk") {
+TEST_CASE("a segment that was deleted before it is read is an error of the disk") {
   const TemporaryFolder folder;
   try {
     read_segment(folder / "0000000001.lwseg");
@@ -148,7 +148,7 @@ TEST_CASE(
   for (const RecordRow& row : compensator.rows) CHECK(row.jacket_rate == 0.0F);
 }
 
-TEST_CASE("one damaged row of a segment of version 1 costs that row") {
+TEST_CASE("one damaged row of a segment of version 1 loses only itself") {
   std::string text = loopwarden::tests::read_file(
       LOOPWARDEN_SOURCE_DIR "/tests/record/data/version-1/jacket/0000000001.lwseg");
   text[kSegmentHeaderBytes + 3 * 80 + 5] ^= 1;

@@ -65,7 +65,8 @@ std::size_t bytes_in(const fs::path& folder) {
   return bytes;
 }
 
-// Runs `body` in a process of its own, which a check of it fails by returning another value than 0.
+// Runs `body` in a separate process and returns its exit code. A failed check returns a value other
+// than 0.
 template <class Body>
 int exit_code_of(Body body) {
   const pid_t child = ::fork();
@@ -75,7 +76,7 @@ int exit_code_of(Body body) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1000;
 }
 
-// Mounts 40 KiB of memory at `folder`, for this process alone.
+// Mounts 40 KiB of memory at `folder`, only for this process.
 bool mount_small_disk(const fs::path& folder) {
   const std::string user = "0 " + std::to_string(::getuid()) + " 1";
   const std::string group = "0 " + std::to_string(::getgid()) + " 1";
@@ -88,7 +89,7 @@ bool mount_small_disk(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("rows are on the disk as they are appended, without an end") {
+TEST_CASE("appended rows are on the disk at once, without an end of the file") {
   const TemporaryFolder folder;
   SegmentWriter writer(settings_in(folder / "FIC-101"));
   CHECK_FALSE(fs::exists(folder / "FIC-101"));
@@ -118,7 +119,7 @@ TEST_CASE("a full segment ends and the next one follows without a gap") {
   CHECK(periods_in(folder.path()) == range(0, 3 * kRowsPerSegment - 1));
 }
 
-TEST_CASE("the oldest segment goes when the limit is reached") {
+TEST_CASE("the oldest segment is deleted when the limit is reached") {
   const TemporaryFolder folder;
   SegmentWriter writer(settings_in(folder.path()));
   for (std::uint64_t i = 0; i < 40; ++i) {
@@ -133,7 +134,7 @@ TEST_CASE("the oldest segment goes when the limit is reached") {
   CHECK(writer.status().rows == 2000);
 }
 
-TEST_CASE("a segment that can't be deleted stays, and the next oldest makes room") {
+TEST_CASE("a segment that can't be deleted stays, and the next oldest is deleted") {
   const TemporaryFolder folder;
   SegmentWriter writer(settings_in(folder.path()));
   writer.append(rows(0, 50));
@@ -151,10 +152,10 @@ TEST_CASE("a segment that can't be deleted stays, and the next oldest makes room
   CHECK(segments[1].sequence == 17);
 }
 
-TEST_CASE("a restart begins a new segment and a new run and leaves the old ones alone") {
+TEST_CASE("a restart begins a new segment and a new run and keeps the old ones") {
   const TemporaryFolder folder;
   { SegmentWriter(settings_in(folder.path())).append(rows(0, 10)); }
-  // As a power failure leaves the last segment.
+  // The last segment after a power failure.
   fs::resize_file(folder / "0000000001.lwseg", kSegmentHeaderBytes + 9 * kSegmentRowBytes + 33);
   SegmentWriter writer(settings_in(folder.path()));
   writer.append(rows(0, 3));
@@ -165,7 +166,7 @@ TEST_CASE("a restart begins a new segment and a new run and leaves the old ones 
   CHECK(read_segment(segments[1].path).rows.size() == 3);
 }
 
-TEST_CASE("segments of earlier runs count against the limit, other files are left alone") {
+TEST_CASE("segments of earlier runs count against the limit, other files are kept") {
   const TemporaryFolder folder;
   write_file(folder / "notes.txt", std::string(100000, 'x'));
   for (int run = 0; run < 30; ++run) SegmentWriter(settings_in(folder.path())).append(rows(0, 1));
@@ -174,7 +175,7 @@ TEST_CASE("segments of earlier runs count against the limit, other files are lef
   CHECK(fs::exists(folder / "0000000030.lwseg"));
 }
 
-TEST_CASE("the header tells UTC from the monotonic clock") {
+TEST_CASE("the header gives UTC for the monotonic clock") {
   const TemporaryFolder folder;
   const auto now = [](clockid_t clock) {
     timespec time{};
@@ -191,7 +192,7 @@ TEST_CASE("the header tells UTC from the monotonic clock") {
   CHECK(std::abs(error) < 5'000'000'000);
 }
 
-TEST_CASE("the disk is waited for at the interval and at a segment's end") {
+TEST_CASE("rows are synced at the interval and at a segment's end") {
   const TemporaryFolder folder;
   SegmentSettings settings = settings_in(folder / "often");
   settings.sync_interval = milliseconds(0);
@@ -211,7 +212,7 @@ TEST_CASE("the disk is waited for at the interval and at a segment's end") {
   CHECK(seldom.status().syncs == 1);
 }
 
-TEST_CASE("a folder that can't be made is counted, said and tried again") {
+TEST_CASE("a folder that can't be created is counted, reported and tried again") {
   const TemporaryFolder folder;
   write_file(folder / "file", "x");
   SegmentSettings settings = settings_in(folder / "file" / "FIC-101");
@@ -227,7 +228,7 @@ TEST_CASE("a folder that can't be made is counted, said and tried again") {
   CHECK(periods_in(settings.folder) == range(4, 2));
 }
 
-TEST_CASE("after a disk error the disk is left alone for a while") {
+TEST_CASE("after a disk error the next attempt waits for a while") {
   const TemporaryFolder folder;
   write_file(folder / "file", "x");
   SegmentSettings settings = settings_in(folder / "file" / "FIC-101");
@@ -238,7 +239,7 @@ TEST_CASE("after a disk error the disk is left alone for a while") {
   CHECK(writer.status().rows_lost == 100);
 }
 
-TEST_CASE("a write that the disk refuses loses its rows, not the earlier ones") {
+TEST_CASE("a refused write loses its rows, not the earlier ones") {
   const TemporaryFolder folder;
   const int code = exit_code_of([&] {
     ::signal(SIGXFSZ, SIG_IGN);
@@ -261,7 +262,7 @@ TEST_CASE("a write that the disk refuses loses its rows, not the earlier ones") 
   CHECK(read_segment(folder / "0000000001.lwseg").torn_bytes == 0);
 }
 
-TEST_CASE("on a full disk the oldest segment makes room, one for each new one") {
+TEST_CASE("on a full disk the oldest segment is deleted for each new one") {
   const TemporaryFolder folder;
   constexpr int kNoNamespace = 77;
   const int code = exit_code_of([&] {
@@ -279,7 +280,8 @@ TEST_CASE("on a full disk the oldest segment makes room, one for each new one") 
     const auto kept = periods_in(settings.folder);
     if (kept.back() != 20 * kRowsPerSegment - 1 || kept.size() < 3 * kRowsPerSegment) return 3;
 
-    // A neighbour takes the rest, and all that is freed: the history stays but for one segment.
+    // Another program takes all free space, also the space freed here. The history loses only one
+    // segment.
     const std::size_t segments = list_segments(settings.folder).size();
     for (std::uint64_t i = 0; i < 10; ++i) {
       std::ofstream(folder / "neighbour", std::ios::app) << std::string(40000, 'x');
@@ -287,7 +289,7 @@ TEST_CASE("on a full disk the oldest segment makes room, one for each new one") 
     }
     if (writer.status().rows_lost == 0 || writer.status().last_error.empty()) return 4;
     if (list_segments(settings.folder).size() + 1 < segments) return 5;
-    // And when there is room again, recording goes on.
+    // When there is room again, recording continues.
     fs::remove(folder / "neighbour");
     writer.append(rows(9000, 10));
     return periods_in(settings.folder).back() == 9009 ? 0 : 6;
@@ -299,7 +301,7 @@ TEST_CASE("on a full disk the oldest segment makes room, one for each new one") 
   }
 }
 
-TEST_CASE("what can't work is told at the start") {
+TEST_CASE("impossible settings are reported at the start") {
   const TemporaryFolder folder;
   write_file(folder / "file", "x");
   CHECK_THROWS_AS(SegmentWriter(settings_in(folder / "file")), RecordError);
@@ -308,7 +310,7 @@ TEST_CASE("what can't work is told at the start") {
   CHECK_THROWS_AS(SegmentWriter(settings), RecordError);
 }
 
-TEST_CASE("the oldest row that is kept is known by its time", "[record][segments]") {
+TEST_CASE("the time of the oldest stored row is reported", "[record][segments]") {
   const TemporaryFolder folder;
   const auto oldest_in = [&] {
     return read_segment(list_segments(folder.path()).front().path).header.start_utc_ns / 1'000'000;
@@ -320,7 +322,7 @@ TEST_CASE("the oldest row that is kept is known by its time", "[record][segments
     CHECK(writer.status().oldest_utc_ms == oldest_in());
     const std::int64_t first = writer.status().oldest_utc_ms;
     CHECK(first > 0);
-    // So that the next segments begin later.
+    // Waits so that the next segments begin later.
     std::this_thread::sleep_for(milliseconds(5));
     writer.append(rows(10, 12 * kRowsPerSegment));
     REQUIRE(writer.status().segments_dropped > 0);

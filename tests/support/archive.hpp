@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an archive does to a signal, written from its description alone: for tests of what recognises it.
+// Applies an archive's compression to a signal, written only from its description. For tests of the
+// recognition.
 #pragma once
 
 #include <cmath>
@@ -11,7 +12,7 @@ namespace loopwarden::tests {
 
 using Places = std::vector<std::size_t>;
 
-// The last stored value holds until a sample is further away than the dead band.
+// A sample is stored if it differs from the last stored value by more than the dead band.
 inline Places by_exception(const std::vector<double>& x, double dead_band) {
   Places stored{0};
   for (std::size_t k = 1; k < x.size(); ++k) {
@@ -21,8 +22,8 @@ inline Places by_exception(const std::vector<double>& x, double dead_band) {
   return stored;
 }
 
-// Two doors hinged a deviation above and below the last stored value open with every sample; when the line to a new one
-// is outside, the sample before it is stored.
+// Two doors, hinged one deviation above and below the last stored value, open with every sample. If
+// the line to a new sample is outside, the previous sample is stored.
 inline Places by_swinging_door(const std::vector<double>& x, double deviation) {
   constexpr double kWide = std::numeric_limits<double>::infinity();
   Places stored{0};
@@ -68,7 +69,7 @@ inline std::vector<double> lines_between(const std::vector<double>& x, const Pla
   return out;
 }
 
-// As a file has it.
+// Rounds to the digits of a file.
 inline std::vector<double> with_decimals(std::vector<double> x, int decimals) {
   const double scale = std::pow(10.0, decimals);
   for (double& v : x) v = std::nearbyint(v * scale) / scale;

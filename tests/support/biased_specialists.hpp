@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Specialists that need no training: they say the same of every window. For tests of what comes after.
+// Specialists without training that give the same answer for every window. For tests of the later
+// stages.
 #pragma once
 
 #include <filesystem>
@@ -32,7 +33,7 @@ inline void write_biased_specialists(const std::filesystem::path& folder,
   }
   config::SpecialistFolder all;
   all.plant = "T";
-  all.training.source = "none: they say the same of every window";
+  all.training.source = "untrained: the same answer for every window";
   all.team = team;
   std::filesystem::create_directories(folder);
   const std::string wrong = config::write_specialists(all, folder);

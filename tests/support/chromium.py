@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A browser for the tests of pages."""
+"""A browser for tests of pages."""
 import base64
 import json
 import sys
@@ -16,7 +16,7 @@ except ImportError:
 
 
 class Chromium:
-    """Debian's chromium, headless. `wrong` gets what is found to be wrong."""
+    """Debian's chromium, headless. `wrong` collects the faults found."""
 
     def __init__(self, profile, wrong):
         options = webdriver.ChromeOptions()
@@ -26,7 +26,7 @@ class Chromium:
             options.add_argument(word)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         self.driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-        self.driver.set_script_timeout(300)  # axe-core on a crowded machine
+        self.driver.set_script_timeout(300)  # time-out for axe-core on a slow machine
         self.wrong = wrong
 
     def __enter__(self):
@@ -68,7 +68,8 @@ class Chromium:
         return right
 
     def until(self, condition, what, limit=60):
-        """Waits for what comes in its time; the limit is for what never comes. Returns the seconds it took, or None."""
+        """Waits until the condition is true. The limit only ends a failing test. Returns the
+        seconds it took, or None."""
         begin = time.monotonic()
         try:
             WebDriverWait(self.driver, limit, 0.03, ignored_exceptions=(WebDriverException,)).until(lambda _: condition())
@@ -93,6 +94,6 @@ class Chromium:
 
     def quiet(self, where, allowed=()):
         for entry in self.driver.get_log("browser"):
-            # The browser's own pages are not this one.
+            # Excludes the browser's own pages.
             if not entry["message"].startswith("chrome://") and not any(word in entry["message"] for word in allowed):
                 self.check(False, f"{where}: console: {entry['message']}")

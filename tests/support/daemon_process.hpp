@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real loopwardend as a child process, on a configuration folder of the test's own.
+// The real loopwardend as a child process, with a temporary configuration folder.
 #pragma once
 
 #include <signal.h>
@@ -58,7 +58,7 @@ class DaemonProcess {
     if (!test::eventually([&] { return answers(); }))
       throw std::runtime_error("no answer: " + log());
   }
-  // Starts it with more arguments and does not wait for anything.
+  // Starts it with more arguments, without waiting.
   void start(const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"--config", config().string()};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -81,7 +81,7 @@ class DaemonProcess {
 
   pid_t pid() const noexcept { return child_; }
   void signal(int number) const { ::kill(child_, number); }
-  // Exit code of the daemon; -1 if it does not end, -signal if one killed it.
+  // Returns the exit code of the daemon, -1 if it does not end, or -signal if a signal killed it.
   int wait_for_end(std::chrono::milliseconds patience = std::chrono::seconds(60)) {
     int status = 0;
     const bool ended =
@@ -90,7 +90,7 @@ class DaemonProcess {
     child_ = -1;
     return outcome_of(status);
   }
-  // Runs the program with other arguments to its end; returns its exit code.
+  // Runs the program with other arguments to its end and returns its exit code.
   int run(const std::vector<std::string>& arguments, const std::string& output = "output") {
     const pid_t other = spawn(arguments, output);
     int status = 0;
@@ -99,7 +99,7 @@ class DaemonProcess {
   }
 
   workbench::DaemonClient& client() { return *client_; }
-  // Answers as they were sent.
+  // Returns the answers as they were sent.
   nlohmann::json status() { return client_->ask(protocol::StatusRequest{}); }
   nlohmann::json loop(const std::string& name) {
     const nlohmann::json all = status();
@@ -108,7 +108,7 @@ class DaemonProcess {
     }
     throw std::runtime_error("no loop " + name);
   }
-  // The newest lines, newest first; of all loops if `loop` is empty.
+  // Returns the newest lines, newest first. An empty `loop` means all loops.
   nlohmann::json journal(std::uint64_t most, const std::string& loop = {}) {
     protocol::JournalRequest request{.most = most};
     if (!loop.empty()) request.loop = loop;
@@ -130,7 +130,7 @@ class DaemonProcess {
 
  private:
   pid_t spawn(std::vector<std::string> arguments, const std::string& output) {
-    // Another build of it, such as a sanitizer's, may be asked for.
+    // The environment can select another build of it, such as a sanitizer's.
     const char* other = std::getenv("LOOPWARDEN_DAEMON");
     arguments.insert(arguments.begin(),
                      other != nullptr ? other : LOOPWARDEN_BIN_DIR "/loopwardend");

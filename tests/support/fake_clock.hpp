@@ -8,8 +8,8 @@
 
 namespace loopwarden::tests {
 
-// A clock that stands still until somebody sleeps on it. `late_ns` says how much later than asked a
-// sleep ends; `on_sleep` may stop the thread under test.
+// A clock that only advances during a sleep. A sleep ends `late_ns` later than requested.
+// `on_sleep` can stop the thread under test.
 class FakeClock final : public base::Clock {
  public:
   std::int64_t now_ns() noexcept override { return now_ns_; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// status.sock and edge.sock with scripted answers: a register map of a few fields and as many loops as a test wants,
-// whose values the test sets. For what reads the daemon through its sockets; the real one is in the tests of
-// closed_loop.
+// status.sock and edge.sock with scripted answers: a register map of a few fields, with any number
+// of loops and values set by the test. For tests of the daemon's clients. The tests of closed_loop
+// use the real daemon.
 #pragma once
 
 #include <atomic>
@@ -77,12 +77,12 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     pv_unit_ = std::move(unit);
   }
-  // Another controller has the loop; before the first describe.
+  // Another controller runs the loop. Call it before the first describe.
   void set_elsewhere(std::string tag) {
     const std::lock_guard lock(mutex_);
     elsewhere_ = std::move(tag);
   }
-  // What an order is answered with; empty: done.
+  // The answer to an order. Empty: done.
   void refuse_orders(std::string why) {
     const std::lock_guard lock(mutex_);
     refusal_ = std::move(why);
@@ -91,7 +91,7 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     return orders_;
   }
-  // Requests on status.sock since the start.
+  // Returns the number of requests on status.sock since the start.
   std::size_t looks() const { return looks_; }
 
  private:

@@ -9,7 +9,7 @@
 
 namespace loopwarden::tests {
 
-// A backend whose inputs the test sets and whose commands it looks at.
+// A backend with inputs set by the test. It stores the commands for the test.
 class FakeLoopIo final : public hal::LoopIo {
  public:
   FakeLoopIo() {
@@ -54,12 +54,12 @@ class FakeLoopIo final : public hal::LoopIo {
 
   hal::Inputs inputs;
   bool fresh = true;                   // samples carry the time of the cycle
-  double (*device)(double) = nullptr;  // what the device makes of a command
+  double (*device)(double) = nullptr;  // the device's reaction to a command
   hal::Command last;
-  double written = -1.0;  // last value that was to be written; -1: none yet
+  double written = -1.0;  // last value to be written; -1: none yet
   double driven = -1.0;
   std::uint64_t commands = 0;
-  std::uint64_t writes = 0;  // of them, to be written
+  std::uint64_t writes = 0;  // number of values to be written
 };
 
 }  // namespace loopwarden::tests

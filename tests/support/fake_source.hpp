@@ -7,7 +7,7 @@
 
 namespace loopwarden::tests {
 
-// A source whose values are what the test says.
+// A source with values set by the test.
 class FakeSource final : public hal::LoopSource {
  public:
   void open() override {}
@@ -15,7 +15,7 @@ class FakeSource final : public hal::LoopSource {
   void read(hal::SourceInputs& out) noexcept override { out = inputs; }
   hal::IoCounters counters() const noexcept override { return {}; }
 
-  // A good value, taken now by a source that lives.
+  // Returns a good value, taken now by a live source.
   static void set(hal::SourceSample& value, double number, std::int64_t now_ns) {
     value.sample = {.value = number,
                     .time_ns = now_ns,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Largest file that this process may write; as before at the end. What is beyond it fails like a full
-// disk.
+// Limits the size of files that this process can write. The destructor restores the old limit.
+// Larger writes fail as on a full disk.
 #pragma once
 
 #include <sys/resource.h>

@@ -12,7 +12,8 @@
 
 namespace loopwarden::tests {
 
-// A port that was free a moment ago, below those that the kernel gives to whoever connects meanwhile.
+// Returns a port that was free a moment ago, below the ports that the kernel gives to outgoing
+// connections.
 inline int free_port() {
   static std::mt19937 random{std::random_device{}()};
   for (int tries = 0; tries < 1000; ++tries) {

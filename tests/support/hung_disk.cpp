@@ -44,7 +44,7 @@ F* original(const char* name) {
 
 HungDisk::HungDisk(const std::filesystem::path& below) {
   static auto* const all =
-      new std::list<std::string>;  // stay: a call may look at the last one still
+      new std::list<std::string>;  // never freed, because a call can still use the last one
   folder = &all->emplace_back(std::filesystem::canonical(below).string() + "/");
   hangs = true;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk that hangs for as long as the test likes: open, pwrite, fsync and fdatasync of files below a
-// folder wait in the kernel's place. They are replaced for this whole program, and do nothing of the
-// kind where there is no HungDisk.
+// A disk that hangs for as long as the test requires: open, pwrite, fsync and fdatasync of files
+// below a folder wait, as in the kernel. They are replaced for this whole program, and don't wait
+// if no HungDisk exists.
 #pragma once
 
 #include <atomic>
@@ -11,15 +11,15 @@ namespace loopwarden::tests {
 
 class HungDisk {
  public:
-  // Hangs from now on; one at a time.
+  // Hangs from now on. Only one can exist at a time.
   explicit HungDisk(const std::filesystem::path& folder);
   HungDisk(const HungDisk&) = delete;
   HungDisk& operator=(const HungDisk&) = delete;
   ~HungDisk() { release(); }
 
-  // Everything that waits goes on.
+  // All waiting calls continue.
   void release();
-  // Calls that wait now.
+  // Returns the number of calls that wait now.
   int waiting() const noexcept;
 };
 

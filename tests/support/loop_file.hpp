@@ -5,7 +5,7 @@
 
 namespace loopwarden::tests {
 
-// A loop on the simulated plant 1, or on another model, that records nothing.
+// A loop without a record, on the simulated plant 1 or on another model.
 inline std::string loop_file(const std::string& tag,
                              const std::string& model = LOOPWARDEN_SOURCE_DIR
                              "/examples/models/plant1.yaml",

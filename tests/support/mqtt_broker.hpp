@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Mosquitto of the test's own on a port of its own, and a broker that accepts and never says a word.
+// A Mosquitto on a free port for one test, and a broker that accepts and is silent.
 #pragma once
 
 #include <arpa/inet.h>
@@ -37,9 +37,9 @@ inline bool port_answers(int port) {
 
 class MqttBroker {
  public:
-  // `more`: lines of mosquitto.conf; without any, everybody may do everything.
+  // `more`: lines of mosquitto.conf. Without them every client has full access.
   explicit MqttBroker(const std::string& more = "allow_anonymous true\n") : port_(free_port()) {
-    // As root it would become the user mosquitto, who may not read the test's files.
+    // As root it would switch to the user mosquitto, who can't read the test's files.
     write_file(folder_ / "mosquitto.conf",
                "per_listener_settings false\nuser root\npersistence false\nlog_dest stderr\n"
                "listener " +
@@ -73,7 +73,7 @@ class MqttBroker {
     ::waitpid(child_, nullptr, 0);
     child_ = -1;
   }
-  // It accepts connections all the same: its system does.
+  // Its operating system still accepts connections.
   void hang() const { ::kill(child_, SIGSTOP); }
   void go_on() const { ::kill(child_, SIGCONT); }
 
@@ -85,7 +85,7 @@ class MqttBroker {
   pid_t child_ = -1;
 };
 
-// Takes connections and bytes, and never answers.
+// Accepts connections and bytes, and never answers.
 class SilentBroker {
  public:
   SilentBroker() : port_(free_port()), fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -109,7 +109,8 @@ class SilentBroker {
   int fd_;
 };
 
-// An authority, a server's and a client's certificate by it, and another authority that signed neither.
+// An authority, a server's and a client's certificate signed by it, and another authority that
+// signed neither.
 class Certificates {
  public:
   Certificates() {
@@ -133,7 +134,8 @@ class Certificates {
     }
   }
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
-  // Of a broker that lets in only who has a certificate by the authority.
+  // Lines of mosquitto.conf for a broker that admits only clients with a certificate by the
+  // authority.
   std::string broker_lines() const {
     return "cafile " + file("ca.crt") + "\ncertfile " + file("server.crt") + "\nkeyfile " +
            file("server.key") + "\nrequire_certificate true\nallow_anonymous true\n";

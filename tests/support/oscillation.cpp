@@ -12,7 +12,7 @@ std::vector<double> values_of(const std::vector<double>& signal, Cycle cycle) {
           signal.begin() + static_cast<std::ptrdiff_t>(cycle.end)};
 }
 
-// Median over the cycles of `measure(values of the cycle)`.
+// Returns the median over the cycles of `measure(values of the cycle)`.
 template <class Measure>
 double median_over(const std::vector<double>& signal, const std::vector<Cycle>& cycles,
                    Measure measure) {

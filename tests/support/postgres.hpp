@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A PostgreSQL of the test's own, in a temporary folder.
+// A PostgreSQL server for one test, in a temporary folder.
 #pragma once
 
 #include <pwd.h>
@@ -29,7 +29,7 @@ namespace loopwarden::tests {
 
 class Postgres {
  public:
-  // Of the newest that is installed; empty: none is.
+  // Returns the folder of the newest installed version, or an empty path.
   static std::filesystem::path programs() {
     std::filesystem::path newest;
     std::error_code none;
@@ -70,7 +70,7 @@ class Postgres {
       throw std::runtime_error("PostgreSQL does not answer: " + read_file(folder_ / "log"));
     }
   }
-  // SIGQUIT: at once, without a word to its clients.
+  // SIGQUIT: stops at once, without a message to its clients.
   void stop(int signal = SIGQUIT) {
     if (server_ < 0) return;
     ::kill(server_, signal);
@@ -81,13 +81,13 @@ class Postgres {
   std::string url(const std::string& name = "fleet") const {
     return "postgresql://postgres@127.0.0.1:" + std::to_string(port_) + "/" + name;
   }
-  // The first field of the first row, as text; "" where there is none.
+  // Returns the first field of the first row as text, or "" without a row.
   std::string ask(const std::string& sql) const {
     pqxx::connection connection(url());
     const pqxx::result result = pqxx::nontransaction(connection).exec(sql);
     return result.empty() || result[0][0].is_null() ? "" : result[0][0].as<std::string>();
   }
-  // As ask(), "" also where the table is not there yet.
+  // Like ask(), but also returns "" if the table does not exist yet.
   std::string ask_or_nothing(const std::string& sql) const {
     try {
       return ask(sql);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The processor time of every test case, with that of the programs it waited for, as a line "SECONDS TAB TAGS TAB NAME"
-// at the end of the file $LOOPWARDEN_TEST_TIMES.
+// Appends the processor time of every test case, including the programs it waited for, as a line
+// "SECONDS TAB TAGS TAB NAME" to the file $LOOPWARDEN_TEST_TIMES.
 #define CATCH_CONFIG_EXTERNAL_INTERFACES
 #include <sys/resource.h>
 

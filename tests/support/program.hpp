@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program as a child process, what it says in a log.
+// Runs a program as a child process, with its output in a log.
 #pragma once
 
 #include <fcntl.h>
@@ -18,7 +18,8 @@
 
 namespace loopwarden::tests {
 
-// `words[0]` is the program's file. It ends with the test; what it prints is appended to `log`.
+// `words[0]` is the program's file. The program ends with the test. Its output is appended to
+// `log`.
 inline pid_t spawn(std::vector<std::string> words, const std::filesystem::path& log) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -36,7 +37,7 @@ inline pid_t spawn(std::vector<std::string> words, const std::filesystem::path& 
   return child;
 }
 
-// The exit code, or -signal.
+// Returns the exit code, or -signal.
 inline int outcome_of(int status) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
@@ -51,7 +52,8 @@ class Program {
   ~Program() { end(SIGKILL); }
 
   void start() { child_ = spawn(words_, log_); }
-  // Sends the signal and waits for the end: the exit code, or -signal. 0 where none runs.
+  // Sends the signal and waits for the end. Returns the exit code or -signal, or 0 if no program
+  // runs.
   int end(int number) {
     if (child_ <= 0) return 0;
     signal(number);

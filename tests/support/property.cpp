@@ -49,7 +49,7 @@ double number(double low, double high) {
   switch (one_of(8)) {
     case 0: return low;
     case 1: return high;
-    // A magnitude first: evenly spread values would hardly ever be small.
+    // Draws a magnitude first, because evenly distributed values would rarely be small.
     case 2:
     case 3:
     case 4: {

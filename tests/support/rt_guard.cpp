@@ -9,7 +9,7 @@
 #include <cstdarg>
 #include <cstddef>
 
-// g++ says it by a macro, clang by a feature.
+// g++ reports it by a macro, clang by a feature.
 #if !defined(__has_feature)
 #define __has_feature(feature) 0
 #endif
@@ -21,7 +21,7 @@
 #endif
 
 #if LOOPWARDEN_SANITIZED
-// As <sanitizer/allocator_interface.h> has it, which g++ does not bring.
+// Declared as in <sanitizer/allocator_interface.h>, which g++ does not provide.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(  // NOLINT
     void (*on_malloc)(const volatile void*, std::size_t), void (*on_free)(const volatile void*));
 #endif
@@ -46,7 +46,7 @@ const int hooked = __sanitizer_install_malloc_and_free_hooks(
       if (p != nullptr) note("free");
     });
 #else
-// The function that this program's replacement hides.
+// Returns the library's function that this program replaces.
 template <class F>
 F* original(const char* name) noexcept {
   return reinterpret_cast<F*>(dlsym(RTLD_NEXT, name));

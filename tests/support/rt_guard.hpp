@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// While a RealTimeSection exists on a thread, this thread may not allocate, free, lock, or call the
-// kernel for I/O: the offence is counted and named. The wrapped functions are replaced in the whole
-// test program (rt_guard.cpp). A sanitizer replaces them itself: then its hooks tell of memory, and nothing
-// tells of locks and I/O.
+// While a RealTimeSection exists on a thread, this thread must not allocate, free, lock, or call
+// the kernel for I/O. Each offence is counted and named. The wrapped functions are replaced in the
+// whole test program (rt_guard.cpp). A sanitizer replaces them itself. Then its hooks report
+// memory, and locks and I/O are not checked.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class RealTimeSection {
   static std::uint64_t offences() noexcept;
   static const char* last_offence() noexcept;
   static void reset() noexcept;
-  // False where a sanitizer is in the way: memory is seen all the same.
+  // False if a sanitizer prevents the check. Memory is checked all the same.
   static bool sees_locks_and_io() noexcept;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command prints and ends with.
+// The output and exit code of a command.
 #pragma once
 
 #include <sys/wait.h>
@@ -14,10 +14,10 @@ namespace loopwarden::tests {
 
 struct ShellOutcome {
   int exit_code;
-  std::string text;  // standard output, and the error output where the line says so
+  std::string text;  // standard output, and the error output if the line redirects it
 };
 
-// As the shell of `popen` takes it.
+// Runs the line in the shell of `popen`.
 inline ShellOutcome run(const std::string& command) {
   FILE* pipe = popen(command.c_str(), "r");
   REQUIRE(pipe != nullptr);
@@ -31,7 +31,7 @@ inline ShellOutcome run(const std::string& command) {
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
 }
 
-// A line of bash, as users type it; without '.
+// Runs a line of bash, as users type it. It must not contain '.
 inline ShellOutcome bash(const std::string& line) { return run("exec bash -c '" + line + "'"); }
 
 }  // namespace loopwarden::tests

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A slow disk under some files of a program that a test starts, by the fault campaign's shim (tests/system/fault_campaign/shim.c).
+// A slow disk for some files of a program that a test starts, by the fault campaign's shim
+// (tests/system/fault_campaign/shim.c).
 #pragma once
 
 #include <fcntl.h>
@@ -20,7 +21,7 @@
 
 namespace loopwarden::tests {
 
-// Programs that are started while it lives have it, and keep it.
+// Programs started during its lifetime use it, also afterwards.
 class SlowDisk {
  public:
   // Bits of the shim's kHanging.
@@ -44,12 +45,12 @@ class SlowDisk {
     ::munmap(map_, kBytes);
   }
 
-  // Each opening, renaming and syncing of these files takes so long.
+  // Sets how long each opening, renaming and syncing of these files takes.
   void slow(File file, std::chrono::milliseconds each) {
     put(1, each.count());
     put(0, static_cast<std::int64_t>(file));
   }
-  // Calls that were slow.
+  // Returns the number of slow calls.
   std::int64_t calls() const {
     std::int64_t count = 0;
     std::memcpy(&count, at(2), sizeof count);
@@ -57,7 +58,7 @@ class SlowDisk {
   }
 
  private:
-  // As struct Switches of the shim has them: what comes before, then files, ms, count.
+  // Layout as in struct Switches of the shim: earlier fields, then files, ms, count.
   static constexpr std::size_t kBefore = 8 * (4 + 16 + 16 + 4 * 1024 + 2);
   static constexpr std::size_t kBytes = kBefore + 24;
   std::byte* at(std::size_t index) const {

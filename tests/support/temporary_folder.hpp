@@ -12,7 +12,7 @@
 
 namespace loopwarden::tests {
 
-// A folder of its own for a test, gone afterwards.
+// A temporary folder for one test. The destructor deletes it.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -34,7 +34,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-// Writes a file, with the folders above it.
+// Writes a file, and creates its folders.
 inline void write_file(const std::filesystem::path& path, std::string_view text) {
   std::filesystem::create_directories(path.parent_path());
   std::ofstream stream(path, std::ios::binary | std::ios::trunc);

@@ -6,7 +6,7 @@
 
 namespace loopwarden::tests {
 
-// `text` with its first `from` made `to`.
+// Returns `text` with its first `from` replaced by `to`.
 inline std::string with(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
   REQUIRE(at != std::string::npos);

@@ -15,7 +15,8 @@ namespace loopwarden::tests {
 namespace {
 
 std::mutex& mutex() {
-  static auto* const made = new std::mutex;  // stays: what is deleted at the end asks as well
+  // never freed, because deletions at the end of the program use it as well
+  static auto* const made = new std::mutex;
   return *made;
 }
 

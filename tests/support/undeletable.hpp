@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file or folder that can't be deleted, whoever the test runs as: unlink and unlinkat of it and of what is in it fail
-// with EACCES. They are replaced for this whole program.
+// A file or folder that can't be deleted by any user: unlink and unlinkat of it and of its content
+// fail with EACCES. They are replaced for this whole program.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@ namespace loopwarden::tests {
 
 class Undeletable {
  public:
-  // One at a time.
+  // Only one can exist at a time.
   explicit Undeletable(const std::filesystem::path& path);
   Undeletable(const Undeletable&) = delete;
   Undeletable& operator=(const Undeletable&) = delete;

@@ -11,15 +11,16 @@ namespace loopwarden::tests {
 
 using ZipMembers = std::vector<std::pair<std::string, std::string>>;  // name, content
 
-// `password`: of every member; empty: none.
+// `password`: of every member. Empty: no password.
 void write_zip(const std::filesystem::path& path, const ZipMembers& members,
                const std::string& password = {});
 
 struct TestSheet {
   std::string name;
-  std::string rows;  // what stands within <sheetData>
+  std::string rows;  // content of <sheetData>
 };
-// `styles`: within <styleSheet>; `shared`: the texts that cells share; `book`: before <sheets>.
+// `styles`: content of <styleSheet>. `shared`: the texts shared by cells. `book`: content before
+// <sheets>.
 ZipMembers workbook_parts(const std::vector<TestSheet>& sheets, const std::string& styles = {},
                           const std::vector<std::string>& shared = {},
                           const std::string& book = {});

@@ -25,7 +25,7 @@ TEST_CASE("SHA-256 of the standard's example, of a text and of a file", "[digest
   const loopwarden::tests::TemporaryFolder folder;
   loopwarden::tests::write_file(folder / "file", "abc");
   CHECK(sha256_hex_of_file(folder / "file") == expected);
-  // More than is read at once.
+  // More than one read returns.
   const std::string large(200'000, 'x');
   loopwarden::tests::write_file(folder / "large", large);
   CHECK(sha256_hex_of_file(folder / "large") == sha256_hex(large));
@@ -37,7 +37,7 @@ TEST_CASE("HMAC-SHA-256 of RFC 4231", "[digest]") {
         "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843");
 }
 
-TEST_CASE("CRC-32 as in IEEE 802.3, in one go or in parts", "[digest]") {
+TEST_CASE("CRC-32 as in IEEE 802.3, at once or in parts", "[digest]") {
   const std::string text = "123456789";
   CHECK(crc32(text) == 0xCBF43926U);
   CHECK(crc32({}) == 0U);

@@ -27,7 +27,7 @@ int threads_called(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("several that ask for the first time at once have one thread between them") {
+TEST_CASE("several first requests at the same time share one thread") {
   for (int round = 0; round < 200; ++round) {
     DiskErrand errand("t-errand");
     std::atomic<int> ready{0};

@@ -47,7 +47,7 @@ bool is_damaged(const std::filesystem::path& file, const sqlite::Schema& schema 
   return false;
 }
 
-TEST_CASE("what a statement is given comes back as it was") {
+TEST_CASE("values bound to a statement are read back unchanged") {
   const tests::TemporaryFolder folder;
   const Database database = opened(folder / "f");
   const std::string bytes("\0\xFF x", 4);
@@ -70,7 +70,7 @@ TEST_CASE("what a statement is given comes back as it was") {
   CHECK_FALSE(read.step());
 }
 
-TEST_CASE("a transaction that is not committed leaves nothing") {
+TEST_CASE("a transaction that is not committed has no effect") {
   const tests::TemporaryFolder folder;
   Database database = opened(folder / "f");
   {
@@ -84,7 +84,7 @@ TEST_CASE("a transaction that is not committed leaves nothing") {
   CHECK(rows(database) == 1);
 }
 
-TEST_CASE("another's file and rubbish are damaged; no folder and a full disk pass") {
+TEST_CASE("foreign files and rubbish count as damaged; a missing folder and a full disk do not") {
   const tests::TemporaryFolder folder;
   opened(folder / "f");
   CHECK_NOTHROW(opened(folder / "f"));
@@ -99,11 +99,11 @@ TEST_CASE("another's file and rubbish are damaged; no folder and a full disk pas
 }
 
 TEST_CASE(
-    "a file of another version is refused with what it is and what to do, and is not touched") {
+    "a file of another version is refused with its version and the remedy, and is not changed") {
   const tests::TemporaryFolder folder;
   const int version = GENERATE(2, 9);
   const sqlite::Schema other{"test", kSchema.application_id, version, kSchema.tables};
-  // Killed while it wrote: the log holds what the file does not.
+  // The program was killed while it wrote. The log contains rows that the file lacks.
   const std::filesystem::path file = folder / "f";
   {
     const Database writer = opened(folder / "written", other);
@@ -136,7 +136,7 @@ TEST_CASE(
   CHECK(rows(opened(file, other)) == 1);
 }
 
-TEST_CASE("a reader reads what another connection has written, and can't write") {
+TEST_CASE("a reader sees the rows of another connection, and can't write") {
   const tests::TemporaryFolder folder;
   Database writer = opened(folder / "f");
   Statement(writer, "INSERT INTO t(n) VALUES(1)").run();

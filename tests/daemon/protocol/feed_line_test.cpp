@@ -13,7 +13,7 @@ namespace loopwarden::protocol::feed_line_test {
 
 using Quality = FedValue::Quality;
 
-TEST_CASE("a line of feed.sock as a feeder writes it", "[feed]") {
+TEST_CASE("a line of feed.sock has the form that feeders write", "[feed]") {
   const std::vector<FedValue> values{
       {.name = "FIC205.PV", .value = 12.25, .time_s = 1764000000.125, .quality = Quality::good},
       {.name = "FIC205.OP", .quality = Quality::bad}};
@@ -27,7 +27,7 @@ TEST_CASE("a line of feed.sock as a feeder writes it", "[feed]") {
   CHECK(read_feed_line(feed_sign_of_life(), id).values.empty());
 }
 
-TEST_CASE("what a feeder writes is read the same, in lines that are short enough", "[feed]") {
+TEST_CASE("a feeder's values are read back unchanged, in lines that are short enough", "[feed]") {
   namespace property = tests::property;
   property::for_all("values there and back", 100, [] {
     std::vector<FedValue> values(static_cast<std::size_t>(property::integer(0, 300)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the sockets answer, byte for byte: tests/daemon/protocol/golden has a line for each kind of answer. LOOPWARDEN_WRITE_GOLDEN=1 writes
-// them anew, for a change that is meant.
+// The answers of the sockets, byte for byte. tests/daemon/protocol/golden has one line per kind of answer.
+// For an intended change, LOOPWARDEN_WRITE_GOLDEN=1 writes the files again.
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -71,7 +71,7 @@ alarm::WindowJudgement stiction_seen() {
   return judgement;
 }
 
-// Of a loop of which something is recorded.
+// Adds the answers about reports of a recorded loop.
 void ask_for_reports(std::map<std::string, std::string>& told) {
   Bench bench(kAll, control::OutputAction::go_to(40.0), true);
   const auto asked = [](std::int64_t from_ms) {
@@ -98,7 +98,7 @@ void ask_for_reports(std::map<std::string, std::string>& told) {
   told["reports"] = line_of(bench, question, SocketName::control);
 }
 
-// Everything that can be asked, by the name of its golden file.
+// Returns the answers to all requests, by the name of their golden file.
 std::map<std::string, std::string> answers() {
   Bench bench(kAll);
   std::map<std::string, std::string> told;
@@ -217,7 +217,7 @@ std::map<std::string, std::string> answers() {
   return told;
 }
 
-// As it is once its struct has read and written it.
+// Returns the answer after its struct has read and written it.
 template <class Answer>
 json again(const json& answer) {
   return answer.get<Answer>();
@@ -265,8 +265,8 @@ const std::map<std::string, Again> kAgain{
 
 }  // namespace
 
-TEST_CASE("the sockets answer as they always have", "[protocol]") {
-  const std::filesystem::path folder = LOOPWARDEN_SOURCE_DIR "/tests/daemon/protocol/golden";
+TEST_CASE("the sockets answer as in earlier versions", "[protocol]") {
+  const std::filesystem::path folder = LOOPWARDEN_SOURCE_DIR "/tests/protocol/golden";
   for (const auto& [name, text] : answers()) {
     INFO(name);
     const std::filesystem::path file = folder / (name + ".json");
@@ -278,7 +278,7 @@ TEST_CASE("the sockets answer as they always have", "[protocol]") {
   }
 }
 
-TEST_CASE("an answer that its struct has read is written as it was", "[protocol]") {
+TEST_CASE("an answer read into its struct is written unchanged", "[protocol]") {
   for (const auto& [name, text] : answers()) {
     INFO(name);
     json answer = json::parse(text);
@@ -289,7 +289,7 @@ TEST_CASE("an answer that its struct has read is written as it was", "[protocol]
   }
 }
 
-TEST_CASE("what a daemon of another version does not send has a default", "[protocol]") {
+TEST_CASE("a field that a daemon of another version does not send has a default", "[protocol]") {
   const json old{{"alarms", {{{"loop", "FIC-101"}, {"alarm", "stiction"}, {"newer", 1}}}}};
   const auto alarms = old.get<protocol::Alarms>();
   REQUIRE(alarms.alarms.size() == 1);
@@ -300,7 +300,7 @@ TEST_CASE("what a daemon of another version does not send has a default", "[prot
   CHECK_THROWS_AS(json::array().get<protocol::Alarms>(), json::exception);
 }
 
-TEST_CASE("a request is what it was when it has been sent", "[protocol]") {
+TEST_CASE("a request is unchanged after it was sent", "[protocol]") {
   protocol::SetRequest set;
   set.loop = "FIC-101";
   set.output = 40.0;

@@ -11,7 +11,7 @@ namespace register_map_test {
 using namespace loopwarden::registers;
 using loopwarden::hal::modbus::RegisterType;
 
-TEST_CASE("every register is found where it says it is, for every loop", "[register_map]") {
+TEST_CASE("every register is found at its stated place, for every loop", "[register_map]") {
   constexpr std::size_t kLoops = 3;
   for (const Register& reg : registers()) {
     for (std::size_t loop = 0; loop < (reg.area == Area::box ? 1 : kLoops); ++loop) {
@@ -27,7 +27,7 @@ TEST_CASE("every register is found where it says it is, for every loop", "[regis
   }
 }
 
-TEST_CASE("between fields a block is reserved, behind the last loop there is nothing",
+TEST_CASE("a block is reserved between its fields, and there are no registers after the last loop",
           "[register_map]") {
   CHECK(find(Table::input_register, 50, 2).in_map);
   CHECK(find(Table::input_register, 50, 2).reg == nullptr);
@@ -38,7 +38,7 @@ TEST_CASE("between fields a block is reserved, behind the last loop there is not
   CHECK_FALSE(find(Table::coil, 16 + 16, 1).in_map);
   CHECK(kMostLoops == 895);
   CHECK(find(Table::input_register, 0xE000 - 1, 5000).loop == 894);
-  // The second blocks: three reserved registers each, then nothing.
+  // Each second block ends with three reserved registers. No registers follow the last one.
   CHECK(find(Table::input_register, 0xE000 + 8 + 5, 2).in_map);
   CHECK(find(Table::input_register, 0xE000 + 8 + 5, 2).reg == nullptr);
   CHECK_FALSE(find(Table::input_register, 0xE000 + 2 * 8, 2).in_map);
@@ -56,7 +56,7 @@ TEST_CASE("between fields a block is reserved, behind the last loop there is not
   CHECK_FALSE(find(Table::discrete_input, 32768, 2).in_map);
 }
 
-TEST_CASE("names tell the registers of a table apart; blocks are short enough for any master",
+TEST_CASE("the names of a table's registers are unique; blocks are short enough for any master",
           "[register_map]") {
   std::set<std::tuple<Table, Area, std::string>> names;
   for (const Register& reg : registers()) {
@@ -72,8 +72,8 @@ TEST_CASE("names tell the registers of a table apart; blocks are short enough fo
   }
 }
 
-// What masters in the field have in their configuration.
-TEST_CASE("the places that are promised", "[register_map]") {
+// Masters in the field have these places in their configuration.
+TEST_CASE("promised places don't change", "[register_map]") {
   struct Promise {
     Table table;
     std::uint32_t address;
@@ -130,8 +130,7 @@ TEST_CASE("the places that are promised", "[register_map]") {
 }
 
 TEST_CASE(
-    "the third block is read-only but for orders about alarms, and what is kept for later can't be "
-    "taken by anything",
+    "the third block is read-only except for orders about alarms, and reserved places stay free",
     "[register_map]") {
   for (const Register& reg : registers()) {
     if (reg.area == Area::third && reg.table == Table::holding_register) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Archives and workbooks as folders of exports.
+// Archives and workbooks are read as folders of exports.
 #include "record/import/containers.hpp"
 
 #include <fmt/format.h>
@@ -55,7 +55,7 @@ bool has(const std::vector<FileProblem>& problems, const std::string& file,
   });
 }
 
-TEST_CASE("the members of an archive are files, by name and in a folder", "[import]") {
+TEST_CASE("the members of an archive are files, alone and in a folder", "[import]") {
   const TemporaryFolder folder;
   write_zip(folder / "week.zip", {{"day1/FIC1.csv", csv("FIC1")},
                                   {"day1/", ""},
@@ -79,10 +79,10 @@ TEST_CASE("the members of an archive are files, by name and in a folder", "[impo
   same(import_record(folder / "week.zip", "FIC2", {}));
   CHECK_THROWS_WITH(import_record(folder / "week.zip/FIC9.csv", "", {}),
                     Catch::Contains("week.zip/FIC9.csv: the archive has no such member"));
-  CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);  // nothing was unpacked
+  CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1);  // no member was unpacked
 }
 
-TEST_CASE("names from within a file have nothing that a terminal would act on", "[import]") {
+TEST_CASE("names from within a file contain no control characters for a terminal", "[import]") {
   CHECK(plain_name("a\x1B[2J\xC3\xA4\xC2\x9B.csv", "x") == "a?[2J\xC3\xA4?.csv");
   CHECK(plain_name("a\xFF", "member 1") == "member 1");
   CHECK(plain_name("", "member 1") == "member 1");
@@ -95,7 +95,7 @@ TEST_CASE("names from within a file have nothing that a terminal would act on", 
   CHECK(members[1].path == folder / "b.xlsx/sheet 2");
 }
 
-TEST_CASE("what an archive may not be is refused by its name", "[import]") {
+TEST_CASE("unsupported archives are refused by name", "[import]") {
   const TemporaryFolder folder;
   const auto why = [&](const std::string& name) {
     try {
@@ -119,20 +119,20 @@ TEST_CASE("what an archive may not be is refused by its name", "[import]") {
   write_zip(folder / "secret.zip", {{"a.csv", csv("FIC1")}}, "word");
   Importer secret({folder / "secret.zip"}, {});
   CHECK(has(secret.problems(), "secret.zip/a.csv", "is encrypted, which is not read"));
-  // In a folder each is a problem, and the rest is read.
+  // In a folder each of them is a problem, and the other files are read.
   write_file(folder / "good.csv", csv("FIC7"));
   Importer all({folder.path()}, {});
   CHECK(tags(all) == std::vector<std::string>{"FIC7"});
   CHECK(all.problems().size() == 5);
 }
 
-TEST_CASE("sizes in an archive's directory that lie are found out", "[import]") {
+TEST_CASE("wrong sizes in an archive's directory are detected", "[import]") {
   const TemporaryFolder folder;
   write_zip(folder / "a.zip", {{"a.csv", csv("FIC1")}});
   const std::string whole = read_file(folder / "a.zip");
   const std::size_t entry = whole.rfind("PK\x01\x02");
   REQUIRE(entry != std::string::npos);
-  for (const int size : {10, 20'000}) {  // of the member when unpacked, at byte 24 of its entry
+  for (const int size : {10, 20'000}) {  // unpacked size of the member, at byte 24 of its entry
     std::string lying = whole;
     for (std::size_t k = 0; k < 4; ++k)
       lying[entry + 24 + k] = static_cast<char>(size >> (8U * k) & 0xFF);
@@ -198,7 +198,8 @@ TEST_CASE("the sheets of a workbook are files; dates by their number format", "[
   CHECK(old.notes.start->whole_s == 1772323200 + 1462LL * 86400);
 }
 
-TEST_CASE("cells that are empty, errors, texts with tabs, dates beside times of day", "[import]") {
+TEST_CASE("cells that are empty, errors, texts with tabs, and dates next to times of day",
+          "[import]") {
   const TemporaryFolder folder;
   std::string rows =
       "<row r=\"1\"><c r=\"A1\" t=\"inlineStr\"><is><t>Date</t></is></c><c r=\"B1\" "
@@ -235,7 +236,7 @@ TEST_CASE("cells that are empty, errors, texts with tabs, dates beside times of 
                     Catch::Contains(fmt::format("b.xlsx/S:{}:5: '1.2.", kSamples + 2)));
 }
 
-TEST_CASE("number formats: what is a date", "[import]") {
+TEST_CASE("number formats decide whether a cell is a date", "[import]") {
   for (const char* code : {"yyyy-mm-dd", "[$-407]d. mmm", "mmm", "d/m/yy;@"})
     CHECK(number_kind(code) == NumberKind::date);
   for (const char* code :

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exports as historians write them, each of the same loop: they must give the same record.
+// Exports in the forms of many historians, all of the same loop. They must give the same record.
 #include "record/import/importer.hpp"
 
 #include <fmt/format.h>
@@ -78,7 +78,7 @@ std::string date(const char* format, std::size_t k) {
   return text.str();
 }
 
-// A row a time.
+// One row per time.
 std::string wide(const std::string& header, const std::function<std::string(std::size_t)>& time,
                  char delimiter = ',', char decimal = '.', const std::string& end = "\n") {
   std::string text = header + end;
@@ -141,7 +141,7 @@ ImportOptions with_time(TimeForm form) {
   return options;
 }
 
-TEST_CASE("times in all their forms give one record", "[import]") {
+TEST_CASE("times in all forms give one record", "[import]") {
   const std::string names = ",FIC101.PV,FIC101.OP,FIC101.SP";
   same(imported(wide("time,pv,co,sp", seconds)));
   same(imported(wide("time" + names, seconds)));
@@ -208,19 +208,19 @@ TEST_CASE("delimiters, decimal commas, encodings, line ends, header lines and un
       "Date;Time;PV;OP;SP", [](std::size_t k) { return date("%d.%m.%Y;%H:%M:%S", k); }, ';', ',')));
 }
 
-TEST_CASE("an order of day and month that nothing tells is asked for", "[import]") {
+TEST_CASE("an ambiguous order of day and month is asked for", "[import]") {
   const std::string text =
       wide("Date,PV,OP,SP", [](std::size_t k) { return date("%m/%d/%Y 10:%M:%S", k); });
   const std::string what = failure(text);
   CHECK(what.find("--time dmy or --time mdy") != std::string::npos);
   CHECK(what.find("export.csv:") != std::string::npos);
-  // Midnight tells: time goes on by a second.
+  // Midnight decides the order, because time continues by a second.
   const std::string over_midnight =
       wide("Date,PV,OP,SP", [](std::size_t k) { return date("%m/%d/%Y %H:%M:%S", k + 5300); });
   same(imported(over_midnight));
 }
 
-TEST_CASE("a row a value, packed, with qualities and another order", "[import]") {
+TEST_CASE("one value per row, packed, with qualities and another order", "[import]") {
   std::string text = "Tag,Timestamp,Value,Quality\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
     text += "FIC101.PV," + iso(k) + "," + number(loop().pv[k]) + ",Good\n";
@@ -241,7 +241,7 @@ TEST_CASE("a row a value, packed, with qualities and another order", "[import]")
   CHECK(std::isnan(got.record.co[7]));
   CHECK(got.record.co[8] == loop().co[8]);
   CHECK(got.record.pv == loop().pv);
-  // Cut in the middle of the packed data.
+  // Truncated in the middle of the packed data.
   const std::string whole = read_file(folder / "long.csv.gz");
   write_file(folder / "cut.csv.gz", whole.substr(0, whole.size() / 2));
   CHECK_THROWS_WITH(import_record(folder / "cut.csv.gz", "", {}),
@@ -264,7 +264,7 @@ TEST_CASE("bad values by name are missing samples, counted", "[import]") {
   CHECK(imported(spoiled("Questionable")).notes.questionable == 9);
 }
 
-TEST_CASE("jittered times are drawn onto a constant period, and what that moves is said",
+TEST_CASE("jittered times are drawn onto a constant period, and the change of PV is reported",
           "[import]") {
   numeric::Random random(5);
   std::vector<double> at(kSamples);
@@ -285,8 +285,10 @@ TEST_CASE("jittered times are drawn onto a constant period, and what that moves 
     CHECK(got.record.pv[k] == Approx(loop().pv[k]).margin(0.2));
 }
 
-TEST_CASE("values polled at no constant period are drawn onto one, and are no archive's",
-          "[import]") {
+TEST_CASE(
+    "values polled at a varying period are drawn onto a constant one, and don't count as an "
+    "archive's",
+    "[import]") {
   numeric::Random random(6);
   std::vector<double> at(kSamples);
   for (std::size_t k = 0; k < kSamples; ++k)
@@ -299,7 +301,7 @@ TEST_CASE("values polled at no constant period are drawn onto one, and are no ar
   CHECK(got.notes.resampled.find("at no constant period") != std::string::npos);
 }
 
-TEST_CASE("rows that are missing become missing samples", "[import]") {
+TEST_CASE("missing rows become missing samples", "[import]") {
   std::string text = "Timestamp,PV,OP,SP\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
     if (k >= 300 && k < 320) continue;
@@ -313,8 +315,9 @@ TEST_CASE("rows that are missing become missing samples", "[import]") {
   CHECK(got.notes.missing == 20);
 }
 
-TEST_CASE("stored values are put on the shortest step of their times and filled as they were made",
-          "[import]") {
+TEST_CASE(
+    "stored values are put on the shortest step of their times and filled by the archive's rule",
+    "[import]") {
   const Places pv = by_swinging_door(loop().pv, 0.2);
   const Places co = by_exception(loop().co, 0.5);
   std::string text = "TagName,DateTime,Value\n";
@@ -337,11 +340,10 @@ TEST_CASE("stored values are put on the shortest step of their times and filled 
   ImportOptions held;
   held.filling = Filling::held;
   CHECK(imported(text, held).record.pv[pv[1] + 1] == loop().pv[pv[1]]);
-  CHECK(got.pv_drawn.empty());  // the archive's rule tells what was in between
+  CHECK(got.pv_drawn.empty());  // the archive's rule gives the values in between
 }
 
-TEST_CASE("between values that were stored by no known rule CO is held and PV is a guess",
-          "[import]") {
+TEST_CASE("between values stored by an unknown rule CO is held and PV is a guess", "[import]") {
   numeric::Random random(3);
   std::string text = "TagName,DateTime,Value\n";
   Places stored;
@@ -367,8 +369,7 @@ TEST_CASE("between values that were stored by no known rule CO is held and PV is
   CHECK(imported(text, lines).pv_drawn.empty());
 }
 
-TEST_CASE("newest first, a last line that was cut, a footer and a delimiter at the end",
-          "[import]") {
+TEST_CASE("newest first, a truncated last line, a footer and a delimiter at the end", "[import]") {
   std::string text = "Timestamp,PV,OP,SP\n";
   for (std::size_t k = kSamples; k-- > 0;) {
     text += iso(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) + "," +
@@ -382,7 +383,7 @@ TEST_CASE("newest first, a last line that was cut, a footer and a delimiter at t
       "Timestamp,PV,OP,SP,", [](std::size_t k) { return iso(k); }, ',', '.', ",\n")));
 }
 
-// Rows that end early are looked at again while their file's text is read block by block.
+// Rows that end early are examined again while the file is read block by block.
 TEST_CASE("short rows at any place of a long file keep their values", "[import]") {
   constexpr std::size_t kRows = 30000;  // 0.8 MB, three blocks
   std::string text = "Timestamp,PV,OP,Remark\n";
@@ -396,7 +397,7 @@ TEST_CASE("short rows at any place of a long file keep their values", "[import]"
     if (got.record.pv[k] != Approx(loop().pv[k % kSamples])) FAIL("row " << k);
     if (got.record.co[k] != Approx(loop().co[k % kSamples])) FAIL("row " << k);
   }
-  // Long: the row that is cut is the last of the file.
+  // One value per row: the truncated row is the last of the file.
   std::string tall = "Tag,Timestamp,Value\n";
   for (std::size_t k = 0; k < kRows; ++k) {
     tall += "FIC1.PV," + iso(k) + "," + number(loop().pv[k % kSamples]) + "\n";
@@ -405,7 +406,7 @@ TEST_CASE("short rows at any place of a long file keep their values", "[import]"
   CHECK(imported(tall + "FIC1.PV,2026-03").record.size() == kRows);
 }
 
-TEST_CASE("the later of two values with one time stands, and both are counted", "[import]") {
+TEST_CASE("the later of two values with one time is used, and both are counted", "[import]") {
   std::string text = "Tag,Timestamp,Value\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
     text += "FIC1.PV," + iso(k) + "," + number(loop().pv[k]) + "\n";
@@ -417,7 +418,7 @@ TEST_CASE("the later of two values with one time stands, and both are counted", 
   CHECK(got.record.pv[77] == 19.5);
 }
 
-TEST_CASE("local times at the end of summer time go on", "[import]") {
+TEST_CASE("local times at the end of summer time continue", "[import]") {
   std::string text = "Timestamp,PV,OP,SP\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
     const std::size_t at = 10 * k + 1000;
@@ -431,14 +432,14 @@ TEST_CASE("local times at the end of summer time go on", "[import]") {
   CHECK(got.notes.remarks.front().find("summer time") != std::string::npos);
 }
 
-TEST_CASE("times that go back otherwise are an error with their line", "[import]") {
+TEST_CASE("other times that run backwards are an error with their line", "[import]") {
   std::string text = "Timestamp,PV,OP,SP\n";
   for (std::size_t k = 0; k < kSamples; ++k) text += iso(k == 100 ? 90 : k) + ",1,2,3\n";
   const std::string what = failure(text);
   CHECK(what.find("export.csv:102: the time decreases by 9 s") != std::string::npos);
 }
 
-TEST_CASE("several loops in a file, by their tags, and a choice that is asked for", "[import]") {
+TEST_CASE("several loops in a file are separated by tag, and a choice is asked for", "[import]") {
   std::string text =
       "Timestamp,FIC101.PV,FIC101.OP,FIC101.SP,FIC102.PV,FIC102.OP,FIC102.SP,TI205\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
@@ -458,11 +459,11 @@ TEST_CASE("several loops in a file, by their tags, and a choice that is asked fo
   mapped.loops.front().names[0] = "FIC103.PV";
   CHECK(failure(text, mapped).find("no column or tag 'FIC103.PV'; is it 'FIC101.PV'?") !=
         std::string::npos);
-  mapped.loops.front().names = {"4", "", "2", "", ""};  // by number, the first is the time
+  mapped.loops.front().names = {"4", "", "2", "", ""};  // by number; the first column is the time
   CHECK(imported(text, mapped).notes.names[index_of(Role::co)] == "FIC101.PV");
 }
 
-TEST_CASE("a mode that the operator asked for is no loop beside the one of the file", "[import]") {
+TEST_CASE("a mode requested by the operator is no separate loop", "[import]") {
   const TemporaryFolder folder;
   std::string text = "time_s,pv,sp,co,mode,requested_mode\n";
   for (int k = 0; k < 20; ++k) text += number(k) + ",5,5,4,1,1\n";
@@ -473,9 +474,8 @@ TEST_CASE("a mode that the operator asked for is no loop beside the one of the f
   CHECK(importer.other_names() == std::vector<std::string>{"requested_mode"});
 }
 
-TEST_CASE(
-    "a folder: a loop that goes on from file to file, and one bad file that costs only itself",
-    "[import]") {
+TEST_CASE("a folder: a loop continues from file to file, and one bad file is left out",
+          "[import]") {
   const TemporaryFolder folder;
   const auto part = [&](std::size_t from, std::size_t to) {
     std::string text = "Timestamp,FIC101.PV,FIC101.OP,FIC101.SP\n";
@@ -497,7 +497,7 @@ TEST_CASE(
   same(importer.read_one(0));
 }
 
-// What Importer::read gives of a folder.
+// The results of Importer::read for a folder.
 struct ReadAll {
   std::map<std::string, std::size_t> samples;  // by tag
   std::vector<std::string> failures;
@@ -520,7 +520,7 @@ ReadAll read_all(const fs::path& folder) {
   return out;
 }
 
-TEST_CASE("a cell that can't be read costs its loop, and not the others of the file", "[import]") {
+TEST_CASE("an unreadable cell fails its loop, and not the others of the file", "[import]") {
   for (const bool is_long : {false, true}) {
     INFO(is_long);
     std::string text =
@@ -559,13 +559,14 @@ void write_gzip(const fs::path& path, const std::string& text, double share) {
       path, packed.substr(0, static_cast<std::size_t>(share * static_cast<double>(packed.size()))));
 }
 
-TEST_CASE("a packed file that was cut costs none of the sound ones", "[import]") {
+TEST_CASE("a truncated packed file doesn't affect valid files", "[import]") {
   std::string tall = "Tag,Timestamp,Value\n";
   for (std::size_t k = 0; k < 40 * kSamples; ++k) {
     tall += "FIC0.PV," + iso(k) + "," + number(loop().pv[k % kSamples]) + "\n";
     tall += "FIC0.OP," + iso(k) + "," + number(loop().co[k % kSamples]) + "\n";
   }
-  // Cut behind its first lines: that it is an export shows, what loops are in it does not.
+  // Truncated after its first lines. They show that it is an export, and not which loops it
+  // contains.
   const TemporaryFolder folder;
   write_gzip(folder / "0.csv.gz", tall, 0.5);
   std::map<std::string, std::size_t> sound;
@@ -590,7 +591,7 @@ TEST_CASE("a packed file that was cut costs none of the sound ones", "[import]")
 }
 
 TEST_CASE("rows wider than their header are refused, with the line", "[import]") {
-  // A comma for the decimals and one between the cells: whose cell is whose can't be told.
+  // A comma for the decimals and one between the cells, so the cells can't be assigned.
   std::string text = "Tag,Timestamp,Value\n";
   for (std::size_t k = 0; k < kSamples; ++k)
     text += "FIC1,PV," + iso(k) + "," + number(loop().pv[k]) + "\n";
@@ -599,7 +600,7 @@ TEST_CASE("rows wider than their header are refused, with the line", "[import]")
   for (std::size_t k = 0; k < kSamples; ++k)
     counted += "FIC1,PV," + seconds(k) + "," + number(loop().pv[k]) + "\n";
   CHECK(failure(counted).find("export.csv:2: 4 cells where the header has 3") != std::string::npos);
-  // Beyond the lines that the layout is found from.
+  // After the lines that determine the layout.
   const std::string rows = wide("Timestamp,PV,OP,SP", [](std::size_t k) { return iso(k); });
   const std::string wider = iso(kSamples) + ",20,50,20,7\n" + iso(kSamples + 1) + ",20,50,20\n";
   CHECK(failure(rows + wider).find("export.csv:902:") != std::string::npos);
@@ -628,7 +629,7 @@ TEST_CASE("a spreadsheet's error in any language is a bad value", "[import]") {
   }
 }
 
-TEST_CASE("unknown words are bad values where nine of ten cells are numbers, and said",
+TEST_CASE("unknown words are bad values if nine of ten cells are numbers, and are reported",
           "[import]") {
   const auto with = [](std::size_t cells, const std::string& word, const std::string& other,
                        bool is_long = false) {
@@ -660,7 +661,7 @@ TEST_CASE("unknown words are bad values where nine of ten cells are numbers, and
   CHECK(imported(with(91, "Wartung", "Wartung"), options).notes.bad == 91);
   for (const char* no_word : {"1.2.3", "-5x", "12 m", "+"})
     CHECK(failure(with(2, no_word, no_word)).find("is not a number") != std::string::npos);
-  // Once a word and file, whatever signals it stands in.
+  // One line per word and file, for all its signals.
   CHECK(bad_words_text({{"a.csv", "X.PV", "aus", 2},
                         {"a.csv", "X.OP", "aus", 3},
                         {"a.csv", "X.PV", "aus", 2},
@@ -669,7 +670,7 @@ TEST_CASE("unknown words are bad values where nine of ten cells are numbers, and
         "b.csv: 'aus' in 1 cell of X.PV: taken as a bad value\n");
 }
 
-// An OPC logger: samples of a scan, each value stamped by itself, by exception.
+// An OPC logger by exception. Each value of a scan has a separate time stamp.
 std::string logged(double scan_s, double jitter_s) {
   numeric::Random random(7);
   constexpr std::size_t kScans = 3600;
@@ -690,7 +691,7 @@ std::string logged(double scan_s, double jitter_s) {
   return text;
 }
 
-TEST_CASE("stamps that jitter by milliseconds don't make the period: the scan does", "[import]") {
+TEST_CASE("the scan gives the period, also if stamps jitter by milliseconds", "[import]") {
   for (const double scan : {0.5, 1.0, 5.0}) {
     for (const double jitter : {0.0049, 0.08}) {
       INFO(scan << " " << jitter);
@@ -700,9 +701,9 @@ TEST_CASE("stamps that jitter by milliseconds don't make the period: the scan do
       CHECK(got.notes.resampled.find("multiples") != std::string::npos);
     }
   }
-  // A scan that nobody would guess.
+  // An unusual scan period.
   CHECK(imported(logged(1.7, 0.004)).record.period_s == Approx(1.7).epsilon(1e-3));
-  // Two values of a scan a few milliseconds apart are no scan of milliseconds.
+  // Two values of a scan, a few milliseconds apart, don't make a scan of milliseconds.
   std::string twice = "Tag,Timestamp,Value\n";
   numeric::Random random(8);
   double at = 0.0;
@@ -719,12 +720,12 @@ TEST_CASE("stamps that jitter by milliseconds don't make the period: the scan do
   CHECK(imported(twice).record.period_s == 1.0);
 }
 
-TEST_CASE("values at times of no scan are put on a period that their density gives", "[import]") {
+TEST_CASE("values without a scan are put on a period derived from their density", "[import]") {
   numeric::Random random(9);
   std::string text = "Tag,Timestamp,Value\n";
   double at = 0.0;
   for (std::size_t k = 0; k < 1000; ++k) {
-    at += -3.0 * std::log(random.uniform(1e-6, 1.0)) + 0.001;  // as independent events come
+    at += -3.0 * std::log(random.uniform(1e-6, 1.0)) + 0.001;  // intervals of independent events
     text += fmt::format("FIC1.PV,{},{:.3f}\n",
                         iso_text(kStart + static_cast<std::int64_t>(at), at - std::floor(at), true),
                         random.normal());
@@ -735,7 +736,7 @@ TEST_CASE("values at times of no scan are put on a period that their density giv
   CHECK(got.notes.resampled.find("no common step") != std::string::npos);
 }
 
-TEST_CASE("a record of more than 50 samples a value is refused, unless its period is told",
+TEST_CASE("a record with more than 50 samples per value is refused unless its period is given",
           "[import]") {
   numeric::Random random(12);
   std::string text = "Tag,Timestamp,Value\n";
@@ -755,7 +756,7 @@ TEST_CASE("a record of more than 50 samples a value is refused, unless its perio
   CHECK(imported(text, told).record.period_s == *told.period_s);
   told.period_s = 1.0;
   CHECK(imported(text, told).record.size() > 50 * 60);
-  // Two hours with half a year between them.
+  // Two hours of values, half a year apart.
   std::string gap = "Timestamp,PV,OP\n";
   for (std::size_t k = 0; k < 2 * kSamples; ++k) {
     gap += iso(k < kSamples ? k : k + 180UL * 86400) + "," + number(loop().pv[k % kSamples]) + "," +
@@ -785,7 +786,7 @@ TEST_CASE("InfluxDB's annotated CSV is read by series", "[import]") {
   same(got);
   CHECK(got.notes.tag == "plant.FIC101");
   CHECK(got.notes.start->whole_s == kStart);
-  // A field that says nothing, with the signal in a tag column.
+  // A field without meaning, with the signal in a tag column.
   std::string by_tag = annotations + header;
   for (std::size_t k = 0; k < kSamples; ++k) {
     for (const auto& [tag, value] : {std::pair{"FIC7.PV", loop().pv[k]}, {"FIC7.OP", loop().co[k]}})
@@ -793,7 +794,7 @@ TEST_CASE("InfluxDB's annotated CSV is read by series", "[import]") {
                 ",value,opc," + tag + "\n";
   }
   CHECK(imported(by_tag).notes.tag == "opc.FIC7");
-  // A table with other columns, and one whose columns stand in its defaults.
+  // A table with other columns, and one with its columns in the defaults.
   std::string others = text;
   others += "#default,_result,,,,,,FIC102\n,result,table,_time,_value,_field,_measurement,unit\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
@@ -804,7 +805,7 @@ TEST_CASE("InfluxDB's annotated CSV is read by series", "[import]") {
   CHECK(imported(others, {}, "export.csv", "plant.FIC102").record.co == loop().co);
   CHECK(failure(text + "#group,false\n,result,table,_time,_field,_measurement,site\n")
             .find("a table without _time, _field and _value begins here") != std::string::npos);
-  // A column a field, as pivot() makes it.
+  // One column per field, as pivot() writes it.
   std::string pivoted = ",result,table,_start,_stop,_time,_measurement,FIC9.PV,FIC9.OP,FIC9.SP\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
     pivoted += ",,0," + iso(0) + "," + iso(kSamples) + "," + iso(k) + ",opc," +
@@ -814,8 +815,8 @@ TEST_CASE("InfluxDB's annotated CSV is read by series", "[import]") {
   same(imported(pivoted));
 }
 
-TEST_CASE("times and values in pairs of columns, each of its own length", "[import]") {
-  // As DataLink writes it: above the times or the values, with a time of its own for each value.
+TEST_CASE("times and values in pairs of columns of different lengths", "[import]") {
+  // As DataLink writes it: names above the times or the values, and a separate time for each value.
   for (const char* header : {"FIC-128.PV,,FIC-128.OP,,FIC-128.SP,",
                              "Timestamp,FIC-128.PV,Timestamp,FIC-128.OP,Timestamp,FIC-128.SP",
                              "FIC-128.PV Time,FIC-128.PV Value,FIC-128.OP Time,FIC-128.OP Value,"
@@ -846,21 +847,21 @@ TEST_CASE("times and values in pairs of columns, each of its own length", "[impo
       }
     }
   }
-  // Two columns of times alone make no pairs.
+  // Two columns of times without a second column of values make no pairs.
   ImportOptions mapped;
   mapped.loops = {{.tag = "", .names = {"Value", "", "", "", ""}, .units = {}}};
   std::string spans = "StartTime,Value,EndTime,Status\n";
   for (std::size_t k = 0; k < kSamples; ++k)
     spans += iso(k) + "," + number(loop().pv[k]) + "," + iso(k + 1) + ",3\n";
   CHECK(imported(spans, mapped).record.pv == loop().pv);
-  // A time that can't be read has its place.
+  // An unreadable time is reported with its place.
   std::string broken = "FIC1.PV,,FIC1.OP,\n";
   for (std::size_t k = 0; k < kSamples; ++k)
     broken += iso(k) + ",20," + (k == 700 ? "yesterday" : iso(k)) + ",50\n";
   CHECK(failure(broken).find("export.csv:702:25: 'yesterday' is no time") != std::string::npos);
 }
 
-TEST_CASE("formats that are not read say what to do instead", "[import]") {
+TEST_CASE("unsupported formats give an error with a remedy", "[import]") {
   const std::string zip("PK\x03\x04\x14\0\0\0\0\0", 10);
   const TemporaryFolder folder;
   const auto said = [&](const std::string& name, const std::string& content) {
@@ -879,7 +880,7 @@ TEST_CASE("formats that are not read say what to do instead", "[import]") {
   CHECK_THAT(said("a.json", "[\n  {\"time\": 1, \"pv\": 2}\n]\n"), Catch::Contains("is JSON"));
 }
 
-TEST_CASE("what a folder has beside exports is listed with the reason", "[import]") {
+TEST_CASE("other files of a folder are listed with the reason", "[import]") {
   const TemporaryFolder folder;
   for (const char* name : {"a.pdf", "b.json", "c.JPG", "d.raw", ".hidden.zip"})
     write_file(folder / name, "x");
@@ -929,7 +930,7 @@ TEST_CASE("tags of a transmitter and a valve are offered as a loop", "[import]")
         std::string::npos);
 }
 
-TEST_CASE("of a loop in several files a bad one is left out and listed", "[import]") {
+TEST_CASE("a bad file of a loop in several files is left out and listed", "[import]") {
   const auto part = [&](std::size_t from, std::size_t to, const std::string& broken) {
     std::string text = "Timestamp,FIC101.PV,FIC101.OP\n";
     for (std::size_t k = from; k < to; ++k) {
@@ -946,11 +947,11 @@ TEST_CASE("of a loop in several files a bad one is left out and listed", "[impor
   CHECK(got.samples.at("FIC101") == kSamples);  // the hours between are missing samples
   REQUIRE(got.failures.size() == 1);
   CHECK(got.failures.front().starts_with("FIC101 2.csv"));
-  // A command that takes one record wants all of it.
+  // A command for one record needs all of it.
   CHECK_THROWS_AS(import_record(folder.path(), "", {}), RecordError);
 }
 
-TEST_CASE("what the taker of a loop throws comes through", "[import]") {
+TEST_CASE("an exception of the receiver of a loop is passed on", "[import]") {
   const TemporaryFolder folder;
   write_file(folder / "e.csv", wide("time,pv,co,sp", seconds));
   Importer importer({folder / "e.csv"}, {});
@@ -966,7 +967,7 @@ TEST_CASE("what the taker of a loop throws comes through", "[import]") {
   CHECK_FALSE(failed);
 }
 
-// PV and CO as whole numbers with a thousands mark, in rows of a value or of a time.
+// Returns PV and CO as whole numbers with a thousands mark, in rows of one value or one time.
 std::string grouped(const std::string& mark, char delimiter, bool is_long, double scale = 50.0,
                     const std::string& decimals_of_co = "") {
   const auto cell = [&](double value) {
@@ -999,14 +1000,14 @@ TEST_CASE("thousands marks are no decimal marks", "[import]") {
       }
     }
   }
-  // Another column tells the decimal mark.
+  // Another column shows the decimal mark.
   CHECK(imported(grouped(".", ';', false, 500.0, ",5")).record.pv[0] ==
         std::nearbyint(500.0 * loop().pv[0]));
   CHECK(imported(grouped(",", ';', false, 500.0, ".25")).record.pv[0] ==
         std::nearbyint(500.0 * loop().pv[0]));
 }
 
-TEST_CASE("marks with two readings are asked for", "[import]") {
+TEST_CASE("ambiguous decimal marks are asked for", "[import]") {
   for (const char* mark : {",", "."}) {
     const std::string text = grouped(mark, ';', false, 500.0);  // never below 1000
     const std::string what = failure(text);
@@ -1020,7 +1021,7 @@ TEST_CASE("marks with two readings are asked for", "[import]") {
     told.decimal = *mark == ',' ? '.' : ',';
     CHECK(imported(text, told).record.pv[0] == std::nearbyint(500.0 * loop().pv[0]));
   }
-  // The first value of thousands may stand far down.
+  // The first value of a thousand or more may be far down.
   std::string late = "Time;FIC1.PV;FIC1.OP\n";
   for (std::size_t k = 0; k < kSamples; ++k)
     late += iso(k) + ";" + (k < 700 ? std::to_string(300 + k) : "1.00" + std::to_string(k % 10)) +
@@ -1028,7 +1029,7 @@ TEST_CASE("marks with two readings are asked for", "[import]") {
   CHECK(failure(late).find("--decimal") != std::string::npos);
 }
 
-TEST_CASE("a hint calls no number a bad value", "[import]") {
+TEST_CASE("a hint offers no number as a bad value", "[import]") {
   std::string text = "Time;FIC1.PV;FIC1.OP\n";
   for (std::size_t k = 0; k < kSamples; ++k)
     text += iso(k) + ";" + number(loop().pv[k]) + "5;" +
@@ -1079,7 +1080,7 @@ TEST_CASE("qualities under the names of many vendors", "[import]") {
   }
 }
 
-TEST_CASE("qualities beside each value, of a loop and of a row", "[import]") {
+TEST_CASE("qualities next to each value, of a loop and of a row", "[import]") {
   for (const char* header : {"Time,FIC1.PV,FIC1.PV Quality,FIC1.OP,FIC1.OP Quality",
                              "Time,FIC1.PV,Quality,FIC1.OP,Quality",
                              "Time,FIC1.PV,FIC1.PV_IsGood,FIC1.OP,FIC1.OP_IsGood",
@@ -1107,7 +1108,7 @@ TEST_CASE("qualities beside each value, of a loop and of a row", "[import]") {
   }
 }
 
-TEST_CASE("columns that are named as qualities and are none are not used, and said", "[import]") {
+TEST_CASE("columns named as qualities with other content are ignored and reported", "[import]") {
   const auto with = [](const std::string& name, const auto& state) {
     std::string text = "Time,FIC1.PV,FIC1.OP," + name + "\n";
     for (std::size_t k = 0; k < kSamples; ++k)
@@ -1136,7 +1137,8 @@ TEST_CASE("columns that are named as qualities and are none are not used, and sa
   }
 }
 
-TEST_CASE("the fixed format with qualities or thousands marks is no plain record", "[import]") {
+TEST_CASE("the fixed format with qualities or thousands marks is not read as a plain record",
+          "[import]") {
   std::string rated = "time,pv,co,quality\n";
   std::string marked = "time,pv,co\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
@@ -1150,8 +1152,9 @@ TEST_CASE("the fixed format with qualities or thousands marks is no plain record
   CHECK(imported(marked).record.pv[15] == 1005.0);
 }
 
-TEST_CASE("a word of quality that is not known is said, and no good value is a reason",
-          "[import]") {
+TEST_CASE(
+    "an unknown word of quality is reported, and a lack of good values is an error with its reason",
+    "[import]") {
   const auto with = [](const std::string& usual, const std::string& odd) {
     std::string text = "Tag,Time,Value,Quality,Note\n";
     for (std::size_t k = 0; k < kSamples; ++k) {
@@ -1187,7 +1190,7 @@ TEST_CASE("numbered tags are mapped by their number", "[import]") {
   ImportOptions mapped;
   mapped.loops = {{.tag = "", .names = {"1", "", "2", "", ""}, .units = {}}};
   const Imported got =
-      imported(text, mapped);  // the numbers since 1970 leave no choice of day and month
+      imported(text, mapped);  // numbers since 1970 leave no ambiguity of day and month
   CHECK(got.record.co == loop().co);
   CHECK(got.notes.start->whole_s == kStart);
 }
@@ -1233,7 +1236,7 @@ TEST_CASE("units in cells are dropped, two units in a column refused", "[import]
   CHECK(failure(with(" bar", "")).find("has no unit") != std::string::npos);
 }
 
-TEST_CASE("a clock that was not set, wrong stamps, and a clock that was set back", "[import]") {
+TEST_CASE("a clock that was not set, wrong stamps, and a clock set back", "[import]") {
   const auto with = [](const std::function<std::string(std::size_t)>& time, bool is_long) {
     std::string text = is_long ? "Tag,Time,Value\n" : "Time,FIC1.PV,FIC1.OP\n";
     for (std::size_t k = 0; k < kSamples; ++k) {
@@ -1287,14 +1290,13 @@ TEST_CASE("a clock that was not set, wrong stamps, and a clock that was set back
     CHECK(what.find("the clock was set back") != std::string::npos);
     CHECK(what.find("ort the rows") == std::string::npos);
     CHECK(what.find("summer time") == std::string::npos);
-    // Nobody knows which half is right.
+    // It is unknown which half is right.
     const auto halves = [](std::size_t k) { return iso(k < 450 ? k : k + 2000UL * 86400); };
     CHECK(failure(with(halves, is_long)).find("export them as two files") != std::string::npos);
   }
 }
 
-TEST_CASE("rows of a value in any order are sorted, and values that are there twice are no problem",
-          "[import]") {
+TEST_CASE("rows of a value in any order are sorted, and repeated values are accepted", "[import]") {
   std::string text = "Tag,Time,Value\n";
   const auto rows = [&](const char* tag, const std::vector<double>& values, std::size_t from,
                         std::size_t to) {
@@ -1366,7 +1368,7 @@ TEST_CASE("qualities in InfluxDB's line protocol, as a field, a tag, or per fiel
   }
 }
 
-TEST_CASE("an output that is stepped by hand stays as it was logged", "[import]") {
+TEST_CASE("an output stepped in manual stays as it was logged", "[import]") {
   for (const double round : {5.0, 1.0, 0.5, 0.001}) {
     for (const std::uint64_t seed : {3UL, 4UL, 5UL}) {
       numeric::Random random(seed);
@@ -1394,7 +1396,7 @@ TEST_CASE("an output that is stepped by hand stays as it was logged", "[import]"
   }
 }
 
-TEST_CASE("modes tell what was in automatic", "[import]") {
+TEST_CASE("modes show the samples in automatic", "[import]") {
   std::string text = "Timestamp,FIC101.PV,FIC101.OP,FIC101.SP,FIC101.MODE\n";
   for (std::size_t k = 0; k < kSamples; ++k) {
     text += iso(k) + ",1" + std::to_string(k % 7) + ",2" + std::to_string(k % 5) + ",3," +
@@ -1410,7 +1412,7 @@ TEST_CASE("modes tell what was in automatic", "[import]") {
   CHECK(got.record.automatic[250] == 1.0);
 }
 
-TEST_CASE("what is no export says so", "[import]") {
+TEST_CASE("a file that is no export is reported as such", "[import]") {
   ImportOptions semicolon;
   semicolon.delimiter = ';';
   CHECK(failure(wide("time,pv,co,sp", seconds), semicolon).find("are separated by ';'") !=

@@ -16,7 +16,7 @@ using namespace loopwarden::record;
 
 using Found = std::vector<std::string>;
 
-TEST_CASE("a pattern takes what a shell's would, and tells what stood at its wildcards",
+TEST_CASE("a pattern matches as in a shell, and returns the texts at its wildcards",
           "[import][rules]") {
   const auto found = [](const char* pattern, const char* name) {
     return TagPattern(pattern).match(name);
@@ -41,14 +41,14 @@ TEST_CASE("a pattern takes what a shell's would, and tells what stood at its wil
   }
 }
 
-TEST_CASE("no pattern takes long", "[import][rules]") {
-  // Exponential where every star is tried against every other one.
+TEST_CASE("every pattern is matched quickly", "[import][rules]") {
+  // A matcher that tries every star against every other one would need exponential time.
   std::string pattern;
   for (int k = 0; k < 60; ++k) pattern += "a*";
   CHECK_FALSE(TagPattern(pattern + "b").match(std::string(5000, 'a')));
 }
 
-TEST_CASE("the loop's tag is made of what stood at the wildcards", "[import][rules]") {
+TEST_CASE("the loop's tag is made of the texts at the wildcards", "[import][rules]") {
   CHECK(filled_in("$1FIC$2", {"21", "101"}) == "21FIC101");
   CHECK(filled_in("$$1", {}) == "$1");
   CHECK(filled_in("FIC", {}) == "FIC");
@@ -85,8 +85,7 @@ class Exports {
   TemporaryFolder folder_;
 };
 
-TEST_CASE("rules pair names that tell nothing, and come before what names tell",
-          "[import][rules]") {
+TEST_CASE("rules pair meaningless names, and take precedence over names", "[import][rules]") {
   Exports exports;
   exports.add("e.csv", "FT1 (m3/h),FV1,FIC1.PV,FIC1.MODE,LIC2.PV,LIC2.OP,FT1.TOTAL",
               "10,50,11,HND,3,4,5");
@@ -123,8 +122,7 @@ TEST_CASE("rules pair names that tell nothing, and come before what names tell",
   CHECK(idle[1] == "r.yaml:7: 'Q*' matches no column or tag");
 }
 
-TEST_CASE("two names that are one signal of one loop by rule are refused with both rules",
-          "[import][rules]") {
+TEST_CASE("two names for one signal of one loop are refused with both rules", "[import][rules]") {
   const auto error_of = [](const Exports& exports, std::vector<TagRule> rules) {
     try {
       exports.importer(std::move(rules));
@@ -137,7 +135,7 @@ TEST_CASE("two names that are one signal of one loop by rule are refused with bo
   one.add("e.csv", "FT1,FX1,FV1", "1,2,3");
   CHECK(error_of(one, {rule("FT*", Role::pv, "FIC$1", 2), rule("FX*", Role::pv, "FIC$1", 3)}) ==
         "FIC1: two names are its pv: 'FT1' by r.yaml:2 and 'FX1' by r.yaml:3");
-  // In two files.
+  // The names are in two files.
   Exports two;
   two.add("a.csv", "FT1,FV1", "1,2");
   two.add("b.csv", "FIC1.PV,FV1", "1,2", 1);
@@ -154,7 +152,7 @@ TEST_CASE("two names that are one signal of one loop by rule are refused with bo
 TEST_CASE("words of a site's mode column", "[import][rules]") {
   const ModeWords words{{"aut", "2"}, {"hnd"}, {"kas"}};
   CHECK(words.read(" AUT ") == 1.0);
-  CHECK(words.read("2") == 1.0);  // by hand where nothing is told
+  CHECK(words.read("2") == 1.0);  // automatic by number, if the site gives no word for it
   CHECK(words.read("Kas") == 1.0);
   CHECK(words.read("HND") == 0.0);
   CHECK(words.read("manual") == 0.0);

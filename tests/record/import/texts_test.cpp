@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times, numbers, bad values, qualities and names, as exports have them.
+// Times, numbers, bad values, qualities and names in the forms of exports.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ double seconds(const char* text, TimeForm form) {
   return static_cast<double>(time->whole_s - kTen) + time->rest_s;
 }
 
-TEST_CASE("one moment in all the ways in which it is written", "[import]") {
+TEST_CASE("one moment in all notations", "[import]") {
   for (const char* text :
        {"2026-03-01T10:00:00Z", "2026-03-01 10:00:00", "2026-03-01T11:00:00+01:00",
         "2026-03-01T11:00:00.000+0100", "2026/03/01 10:00", "20260301T100000Z",
@@ -41,7 +41,7 @@ TEST_CASE("one moment in all the ways in which it is written", "[import]") {
         "2026-03-01 11:00:00 CET"}) {
     CHECK(seconds(text, TimeForm::ymd) == 0.0);
   }
-  // Java's, C's and JavaScript's own, whatever the order of numbers is.
+  // The native forms of Java, C and JavaScript, in any order of day and month.
   for (const TimeForm form : {TimeForm::ymd, TimeForm::dmy, TimeForm::mdy}) {
     for (const char* text :
          {"Sun Mar 01 11:00:00 CET 2026", "Sun Mar 01 12:00:00 MESZ 2026",
@@ -71,7 +71,7 @@ TEST_CASE("one moment in all the ways in which it is written", "[import]") {
   CHECK(seconds("46082.4166666667", TimeForm::excel) == 0.0);
 }
 
-TEST_CASE("what is no time", "[import]") {
+TEST_CASE("texts that are no time", "[import]") {
   for (const char* text :
        {"", "2026-13-01", "2026-02-30 10:00", "2026-03-01 25:00", "2026-03-01 10:61",
         "2026-03-01T10:00:00+99:00", "yesterday", "2026-03-01 10:00:00 XYZ", "Sun", "Mar",
@@ -89,7 +89,7 @@ TEST_CASE("what is no time", "[import]") {
   }
 }
 
-TEST_CASE("day and month: which orders a date can have, and text that reads back", "[import]") {
+TEST_CASE("day and month: the possible orders of a date, and text that reads back", "[import]") {
   CHECK((possible_orders("03/04/2026").dmy && possible_orders("03/04/2026").mdy));
   CHECK((possible_orders("13/04/2026").dmy && !possible_orders("13/04/2026").mdy));
   CHECK((!possible_orders("04/13/2026").dmy && possible_orders("04/13/2026").mdy));
@@ -126,7 +126,7 @@ TEST_CASE("numbers with point, comma and thousands", "[import]") {
   CHECK_FALSE(parse_number("12 m", '.'));
 }
 
-// Short ones are read by a shorter way, which must not be seen.
+// Short numbers are read by a faster method, which must give the same result.
 TEST_CASE("every number is the double nearest to its text", "[import]") {
   numeric::Random random(3);
   for (int k = 0; k < 20000; ++k) {
@@ -150,7 +150,7 @@ TEST_CASE("every number is the double nearest to its text", "[import]") {
   }
 }
 
-TEST_CASE("bad values by name, doubtful ones, and what nobody knows", "[import]") {
+TEST_CASE("bad values by name, doubtful ones, and unknown words", "[import]") {
   for (const char* text : {"Bad", "Bad Input", "No Data", "I/O Timeout", "NaN", "nan", "#N/A", "-",
                            "Pt Created", "Shutdown", "inf", "[-11059] No Good Data"}) {
     INFO(text);
@@ -164,7 +164,7 @@ TEST_CASE("bad values by name, doubtful ones, and what nobody knows", "[import]"
   CHECK(parse_value("12.5", '.', {}).value == 12.5);
 }
 
-// One letter for each state: g, q, b; `cells` in order.
+// Returns one letter per cell for its state: g (good), q (questionable), b (bad).
 std::string qualities(QualityKind kind, const std::vector<std::string>& cells,
                       std::vector<std::string>* said = nullptr) {
   QualityCells all(kind);
@@ -198,7 +198,7 @@ TEST_CASE("qualities in the codes of many vendors", "[import]") {
   CHECK(qualities(quality_kind("Questionable"), {"False", "True", "0", "1"}) == "gqgq");  // PI
   CHECK(qualities(quality_kind("IsBad"), {"0", "1", "no", "yes"}) == "gbgb");
   std::vector<std::string> said;
-  // Nearly all cells have one state: it is good. Otherwise a Status is of something else.
+  // If nearly all cells have one state, it means good. Otherwise a Status column is no quality.
   for (const auto& [usual, odd] : {std::pair{"0", "1"}, {"NR", "BAD"}, {"0x80", "0x18"}}) {
     INFO(usual);
     std::vector<std::string> cells(12, usual);
@@ -226,7 +226,7 @@ TEST_CASE("names of qualities with letters of types and marks", "[import]") {
   CHECK(quality_kind("FIC1.PV") == QualityKind::none);
 }
 
-TEST_CASE("qualities in words of many languages, and words that nobody knows", "[import]") {
+TEST_CASE("qualities in words of many languages, and unknown words", "[import]") {
   for (const char* good : {"Good",
                            "good",
                            "OK",
@@ -289,7 +289,7 @@ TEST_CASE("qualities in words of many languages, and words that nobody knows", "
   CHECK(said.front() == "'Xo' in 3 cells: not known, taken as good because most cells have it");
 }
 
-TEST_CASE("units behind numbers and names", "[import]") {
+TEST_CASE("units after numbers and names", "[import]") {
   for (const auto& [text, unit] : {std::pair{"12.51 \u00b0C", "\u00b0C"},
                                    {"45%", "%"},
                                    {"45\u00a0%", "%"},
@@ -318,7 +318,7 @@ TEST_CASE("units behind numbers and names", "[import]") {
   CHECK_FALSE(read_tag("FIC101.PV Quality").role);
 }
 
-TEST_CASE("marks before three digits have two readings, others one", "[import]") {
+TEST_CASE("marks before three digits are ambiguous, others are not", "[import]") {
   for (const auto& [text, marks] : {std::pair{"1.045", Marks::point_open},
                                     {"-12,500", Marks::comma_open},
                                     {"0,123", Marks::comma_decimal},
@@ -350,7 +350,7 @@ TEST_CASE("marks before three digits have two readings, others one", "[import]")
   CHECK(by_jumps({"0", "1,045"}) == '\0');
 }
 
-TEST_CASE("what a column of times counts, by its name", "[import]") {
+TEST_CASE("the name of a column of times gives its unit", "[import]") {
   for (const auto& [name, form] : {std::pair{"time_ms", TimeForm::milliseconds},
                                    {"t[ms]", TimeForm::milliseconds},
                                    {"Time (ms)", TimeForm::milliseconds},
@@ -393,7 +393,7 @@ TEST_CASE("what a column of times counts, by its name", "[import]") {
   CHECK(counted("time_s", 0.0, 1000.0).question.empty());
 }
 
-TEST_CASE("the loop and the signal that a name stands for", "[import]") {
+TEST_CASE("the loop and the signal of a name", "[import]") {
   const auto is = [](const char* name, const char* loop, Role role) {
     const TagName tag = read_tag(name);
     INFO(name);

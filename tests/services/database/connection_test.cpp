@@ -20,7 +20,7 @@ std::string trouble(const fleet::DatabaseSettings& settings) {
   return "";
 }
 
-TEST_CASE("what libpq says of a URL that it can't read has no password", "[database]") {
+TEST_CASE("libpq's error about an unreadable URL contains no password", "[database]") {
   const tests::TemporaryFolder folder;
   tests::write_file(folder / "password", "gar-nicht%geheim\n");
   const std::string text =
@@ -31,7 +31,7 @@ TEST_CASE("what libpq says of a URL that it can't read has no password", "[datab
              Catch::Contains("none: can't be read"));
 }
 
-TEST_CASE("a connection is what it was opened for", "[database]") {
+TEST_CASE("a connection is read-only or writable as opened", "[database]") {
   if (tests::Postgres::programs().empty()) {
     WARN("left out: postgresql is not installed (tools/debian-packages.txt)");
     return;

@@ -41,7 +41,7 @@ Value value(const std::vector<MetricSpec>& specs, const Reading& reading, const 
   return {};
 }
 
-// Without the loop, which comes later.
+// Omits the loop; the caller adds it later.
 json request_of(const loopwarden::edge::Order& order) {
   json request = std::visit([](const auto& one) { return json(one); }, order.request);
   request.erase("loop");
@@ -97,7 +97,7 @@ TEST_CASE("every field of the map is one metric, with the loop's units and range
   CHECK(value(node, box, "daemon/online") == Value(true));
 }
 
-TEST_CASE("a loop that another controller has offers no orders to its controller", "[edge]") {
+TEST_CASE("a watched loop offers no orders to its controller", "[edge]") {
   Seen seen;
   seen.daemon.set_elsewhere("A/B");
   seen.daemon.set("A/B", "condition_valve", 87.5);
@@ -117,7 +117,7 @@ TEST_CASE("a loop that another controller has offers no orders to its controller
   CHECK(value(watched, now, "tag") == Value(std::string("A/B")));
 }
 
-TEST_CASE("tags that a topic can't hold get names of their own", "[edge]") {
+TEST_CASE("tags that a topic can't hold get replacement names", "[edge]") {
   Seen seen;
   seen.view.look();
   CHECK(seen.view.model().loops()[1].device == "A_B");
@@ -126,7 +126,7 @@ TEST_CASE("tags that a topic can't hold get names of their own", "[edge]") {
   CHECK(seen.view.model().find("A/B") == nullptr);
 }
 
-TEST_CASE("a scaled value that is not there is null; a bad PV is marked", "[edge]") {
+TEST_CASE("an unknown scaled value is null; a bad PV is marked", "[edge]") {
   Seen seen;
   seen.view.look();
   CHECK(seen.of_loop("condition_valve") == Value{});
@@ -142,7 +142,7 @@ TEST_CASE("a scaled value that is not there is null; a bad PV is marked", "[edge
   }
 }
 
-TEST_CASE("alarms and explanations are asked for when their registers change", "[edge]") {
+TEST_CASE("alarms and explanations are requested when their registers change", "[edge]") {
   Seen seen;
   seen.view.look();
   CHECK(seen.of_loop("alarm/stiction/state") == Value{});
@@ -176,7 +176,7 @@ TEST_CASE("alarms and explanations are asked for when their registers change", "
   CHECK(seen.view.unacknowledged(1).empty());
 }
 
-TEST_CASE("an incident comes with its name and cause", "[edge]") {
+TEST_CASE("an incident is published with its name and cause", "[edge]") {
   Seen seen;
   seen.view.look();
   CHECK(seen.of_loop("incident/name") == Value{});
@@ -197,7 +197,7 @@ TEST_CASE("an incident comes with its name and cause", "[edge]") {
   CHECK(seen.of_loop("incident/raised") == Value(std::uint64_t{1'700'000'000'000}));
 }
 
-TEST_CASE("a process alarm is in no register, and comes all the same; it has no size", "[edge]") {
+TEST_CASE("a process alarm is published although it is in no register; it has no size", "[edge]") {
   Seen seen;
   seen.view.look();
   seen.daemon.set_alarm("FIC-101", {{"alarm", "bad_pv"},
@@ -230,8 +230,7 @@ TEST_CASE("detectable sizes come from the loop's commission", "[edge]") {
   CHECK(seen.specs().size() == seen.view.model().loops()[1].specs.size() + 1);
 }
 
-TEST_CASE("a configuration that was reloaded is another model where units or loops are others",
-          "[edge]") {
+TEST_CASE("a reloaded configuration makes a new model if units or loops changed", "[edge]") {
   Seen seen;
   CHECK(seen.view.look());
   seen.daemon.set_box("config_hash", 78);
@@ -242,7 +241,7 @@ TEST_CASE("a configuration that was reloaded is another model where units or loo
   CHECK(spec(seen.specs(), "pv").unit == "m3/h");
 }
 
-TEST_CASE("a daemon that goes is away, and the same one when it is back", "[edge]") {
+TEST_CASE("a daemon that stops is offline, and the same daemon when it returns", "[edge]") {
   Seen seen;
   seen.view.look();
   seen.daemon.stop();
@@ -252,7 +251,7 @@ TEST_CASE("a daemon that goes is away, and the same one when it is back", "[edge
   CHECK(seen.of_loop("pv") == Value(5.0));
 }
 
-TEST_CASE("evidence is found by alarm or by its folder's name, and nothing else is", "[edge]") {
+TEST_CASE("evidence is found by alarm or by its folder's name, and in no other way", "[edge]") {
   Seen seen;
   seen.view.look();
   const auto folder = seen.folder / "evidence/one";
@@ -261,14 +260,14 @@ TEST_CASE("evidence is found by alarm or by its folder's name, and nothing else 
   seen.daemon.set_evidence(folder);
   CHECK(seen.view.evidence(0, "stiction") == folder);
   CHECK(seen.view.evidence(0, "one") == folder);
-  CHECK_FALSE(seen.view.evidence(1, "one"));  // another loop's
+  CHECK_FALSE(seen.view.evidence(1, "one"));  // an incident of another loop
   for (const char* wanted : {"", ".", "..", "../evidence/one", "/etc", "none"}) {
     INFO(wanted);
     CHECK_FALSE(seen.view.evidence(0, wanted));
   }
 }
 
-TEST_CASE("a file goes in parts that say which they are, with a check sum of the whole", "[edge]") {
+TEST_CASE("a file is sent in numbered parts with a check sum of the whole", "[edge]") {
   const TemporaryFolder folder;
   write_file(folder / "e1/evidence.json", "{}");
   write_file(folder / "e1/record.csv", "0123456789");
@@ -284,7 +283,7 @@ TEST_CASE("a file goes in parts that say which they are, with a check sum of the
   CHECK(first->metric.property("parts")->value == Value(std::uint64_t{1}));
   CHECK(first->metric.property("files")->value == Value(std::uint64_t{2}));
   CHECK(first->metric.property("request")->value == Value(std::string("stiction")));
-  // What did not go out comes again.
+  // A part that was not sent is returned again.
   CHECK(parts.next()->metric == first->metric);
   parts.gone();
   std::string whole;
@@ -350,7 +349,7 @@ TEST_CASE("alarms, shelves, vetoes and evidence", "[edge]") {
   CHECK(command.evidence == std::vector<std::string>{"stiction"});
 }
 
-TEST_CASE("what is no order is told, and no order", "[edge]") {
+TEST_CASE("a write that is no order is reported and gives no order", "[edge]") {
   const double nan = std::nan("");
   for (const Metric& metric :
        {wanted("pv", 5.0), wanted("kp", 1.0), wanted("sp", nan), wanted("sp", std::string("5")),

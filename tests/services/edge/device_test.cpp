@@ -61,7 +61,7 @@ TEST_CASE("a birth has every metric with name, alias, type, unit and range", "[e
   CHECK_FALSE(device.alias_of("none"));
 }
 
-TEST_CASE("what changes by more than its dead band is sent, states always", "[edge]") {
+TEST_CASE("changes beyond the dead band are sent, and all changes of states", "[edge]") {
   Device device("d", specs(), 1);
   device.birth(reading(1.0, 100.0, 1, 0), 0);
   CHECK(device.changes(reading(1.05, 110.0, 1, 0), 1, 1h).empty());  // 0.5 % of 10; 10 % of 100
@@ -70,7 +70,8 @@ TEST_CASE("what changes by more than its dead band is sent, states always", "[ed
   CHECK(device.changes(reading(1.06, 111.0, 0, 0), 4, 1h).empty());
 }
 
-TEST_CASE("counters and clocks go once an interval, also where the clock was set back", "[edge]") {
+TEST_CASE("counters and clocks are sent once per interval, also after the clock was set back",
+          "[edge]") {
   Device device("d", specs(), 1);
   device.birth(reading(1, 1, 1, 0), 100'000);
   CHECK(device.changes(reading(1, 1, 1, 1), 101'000, 60s).empty());
@@ -79,7 +80,7 @@ TEST_CASE("counters and clocks go once an interval, also where the clock was set
   CHECK(names(device.changes(reading(1, 1, 1, 4), 50'000, 60s)) == Names{"clock"});
 }
 
-TEST_CASE("a value that can't be trusted has Quality 0, and 192 when it can be again", "[edge]") {
+TEST_CASE("an unreliable value has Quality 0, and 192 when it is reliable again", "[edge]") {
   Device device("d", specs(), 1);
   device.birth(reading(1, 1, 1, 0), 0);
   Reading bad = reading(1, 1, 1, 0);
@@ -94,7 +95,7 @@ TEST_CASE("a value that can't be trusted has Quality 0, and 192 when it can be a
   CHECK(device.birth(bad, 3)[1].property("Quality")->value == Value(std::int64_t{0}));
 }
 
-TEST_CASE("a value that goes missing or comes is a change", "[edge]") {
+TEST_CASE("a value that becomes missing or valid is a change", "[edge]") {
   Device device("d", specs(), 1);
   device.birth(reading(1, 1, 1, 0), 0);
   Reading gone = reading(1, 1, 1, 0);
@@ -103,7 +104,7 @@ TEST_CASE("a value that goes missing or comes is a change", "[edge]") {
   CHECK(names(device.changes(reading(1, 1, 1, 0), 2, 1h)) == Names{"pv"});
 }
 
-TEST_CASE("a command means a metric by name or by alias", "[edge]") {
+TEST_CASE("a command names a metric or gives its alias", "[edge]") {
   Device device("d", specs(), 100);
   Metric command;
   command.name = "mode";
@@ -118,7 +119,7 @@ TEST_CASE("a command means a metric by name or by alias", "[edge]") {
   CHECK(device.meant_by(Metric{}) == nullptr);
 }
 
-TEST_CASE("whoever takes births and changes is never off by more than the dead band", "[edge]") {
+TEST_CASE("a receiver of births and changes is never off by more than the dead band", "[edge]") {
   property::for_all("within the dead band", 100, [] {
     Device device("d", specs(), 1);
     std::map<std::string, Value> seen;

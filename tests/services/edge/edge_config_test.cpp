@@ -18,14 +18,14 @@ using loopwarden::edge::read_edge_text;
 constexpr const char* kLeast =
     "broker: {url: 'mqtt://broker'}\nsparkplug: {group: plant, edge: box7}\n";
 
-// What is said of the text; it is refused.
+// Returns the errors of a refused configuration text.
 std::string complaints(const std::string& text) {
   const auto loaded = read_edge_text("edge.yaml", text);
   CHECK_FALSE(loaded);
   return to_text(loaded.diagnostics);
 }
 
-TEST_CASE("the least configuration: a broker and two names", "[edge]") {
+TEST_CASE("the smallest configuration has a broker and two names", "[edge]") {
   const auto loaded = read_edge_text("edge.yaml", kLeast);
   REQUIRE(loaded);
   CHECK(loaded->mqtt.broker.host == "broker");
@@ -36,7 +36,7 @@ TEST_CASE("the least configuration: a broker and two names", "[edge]") {
   CHECK(loaded->resend_window == 60s);
 }
 
-TEST_CASE("every key is taken", "[edge]") {
+TEST_CASE("every key is accepted", "[edge]") {
   const auto loaded = read_edge_text("/etc/loopwarden-edge/edge.yaml", R"(
 broker:
   url: mqtts://broker:8884
@@ -91,7 +91,7 @@ log_level: debug
   CHECK(c.log_level == "debug");
 }
 
-TEST_CASE("what is wrong is named with its place", "[edge]") {
+TEST_CASE("errors are reported with their place", "[edge]") {
   CHECK_THAT(complaints("sparkplug: {group: a, edge: b}\n"), Catch::Contains("broker"));
   CHECK_THAT(complaints(std::string(kLeast) + "order: true\n"),
              Catch::Contains("edge.yaml:3:1") && Catch::Contains("did you mean 'orders'"));
@@ -129,12 +129,13 @@ TEST_CASE("what is wrong is named with its place", "[edge]") {
   CHECK_THAT(complaints("[]"), Catch::Contains("edge.yaml:1:1"));
 }
 
-TEST_CASE("docs/edge-keys.md says what the reader says", "[edge][reference]") {
+TEST_CASE("docs/edge-keys.md matches the description by the reader", "[edge][reference]") {
   const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/edge-keys.md";
   const std::string described =
       "# Keys of edge.yaml\n\n"
-      "<!-- Generated from services/edge; tests_fleet \"[reference]\" says how to renew it. -->\n\n"
-      "What they mean together: [edge.md](edge.md). Unknown keys are errors with their place.\n" +
+      "<!-- Generated from services/edge; tests_fleet \"[reference]\" shows how to renew it. "
+      "-->\n\n"
+      "Guide: [edge.md](edge.md). Unknown keys are errors with their place.\n" +
       loopwarden::config::to_markdown(loopwarden::edge::describe_edge());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
     loopwarden::tests::write_file(path, described);

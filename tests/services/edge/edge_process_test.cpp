@@ -39,7 +39,7 @@ using sparkplug::Value;
 using tests::FakeDaemon;
 using tests::MqttBroker;
 
-// Follows all of spBv1.0 by the rules of loopwarden-fleet.
+// Receives all of spBv1.0 by the rules of loopwarden-fleet.
 class Host {
  public:
   explicit Host(mqtt::ClientSettings settings) : client_(std::move(settings)) {
@@ -64,7 +64,7 @@ class Host {
     Payload payload;  // of data with the names of the birth
     bool retain;
     mqtt::Qos qos;
-    bool missed;  // something before it, or the birth of what it names
+    bool missed;  // an earlier message, or the birth of its device, is missing
   };
   std::deque<Heard> heard;
 
@@ -76,12 +76,12 @@ class Host {
     return node_online() ? ingest_.edges().at(kBox).books.size() - 1 : 0;
   }
 
-  // Until the broker passes on to it whatever is published from now on.
+  // Waits until the broker forwards all later messages to this host.
   void listen() {
     ++probe_;
     std::chrono::steady_clock::time_point again{};
     REQUIRE(until([&] {
-      // One that went out on a connection that was about to break never comes back.
+      // A message sent on a connection that was about to break never arrives.
       if (client_.connected() && std::chrono::steady_clock::now() >= again) {
         client_.publish({kProbe, std::to_string(probe_), mqtt::Qos::at_least_once, false});
         again = std::chrono::steady_clock::now() + 1s;
@@ -89,7 +89,7 @@ class Host {
       return probe_heard_ == probe_;
     }));
   }
-  // Fetches until that is so; false: it does not come.
+  // Receives until the condition is true. Returns false after the time-out.
   bool until(const std::function<bool()>& condition, std::chrono::seconds patience = 60s) {
     const auto end = std::chrono::steady_clock::now() + patience;
     while (!condition()) {
@@ -98,7 +98,8 @@ class Host {
     }
     return true;
   }
-  // The first message from `from` on that is as wanted; what comes before stays in `heard`. Null: it does not come.
+  // Returns the first message from `from` on that satisfies `wanted`, or null if it does not
+  // arrive. Earlier messages stay in `heard`.
   const Heard* await(const std::function<bool(const Heard&)>& wanted) {
     const Heard* found = nullptr;
     until([&] {
@@ -112,7 +113,7 @@ class Host {
   const Heard* await(MessageType type) {
     return await([type](const Heard& h) { return h.topic.type == type; });
   }
-  // Data in which the metric has this value.
+  // Returns the data message in which the metric has this value.
   const Heard* await_value(const std::string& metric, const Value& value) {
     return await([&](const Heard& h) {
       const Metric* m = h.payload.find(metric);
@@ -155,7 +156,7 @@ class Host {
     give_names(*topic, payload);
     heard.push_back({*topic, std::move(payload), event.message.retain, event.message.qos, missed});
   }
-  // Of a birth each metric has a name and a type; an alias stands for one metric of the whole node.
+  // Each metric of a birth has a name and a type. An alias denotes one metric of the whole node.
   void check_birth(const Topic& topic, const Payload& payload) {
     if (topic.type != MessageType::nbirth && topic.type != MessageType::dbirth) return;
     std::erase_if(aliases_, [&](const auto& taken) {
@@ -184,7 +185,7 @@ class Host {
   inline static const fleet::EdgeName kBox{"plant", "box"};
   mqtt::Client client_;
   fleet::Ingest ingest_;
-  std::map<std::uint64_t, std::string> aliases_;  // and whose they are
+  std::map<std::uint64_t, std::string> aliases_;  // and their device
   std::int64_t now_ms_ = 0;
   std::size_t next_ = 0;
   int probe_ = 0;
@@ -193,7 +194,7 @@ class Host {
 
 class Edge {
  public:
-  // `sections` replaces parts of edge.yaml: broker's url is always there.
+  // `more` is appended to edge.yaml. `broker` and `names` extend its sections broker and sparkplug.
   Edge(const std::filesystem::path& folder, const std::string& url, const std::string& more = "",
        const std::string& broker = "", const std::string& names = "") {
     tests::write_file(
@@ -227,12 +228,13 @@ struct Plant {
   MqttBroker broker;
   Host host{broker.port()};
 
-  // Until the edge has asked the daemon so many times from now on.
+  // Waits until the edge has polled the daemon `times` more times.
   void look(std::size_t times) {
     const std::size_t end = daemon.looks() + times;
     REQUIRE(eventually([&] { return daemon.looks() >= end; }, 60s));
   }
-  // `back` brings the broker back; the edge, without a primary host, finds it only once the host listens.
+  // `back` restarts the broker. Without a primary host the edge reconnects only after the host
+  // listens.
   void bring_back(const Edge& edge, const std::function<void()>& back) {
     edge.freeze();
     back();
@@ -253,7 +255,7 @@ std::int64_t bd_seq(const Host::Heard& heard) {
   return std::get<std::int64_t>(heard.payload.find("bdSeq")->value);
 }
 
-TEST_CASE("births come first, with everything in them; then what has changed", "[edge]") {
+TEST_CASE("births are sent first, with all metrics; then the changes", "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   const Host::Heard* birth = plant.host.await(MessageType::nbirth);
@@ -300,8 +302,7 @@ TEST_CASE("births come first, with everything in them; then what has changed", "
 }
 
 TEST_CASE(
-    "kill -9: the broker publishes the death that belongs to the birth; the next one has the next "
-    "bdSeq",
+    "kill -9: the broker publishes the death of this birth; the next birth has the next bdSeq",
     "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
@@ -338,14 +339,14 @@ TEST_CASE("a host asks for births and gets all of them, with the same bdSeq, fro
   REQUIRE(device != nullptr);
   CHECK(device->payload.find("pv")->value == Value(7.0));
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
-  // What is no command changes nothing.
+  // A payload that is no command has no effect.
   plant.host.say("spBv1.0/plant/NCMD/box", "\x01 rubbish");
   plant.host.command(MessageType::ncmd, "", {wanted("none", DataType::boolean, true)});
   plant.daemon.set("FIC-101", "pv", 8.0);
   REQUIRE(plant.host.await_value("pv", 8.0) != nullptr);
 }
 
-TEST_CASE("a storm of rebirth requests is answered by a few births, the last request too",
+TEST_CASE("a storm of rebirth requests is answered by a few births, including the last request",
           "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
@@ -371,13 +372,14 @@ TEST_CASE("a storm of rebirth requests is answered by a few births, the last req
   const auto births =
       std::count_if(plant.host.heard.begin(), plant.host.heard.end(),
                     [](const Host::Heard& h) { return h.topic.type == MessageType::nbirth; });
-  CHECK(births < 20);  // few, also where this machine is slow
+  CHECK(births < 20);  // few, also on a slow machine
 }
 
-// PV of the loop as the host has it by its own time: of each time, how often it came and whether always marked.
+// PV of the loop as the host received it. Counts per source time how often it arrived, and whether
+// it was always marked as historical.
 struct Received {
   std::map<double, int> times_by_value;
-  std::vector<double> historical;  // in the order in which they came, of the newest connection
+  std::vector<double> historical;  // of the newest connection, in the order of arrival
 };
 
 Received received(const Host& host) {
@@ -393,13 +395,12 @@ Received received(const Host& host) {
 }
 
 TEST_CASE(
-    "a broker that dies: what was measured meanwhile comes afterwards, marked, oldest first, all "
-    "of it",
+    "after a broker dies, all values measured meanwhile arrive, marked as historical, oldest first",
     "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
-  // Each value is seen once by the edge, before the next is set.
+  // The edge reads each value once before the next is set.
   int step = 0;
   const auto next_value = [&] {
     plant.daemon.set("FIC-101", "pv", 1.0 + 0.25 * ++step);
@@ -411,7 +412,7 @@ TEST_CASE(
   plant.bring_back(edge, [&] { plant.broker.start(); });
   REQUIRE(plant.host.await(MessageType::nbirth) != nullptr);
   for (int i = 0; i < 3; ++i) next_value();
-  // The newest values may come before the old ones.
+  // The newest values may arrive before the old ones.
   CHECK(plant.host.until([&] {
     const Received now = received(plant.host);
     return now.historical.size() >= 10 &&
@@ -437,7 +438,7 @@ TEST_CASE("the store outlives the program", "[edge]") {
     plant.look(4);
   }
   CHECK(edge.end(SIGTERM) == 0);
-  // Without a primary host the edge says its history to whoever listens as it comes.
+  // Without a primary host the edge publishes its history on every connection.
   plant.broker.start();
   plant.host.listen();
   edge.start();
@@ -448,7 +449,7 @@ TEST_CASE("the store outlives the program", "[edge]") {
   CHECK(all.times_by_value.count(7.0) == 1);
 }
 
-TEST_CASE("a slow disk under the store: the edge goes on, and all that was measured is said",
+TEST_CASE("with a slow disk under the store the edge continues and publishes all measured values",
           "[edge]") {
   Plant plant;
   plant.broker.kill();
@@ -471,12 +472,12 @@ TEST_CASE("a slow disk under the store: the edge goes on, and all that was measu
   CHECK(all.times_by_value.count(7.0) == 1);
 }
 
-TEST_CASE("a broker that accepts and hangs delays nothing but its own messages", "[edge]") {
+TEST_CASE("a broker that accepts and hangs delays only its own messages", "[edge]") {
   const tests::TemporaryFolder folder;
   FakeDaemon daemon{folder.path(), {"FIC-101"}};
   const tests::SilentBroker silent;
   Edge edge(folder.path(), "mqtt://127.0.0.1:" + std::to_string(silent.port()));
-  // It goes on looking at the daemon, all the time that it takes to give up the broker, and then again.
+  // The edge polls the daemon during the whole time-out of the broker, and after it.
   const auto gives_up = [&](int times) {
     const auto seen = [&] {
       const std::string log = edge.log();
@@ -497,21 +498,20 @@ TEST_CASE("a broker that accepts and hangs delays nothing but its own messages",
   CHECK(edge.end(SIGTERM) == 0);
 }
 
-TEST_CASE("a broker that hangs while it is connected: nothing that was measured is lost",
-          "[edge]") {
+TEST_CASE("a broker that hangs while it is connected: all measured values arrive", "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
   plant.broker.hang();
   int step = 0;
-  // Until it was given up, and longer.
+  // Longer than the time-out of the broker.
   while (edge.log().find("warning broker:") == std::string::npos && step < 400) {
     plant.daemon.set("FIC-101", "pv", 0.1 + 0.0625 * (++step % 150));
     plant.look(2);
   }
   REQUIRE(step < 150);
   plant.bring_back(edge, [&] { plant.broker.go_on(); });
-  // And the value of the first birth.
+  // The value of the first birth counts too.
   CHECK(plant.host.until(
       [&] { return received(plant.host).times_by_value.size() > static_cast<std::size_t>(step); }));
   const Received all = received(plant.host);
@@ -522,7 +522,8 @@ TEST_CASE("a broker that hangs while it is connected: nothing that was measured 
 }
 
 TEST_CASE(
-    "without its primary host it is silent and stores; when the host goes it dies and comes back",
+    "without its primary host it is silent and stores; when the host is lost it sends its death "
+    "and returns",
     "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker, "", ", primary_host: scada");
@@ -541,7 +542,7 @@ TEST_CASE(
     return pv != nullptr && pv->historical && pv->value == Value(2.0);
   });
   CHECK(stored != nullptr);
-  // An older word, such as the will of a connection that was replaced.
+  // An older STATE, such as the will of a replaced connection.
   plant.host.be_online(false, 999);
   plant.daemon.set("FIC-101", "pv", 3.0);
   REQUIRE(plant.host.await_value("pv", 3.0) != nullptr);
@@ -555,7 +556,8 @@ TEST_CASE(
   CHECK(bd_seq(*back) == number + 1);
 }
 
-TEST_CASE("a daemon that restarts: its loops die and are born again, the node lives", "[edge]") {
+TEST_CASE("when the daemon restarts, its loops die and are born again, and the node stays alive",
+          "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
@@ -569,7 +571,7 @@ TEST_CASE("a daemon that restarts: its loops die and are born again, the node li
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
   REQUIRE(plant.host.await_value("daemon/online", true) != nullptr);
-  // Other loops or units are other births of the whole node.
+  // Changed loops or units cause new births of the whole node.
   plant.daemon.set_unit("m3/h");
   plant.daemon.set_box("config_hash", 78);
   REQUIRE(plant.host.await(MessageType::nbirth) != nullptr);
@@ -579,7 +581,7 @@ TEST_CASE("a daemon that restarts: its loops die and are born again, the node li
   for (const Host::Heard& h : plant.host.heard) CHECK_FALSE(h.missed);
 }
 
-TEST_CASE("a node without its daemon is born too, and again with its loops", "[edge]") {
+TEST_CASE("a node without its daemon sends its birth, and again with its loops", "[edge]") {
   Plant plant;
   plant.daemon.stop();
   Edge edge(plant.folder.path(), plant.broker);
@@ -591,7 +593,7 @@ TEST_CASE("a node without its daemon is born too, and again with its loops", "[e
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
 }
 
-TEST_CASE("orders go to the daemon only where edge.yaml has them, and their outcome comes back",
+TEST_CASE("orders reach the daemon only if edge.yaml has them, and their outcome is published",
           "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker, "orders: true\n");
@@ -631,14 +633,14 @@ TEST_CASE("orders go to the daemon only where edge.yaml has them, and their outc
     REQUIRE(plant.host.await_value("order/result", std::string("acknowledge_stiction: done")) !=
             nullptr);
   }
-  // Both by one request: the daemon waits for its disk once.
+  // One request for both, so that the daemon waits for its disk once.
   const auto orders_then = plant.daemon.orders();
   CHECK(std::count_if(orders_then.begin(), orders_then.end(),
                       [](const auto& order) { return order.at("request") != "set"; }) == 1);
   CHECK(plant.daemon.orders().back().at("request") == "acknowledge_all");
 }
 
-TEST_CASE("without orders in edge.yaml nothing is ordered", "[edge]") {
+TEST_CASE("without orders in edge.yaml no order is sent", "[edge]") {
   Plant plant;
   Edge edge(plant.folder.path(), plant.broker);
   REQUIRE(plant.host.await(MessageType::dbirth) != nullptr);
@@ -649,7 +651,7 @@ TEST_CASE("without orders in edge.yaml nothing is ordered", "[edge]") {
   CHECK(plant.daemon.orders().empty());
 }
 
-TEST_CASE("evidence comes in parts on request", "[edge]") {
+TEST_CASE("evidence is sent in parts on request", "[edge]") {
   Plant plant;
   const auto evidence = plant.folder / "evidence/e1";
   tests::write_file(evidence / "evidence.json", R"({"loop": "FIC-101"})");
@@ -678,7 +680,7 @@ TEST_CASE("evidence comes in parts on request", "[edge]") {
         nullptr);
 }
 
-TEST_CASE("TLS with a certificate of its own", "[edge]") {
+TEST_CASE("TLS with the test's own certificate", "[edge]") {
   const tests::TemporaryFolder folder;
   FakeDaemon daemon{folder.path(), {"FIC-101"}};
   const tests::Certificates certificates;
@@ -693,12 +695,12 @@ TEST_CASE("TLS with a certificate of its own", "[edge]") {
   settings.certificate_file = certificates.file("client.crt");
   settings.key.file = certificates.file("client.key");
   Host host(settings);
-  // It may have been born before the host came.
+  // The edge may have sent its birth before the host subscribed.
   host.command(MessageType::ncmd, "", {wanted("Node Control/Rebirth", DataType::boolean, true)});
   CHECK(host.await(MessageType::dbirth) != nullptr);
 }
 
-TEST_CASE("--check names what is wrong; a bad configuration is 78, a bad line 64", "[edge]") {
+TEST_CASE("--check reports errors; a bad configuration gives 78, a bad command line 64", "[edge]") {
   const tests::TemporaryFolder folder;
   tests::write_file(folder / "edge.yaml",
                     "broker: {url: 'mqtt://b'}\nsparkplug: {group: a, edge: b}\nspark: 1\n");
@@ -712,7 +714,7 @@ TEST_CASE("--check names what is wrong; a bad configuration is 78, a bad line 64
   CHECK(tests::run(program + " --version").exit_code == 0);
 }
 
-TEST_CASE("a store that a later version wrote ends it with 78 and a sentence", "[edge]") {
+TEST_CASE("a store of a later version ends the program with 78 and a message", "[edge]") {
   const tests::TemporaryFolder folder;
   { const edge::Store store(folder / "store.sqlite", 1'000'000); }
   sqlite::Database(folder / "store.sqlite", sqlite::Access::write, 1s)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is told of an order that the daemon takes, and of one of which nobody knows whether it did.
+// Reports about orders that the daemon accepts, and about orders whose effect is unknown.
 #include "services/edge/orders.hpp"
 
 #include <sys/socket.h>
@@ -22,7 +22,7 @@ using namespace loopwarden;
 using edge::Order;
 using edge::Orders;
 
-// Listens at edge.sock; a connection is served as the test says.
+// Listens at edge.sock. The test serves each connection.
 class EdgeSocket {
  public:
   explicit EdgeSocket(const std::filesystem::path& folder)
@@ -38,7 +38,8 @@ class EdgeSocket {
     ::close(fd_);
     std::filesystem::remove(path_);
   }
-  // Takes a connection and a line, and answers it with `answer` (none: not at all). Returns the connection.
+  // Accepts a connection, reads a line and replies with `answer` (empty: no reply). Returns the
+  // connection.
   int take(const std::string& answer) const {
     const int peer = ::accept(fd_, nullptr, nullptr);
     std::string line;
@@ -64,39 +65,39 @@ std::string told(Orders& orders) {
   return all.size() == 1 ? all.front().text : std::to_string(all.size()) + " outcomes";
 }
 
-TEST_CASE("an order that nobody could take is refused", "[edge]") {
+TEST_CASE("an order that was not delivered is refused", "[edge]") {
   const tests::TemporaryFolder folder;
   Orders orders(folder.path(), true);
   orders.give("d", "FIC-101", kSetPoint);
   CHECK_THAT(told(orders), Catch::StartsWith("sp 5: refused: no socket for orders"));
 }
 
-TEST_CASE("of an order that went out and was never answered nothing is known", "[edge]") {
+TEST_CASE("the outcome of an order without an answer is unknown", "[edge]") {
   const tests::TemporaryFolder folder;
   const EdgeSocket socket(folder.path());
   Orders orders(folder.path(), true);
   int peer = -1;
-  SECTION("the daemon ends") {
+  SECTION("the daemon closes the connection") {
     std::thread daemon([&] { ::close(socket.take("")); });
     orders.give("d", "FIC-101", kSetPoint);
     daemon.join();
     CHECK(told(orders) == "sp 5: not known: the daemon closed the connection");
   }
-  SECTION("the daemon is silent") {
+  SECTION("the daemon does not answer") {
     std::thread daemon([&] { peer = socket.take(""); });
     orders.give("d", "FIC-101", kSetPoint);
     daemon.join();
     CHECK(told(orders) == "sp 5: not known: the daemon did not answer in time");
     ::close(peer);
   }
-  SECTION("an answer that is none") {
+  SECTION("an invalid answer") {
     std::thread daemon([&] { peer = socket.take("rubbish"); });
     orders.give("d", "FIC-101", kSetPoint);
     daemon.join();
     CHECK_THAT(told(orders), Catch::StartsWith("sp 5: not known: "));
     ::close(peer);
   }
-  SECTION("an answer without what belongs to it") {
+  SECTION("an answer without its fields") {
     std::thread daemon([&] { peer = socket.take(R"({"ok": true, "order": "x"})"); });
     orders.give("d", "FIC-101", kSetPoint);
     daemon.join();
@@ -105,7 +106,7 @@ TEST_CASE("of an order that went out and was never answered nothing is known", "
   }
 }
 
-TEST_CASE("an order that is done and not in the journal yet is told so", "[edge]") {
+TEST_CASE("an order that is done and not in the journal yet is reported as done", "[edge]") {
   const tests::TemporaryFolder folder;
   const EdgeSocket socket(folder.path());
   Orders orders(folder.path(), true);
@@ -117,11 +118,11 @@ TEST_CASE("an order that is done and not in the journal yet is told so", "[edge]
   ::close(peer);
 }
 
-TEST_CASE("of acknowledge_all is told what is known of it, and no more", "[edge]") {
+TEST_CASE("acknowledge_all is reported as far as its outcome is known", "[edge]") {
   const tests::TemporaryFolder folder;
   Orders orders(folder.path(), true);
   const std::vector<Orders::Loop> loops{{"d", "FIC-101", true}};
-  SECTION("nobody could take it") {
+  SECTION("it was not delivered") {
     orders.acknowledge_all(loops);
     CHECK_THAT(told(orders), Catch::StartsWith("acknowledge_all: refused: no socket for orders"));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What waits on the disk, and when it is sent again.
+// Tests of the messages that wait on disk, and of when they are sent again.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -39,7 +39,7 @@ std::vector<double> stored(Store& store) {
   return values;
 }
 
-TEST_CASE("reports and bdSeq outlive the program, in their order", "[edge]") {
+TEST_CASE("reports and bdSeq survive a restart, in their order", "[edge]") {
   const TemporaryFolder folder;
   {
     Store store(folder / "s", kPlenty);
@@ -61,7 +61,7 @@ TEST_CASE("reports and bdSeq outlive the program, in their order", "[edge]") {
   CHECK(store.waiting() == 1);
 }
 
-TEST_CASE("beyond its bound the oldest goes, and is counted for ever", "[edge]") {
+TEST_CASE("beyond the bound the oldest message is dropped and stays counted", "[edge]") {
   const TemporaryFolder folder;
   constexpr int kReports = 2000;
   {
@@ -79,7 +79,7 @@ TEST_CASE("beyond its bound the oldest goes, and is counted for ever", "[edge]")
   CHECK(store.dropped() + store.waiting() == kReports);
 }
 
-TEST_CASE("a file that is damaged or another's is moved aside", "[edge]") {
+TEST_CASE("a damaged file, or one of another program, is moved aside", "[edge]") {
   const TemporaryFolder folder;
   loopwarden::tests::write_file(folder / "s", std::string(10'000, 'x'));
   Store store(folder / "s", kPlenty);
@@ -92,7 +92,8 @@ TEST_CASE("a file that is damaged or another's is moved aside", "[edge]") {
   CHECK(aside == 1);
 }
 
-TEST_CASE("a row that can't be decoded is set aside and counted, and keeps no other", "[edge]") {
+TEST_CASE("a row that can't be decoded is moved aside and counted, and does not delay others",
+          "[edge]") {
   const TemporaryFolder folder;
   {
     Store store(folder / "s", kPlenty);
@@ -122,7 +123,7 @@ TEST_CASE("a row that can't be decoded is set aside and counted, and keeps no ot
   CHECK_FALSE(aside.step());
 }
 
-TEST_CASE("a store of a later version is refused and stays", "[edge]") {
+TEST_CASE("a store of a later version is refused and kept", "[edge]") {
   const TemporaryFolder folder;
   { Store store(folder / "s", kPlenty); }
   loopwarden::sqlite::Database(folder / "s", loopwarden::sqlite::Access::write, 1s)
@@ -153,7 +154,7 @@ struct Box {
   }
 };
 
-TEST_CASE("what could not be sent is sent later, oldest first", "[edge]") {
+TEST_CASE("unsent messages are sent later, oldest first", "[edge]") {
   Box box;
   for (int i = 0; i < 5; ++i) box.outbox.keep(report("a", i));
   box.outbox.tidy(box.now);
@@ -166,14 +167,14 @@ TEST_CASE("what could not be sent is sent later, oldest first", "[edge]") {
   CHECK(box.sent == std::vector<double>{0, 1, 2, 3, 4});
   box.replay(10);
   CHECK(box.sent.size() == 5);
-  // It stays on the disk until it has surely arrived.
+  // The message stays on the disk until its arrival is confirmed.
   CHECK(box.store.waiting() == 5);
   box.now += 61s;
   box.outbox.tidy(box.now);
   CHECK(box.store.waiting() == 0);
 }
 
-TEST_CASE("what was sent shortly before a loss is sent again, before what came after", "[edge]") {
+TEST_CASE("messages sent shortly before a loss are sent again, before newer messages", "[edge]") {
   Box box;
   box.outbox.sent(report("a", 1), box.now);
   box.now += 50s;
@@ -184,14 +185,15 @@ TEST_CASE("what was sent shortly before a loss is sent again, before what came a
   box.outbox.tidy(box.now);
   box.replay(10);
   CHECK(box.sent == std::vector<double>{2, 3});
-  // And once more, where that connection is lost too.
+  // They are sent again if that connection is lost too.
   box.sent.clear();
   box.outbox.lost(box.now);
   box.replay(10);
   CHECK(box.sent == std::vector<double>{2, 3});
 }
 
-TEST_CASE("while the disk refuses, reports wait in memory, then the oldest go", "[edge]") {
+TEST_CASE("while the disk refuses, reports wait in memory; beyond the bound the oldest are dropped",
+          "[edge]") {
   Box box;
   {
     const loopwarden::tests::FileSizeLimit full(0);
@@ -207,8 +209,9 @@ TEST_CASE("while the disk refuses, reports wait in memory, then the oldest go", 
   CHECK(box.sent == std::vector<double>{5});
 }
 
-TEST_CASE("a disk that has room for some of what waits gets that, and the rest when it has more",
-          "[edge]") {
+TEST_CASE(
+    "a disk with little room stores some waiting reports, and the others when it has more room",
+    "[edge]") {
   Box box;
   constexpr std::size_t kReports = Outbox::kMostInMemory;
   {

@@ -28,7 +28,7 @@ std::string payload(std::vector<Metric> metrics) {
 
 }  // namespace
 
-TEST_CASE("births of a group are a list of tags", "[feed]") {
+TEST_CASE("births of a group give a list of tags", "[feed]") {
   BirthList list;
   list.take({"plant", MessageType::nbirth, "line1", ""},
             payload({metric("bdSeq", DataType::int64, std::int64_t{0}),
@@ -50,7 +50,7 @@ TEST_CASE("births of a group are a list of tags", "[feed]") {
   CHECK(list.unborn().empty());
 }
 
-TEST_CASE("an edge node that speaks without a birth is named", "[feed]") {
+TEST_CASE("an edge node that publishes without a birth is listed", "[feed]") {
   BirthList list;
   list.take({"plant", MessageType::ddata, "line2", "R3"}, "");
   REQUIRE(list.unborn().size() == 1);

@@ -17,14 +17,14 @@ using loopwarden::config::to_text;
 
 const std::string kBroker = "broker: {url: 'mqtt://b'}\n";
 
-// What is said of the text; it is refused.
+// Returns the errors of a refused configuration text.
 std::string complaints(const std::string& text) {
   const auto loaded = read_feed_text("feed.yaml", text);
   CHECK_FALSE(loaded);
   return to_text(loaded.diagnostics);
 }
 
-TEST_CASE("the least feed.yaml: a broker and a value", "[feed]") {
+TEST_CASE("the smallest feed.yaml has a broker and a value", "[feed]") {
   const auto loaded = read_feed_text("feed.yaml", kBroker + "topics: [{name: PV, topic: a/b}]\n");
   REQUIRE(loaded);
   CHECK(loaded->mqtt.broker.host == "b");
@@ -41,7 +41,7 @@ TEST_CASE("the least feed.yaml: a broker and a value", "[feed]") {
   CHECK(rule.timeout_ms == 0);
 }
 
-TEST_CASE("every key of feed.yaml is taken", "[feed]") {
+TEST_CASE("every key of feed.yaml is accepted", "[feed]") {
   const auto loaded = read_feed_text("/etc/loopwarden-feed/feed.yaml", R"(
 broker: {url: 'mqtts://b:8884', user: feed, password: {credential: p}, ca_file: ca.pem, client_id: seven}
 runtime_directory: /run/other
@@ -87,7 +87,7 @@ log_level: debug
   CHECK(loaded->log_level == "debug");
 }
 
-TEST_CASE("what is wrong in feed.yaml is named with its place", "[feed]") {
+TEST_CASE("errors of feed.yaml are reported with their place", "[feed]") {
   CHECK_THAT(complaints(kBroker), Catch::Contains("`topics` or `metrics`"));
   CHECK_THAT(complaints("topics: [{name: a, topic: b}]\n"), Catch::Contains("broker"));
   CHECK_THAT(complaints(kBroker + "topics: [{name: a, topic: b, valu: /c}]\n"),
@@ -110,22 +110,22 @@ TEST_CASE("what is wrong in feed.yaml is named with its place", "[feed]") {
       Catch::Contains("metrics[0].device"));
 }
 
-TEST_CASE("the example is a sound configuration", "[feed]") {
-  const auto loaded = read_feed_file(LOOPWARDEN_SOURCE_DIR "/examples/watch-mqtt/feed.yaml");
+TEST_CASE("the example is a valid configuration", "[feed]") {
+  const auto loaded = read_feed_file(LOOPWARDEN_SOURCE_DIR "/config/examples/watch-mqtt/feed.yaml");
   CHECK(to_text(loaded.diagnostics).empty());
   REQUIRE(loaded);
   CHECK_FALSE(loaded->topics.empty());
   CHECK_FALSE(loaded->metrics.empty());
 }
 
-TEST_CASE("docs/feed-keys.md says what the reader says", "[feed][reference]") {
+TEST_CASE("docs/feed-keys.md matches the description by the reader", "[feed][reference]") {
   const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/feed-keys.md";
   const std::string described =
       "# Keys of feed.yaml\n\n"
-      "<!-- Generated from services/feed; tests_fleet \"[reference]\" says how to renew it. -->\n\n"
-      "What they mean together: [watch.md](watch.md#4-by-mqtt-and-sparkplug-loopwarden-feed). "
-      "Unknown "
-      "keys are errors with their place.\n" +
+      "<!-- Generated from services/feed; tests_fleet \"[reference]\" shows how to renew it. "
+      "-->\n\n"
+      "Guide: [watch.md](watch.md#4-by-mqtt-and-sparkplug-loopwarden-feed). "
+      "Unknown keys are errors with their place.\n" +
       loopwarden::config::to_markdown(describe_feed());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
     loopwarden::tests::write_file(path, described);

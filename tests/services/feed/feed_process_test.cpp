@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program itself between a real Mosquitto, where an edge node of Python publishes, and the real daemon.
+// The program runs between a real Mosquitto, on which a Python edge node publishes, and the real
+// daemon.
 #include <pwd.h>
 #include <signal.h>
 #include <unistd.h>
@@ -78,11 +79,11 @@ metrics:
     return eventually(
         [&] {
           const json now = daemon.loop(loop);
-          return now.contains(key) && now.at(key) == value;  // before its first cycle it has none
+          return now.contains(key) && now.at(key) == value;  // absent before the first cycle
         },
         std::chrono::seconds(20));
   }
-  // A value by its time, which is now.
+  // A value with the present time as its time stamp.
   void publish(double pv, const std::string& quality = "good") {
     const auto now =
         std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch());
@@ -99,7 +100,7 @@ metrics:
   ForeignProcess edge;
 };
 
-TEST_CASE("values of topics and of a foreign edge node come to watched loops", "[feed][process]") {
+TEST_CASE("values of topics and of a foreign edge node reach watched loops", "[feed][process]") {
   Rig rig;
   rig.edge.command("connect");
   rig.publish(12.5);
@@ -107,7 +108,7 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   CHECK(rig.is("FIC-205", "co", 33.0));
   CHECK(rig.is("FIC-206", "pv", 1.0));
   CHECK(rig.is("FIC-206", "mode", "AUTO"));
-  // Nothing new, and signs of life.
+  // No new values, only signs of life.
   CHECK(rig.is("FIC-205", "pv_reason", "held"));
   CHECK(rig.is("FIC-205", "pv_quality", "good"));
 
@@ -124,7 +125,7 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   rig.edge.command("set PV 4.5");
   CHECK(rig.is("FIC-206", "pv", 4.5));
 
-  // What can't be read is bad, counted, and not the end.
+  // A value that can't be read is bad and counted. The program continues.
   rig.edge.command("publish plant/fic205 no JSON");
   CHECK(rig.is("FIC-205", "pv_quality", "bad"));
   CHECK(rig.says("plant/fic205, for FIC205.PV: expected JSON"));
@@ -137,7 +138,7 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   CHECK(rig.counters().at("unknown_names") > 0);
   CHECK(rig.counters().at("bad_lines") == 0);
 
-  // The edge node dies without a goodbye, and comes back.
+  // The edge node dies without a goodbye, and reconnects.
   rig.edge.command("drop");
   CHECK(rig.is("FIC-206", "pv_reason", "death of the source"));
   CHECK(rig.daemon.loop("FIC-206").at("pv").is_null());
@@ -149,7 +150,7 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   rig.publish(16.5);
   CHECK(rig.is("FIC-205", "pv", 16.5));
 
-  // Nothing was ever written to the edge node.
+  // The feeder never wrote to the edge node.
   CHECK(rig.edge.state("commands") == "0");
   CHECK(rig.feeder.end(SIGTERM) == 0);
   CHECK(rig.says("bad payloads 3,"));
@@ -157,7 +158,8 @@ TEST_CASE("values of topics and of a foreign edge node come to watched loops", "
   CHECK(rig.is("FIC-205", "pv_reason", "stale"));
 }
 
-TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[feed][process]") {
+TEST_CASE("values become bad and good again when broker, daemon and feeder stop and return",
+          "[feed][process]") {
   Rig rig("ask_rebirth: true\n");
   rig.edge.command("connect");
   rig.publish(12.5);
@@ -169,15 +171,15 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   CHECK(rig.is("FIC-206", "pv_reason", "stale"));
   rig.edge.command("drop");
   rig.broker.start();
-  // Born before the feeder is back, or after: it asks.
+  // The birth was sent before or after the feeder returned. In both cases the feeder requests it.
   rig.edge.command("connect");
   CHECK(rig.is("FIC-206", "pv", 1.0));
-  // What was published meanwhile nobody knows.
+  // The values published meanwhile are unknown.
   CHECK(rig.is("FIC-205", "pv_reason", "link lost"));
   rig.publish(15.5);
   CHECK(rig.is("FIC-205", "pv", 15.5));
 
-  // A number of the sequence is missing: births are asked for.
+  // A sequence number is missing, so births are requested.
   const std::string commands = rig.edge.state("commands");
   rig.edge.command("lose");
   rig.edge.command("set PV 5.5");
@@ -185,7 +187,7 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   CHECK(eventually([&] { return rig.edge.state("commands") != commands; }));
   CHECK(rig.is("FIC-206", "pv_quality", "good"));
 
-  // A daemon that comes back is told what is known, without a new message.
+  // A restarted daemon receives the known values without a new message.
   rig.daemon.signal(SIGKILL);
   rig.daemon.wait_for_end();
   rig.daemon.start();
@@ -198,7 +200,7 @@ TEST_CASE("broker, daemon and feeder go and come back, and values with them", "[
   CHECK(rig.is("FIC-206", "pv", 5.5));
 }
 
-TEST_CASE("loopwarden-feed --browse lists what edge nodes have, and asks for their births",
+TEST_CASE("loopwarden-feed --browse lists the metrics of edge nodes, and requests their births",
           "[feed]") {
   tests::TemporaryFolder folder;
   const MqttBroker broker;
@@ -210,10 +212,10 @@ TEST_CASE("loopwarden-feed --browse lists what edge nodes have, and asks for the
     return tests::run(LOOPWARDEN_BIN_DIR "/loopwarden-feed --browse plant --seconds 2 --config " +
                       (folder / "feed.yaml").string() + " 2>&1");
   };
-  edge.command("set PV 2");  // goes out behind the births
+  edge.command("set PV 2");  // is sent after the births
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  CHECK(browse("").exit_code == 74);  // the births are over, and nobody says anything
-  // The first thing that is heard is what makes it ask.
+  CHECK(browse("").exit_code == 74);  // the births are over, and no data arrives
+  // The first message received makes it request births.
   std::thread voice([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(700));
     edge.command("set PV 3");
@@ -226,7 +228,7 @@ TEST_CASE("loopwarden-feed --browse lists what edge nodes have, and asks for the
   CHECK(found.text.find("Node Control") == std::string::npos);
 }
 
-TEST_CASE("loopwarden-feed by TLS, with a certificate of its own", "[feed]") {
+TEST_CASE("loopwarden-feed by TLS, with the test's own certificate", "[feed]") {
   const tests::TemporaryFolder folder;
   const tests::Certificates certificates;
   const MqttBroker broker(certificates.broker_lines());
@@ -256,8 +258,9 @@ TEST_CASE("loopwarden-feed by TLS, with a certificate of its own", "[feed]") {
   CHECK(stranger.log().find("broker: connected") == std::string::npos);
 }
 
-TEST_CASE("loopwarden-feed --check names what is wrong; a bad configuration is 78, a bad line 64",
-          "[feed]") {
+TEST_CASE(
+    "loopwarden-feed --check reports errors; a bad configuration gives 78, a bad command line 64",
+    "[feed]") {
   const tests::TemporaryFolder folder;
   const std::string program = LOOPWARDEN_BIN_DIR "/loopwarden-feed";
   const std::string file = (folder / "feed.yaml").string();

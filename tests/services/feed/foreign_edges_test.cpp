@@ -35,7 +35,7 @@ Metric metric(const std::string& name, std::optional<std::uint64_t> alias, DataT
 const std::vector<MetricRule> kRules{
     {"PV", "g", "e", "d", "PV"}, {"MODE", "g", "e", "d", "MODE"}, {"T", "g", "e", "", "T"}};
 
-// An edge node and what is made of its words.
+// An edge node and the values derived from its messages.
 struct Foreign {
   explicit Foreign(const std::vector<MetricRule>& rules = kRules) : edges(rules) {}
 
@@ -88,7 +88,7 @@ struct Foreign {
   std::string complaint;
 };
 
-TEST_CASE("births give values, types and aliases; data comes by alias without types", "[feed]") {
+TEST_CASE("births give values, types and aliases; data has only aliases, without types", "[feed]") {
   Foreign edge;
   CHECK(edge.pv(9.0).empty());  // no birth yet
   CHECK(edge.edges.counts().dropped == 1);
@@ -100,7 +100,7 @@ TEST_CASE("births give values, types and aliases; data comes by alias without ty
   CHECK(born.at("PV").time_s == 1.0);
   CHECK(born.at("MODE").value == 1.0);
   CHECK(edge.pv(2.5).at("PV").value == 2.5);
-  // The sign of a whole number is in the birth's type alone.
+  // Only the type in the birth gives the sign of a whole number.
   const auto mode =
       edge.say(MessageType::ddata, "d", {metric("", 8, DataType::int16, std::int64_t{-2})},
                sparkplug::Types::left_out);
@@ -110,7 +110,7 @@ TEST_CASE("births give values, types and aliases; data comes by alias without ty
                  sparkplug::Types::sent)
             .at("T")
             .value == 21.0);
-  // Other metrics and other devices are nobody's.
+  // Other metrics and other devices are ignored.
   CHECK(edge.say(MessageType::ddata, "d", {metric("", 9, DataType::string, std::string("y"))},
                  sparkplug::Types::sent)
             .empty());
@@ -121,7 +121,7 @@ TEST_CASE("births give values, types and aliases; data comes by alias without ty
   CHECK(edge.edges.counts().missing == 0);
 }
 
-TEST_CASE("a new birth may give other aliases; the old ones no longer count", "[feed]") {
+TEST_CASE("a new birth can change the aliases; the old ones are invalid", "[feed]") {
   Foreign edge;
   edge.node_birth();
   edge.device_birth(7);
@@ -132,7 +132,8 @@ TEST_CASE("a new birth may give other aliases; the old ones no longer count", "[
   CHECK(edge.pv(6.0, 17).at("PV").value == 6.0);
 }
 
-TEST_CASE("deaths make values bad: of a device its own, of a node all", "[feed]") {
+TEST_CASE("the death of a device makes its values bad, and that of a node makes all bad",
+          "[feed]") {
   Foreign edge;
   edge.node_birth();
   edge.device_birth();
@@ -142,7 +143,7 @@ TEST_CASE("deaths make values bad: of a device its own, of a node all", "[feed]"
   CHECK_FALSE(dead.at("PV").value);
   CHECK(edge.pv(1.0).empty());
   edge.device_birth();
-  // The will of an older connection comes late.
+  // The will of an older connection arrives late.
   edge.bd_seq = 2;
   CHECK(edge.say(MessageType::ndeath, "", {}, sparkplug::Types::sent).empty());
   edge.bd_seq = 3;
@@ -155,7 +156,7 @@ TEST_CASE("deaths make values bad: of a device its own, of a node all", "[feed]"
   CHECK(edge.device_birth().at("PV").quality == Quality::good);
 }
 
-TEST_CASE("a device that its node's new birth does not bring back is dead", "[feed]") {
+TEST_CASE("after a node's new birth a device without a new birth is dead", "[feed]") {
   Foreign edge;
   edge.node_birth();
   edge.device_birth();
@@ -169,7 +170,7 @@ TEST_CASE("a device that its node's new birth does not bring back is dead", "[fe
   CHECK(edge.look().empty());
 }
 
-TEST_CASE("historical values are not now's; null, NaN and text are bad", "[feed]") {
+TEST_CASE("historical values are not used as present ones; null, NaN and text are bad", "[feed]") {
   Foreign edge;
   edge.node_birth();
   edge.device_birth();
@@ -193,7 +194,7 @@ TEST_CASE("historical values are not now's; null, NaN and text are bad", "[feed]
   CHECK(of(true, DataType::boolean).value == 1.0);
 }
 
-TEST_CASE("the property Quality is the value's quality", "[feed]") {
+TEST_CASE("the property Quality gives the value's quality", "[feed]") {
   Foreign edge;
   edge.node_birth();
   edge.device_birth();
@@ -208,13 +209,13 @@ TEST_CASE("the property Quality is the value's quality", "[feed]") {
   CHECK(with(64) == Quality::uncertain);
 }
 
-TEST_CASE("where messages are missing all of the edge node is uncertain until it says it again",
+TEST_CASE("after missing messages the whole edge node is uncertain until it publishes again",
           "[feed]") {
   Foreign edge;
   edge.node_birth();
   edge.device_birth();
   ++edge.seq;                   // one is lost
-  CHECK(edge.pv(4.0).empty());  // it waits for the one before it
+  CHECK(edge.pv(4.0).empty());  // waits for the message before it
   edge.now_ms += 10'000;
   const auto now = edge.look();
   CHECK(now.at("MODE").quality == Quality::uncertain);
@@ -230,7 +231,7 @@ TEST_CASE("where messages are missing all of the edge node is uncertain until it
             .quality == Quality::good);
 }
 
-TEST_CASE("births are asked for where they are missing, less and less often", "[feed]") {
+TEST_CASE("missing births are requested, less and less often", "[feed]") {
   Foreign edge;
   CHECK(edge.edges.to_ask(0) == std::vector<ForeignEdges::EdgeName>{{"g", "e"}});
   CHECK(edge.edges.to_ask(4'999).empty());
@@ -242,7 +243,7 @@ TEST_CASE("births are asked for where they are missing, less and less often", "[
   CHECK(edge.edges.all_born());
   edge.device_birth();
   CHECK(edge.edges.to_ask(100'000).empty());
-  // Asked in vain for long, it may be asked at once on a new connection.
+  // After long unanswered requests, a new connection allows a request at once.
   ++edge.seq;
   edge.pv(3.0);
   edge.now_ms = 200'000;
@@ -262,7 +263,7 @@ TEST_CASE("births are asked for where they are missing, less and less often", "[
   CHECK_FALSE(request.seq);
 }
 
-TEST_CASE("a birth without the metric, bytes that are no payload, strangers", "[feed]") {
+TEST_CASE("a birth without the metric, an invalid payload, and unknown edge nodes", "[feed]") {
   Foreign edge;
   edge.node_birth();
   const auto born = edge.say(MessageType::dbirth, "d", {metric("PV", 7, DataType::float32, 1.5)},
@@ -282,7 +283,7 @@ TEST_CASE("a birth without the metric, bytes that are no payload, strangers", "[
 }
 
 TEST_CASE(
-    "a death that can't be matched makes all values of the node bad, and a rebirth is asked for",
+    "a death that can't be matched makes all values of the node bad, and a rebirth is requested",
     "[feed]") {
   const auto death = [](std::vector<Metric> metrics) {
     return sparkplug::encode({.time_ms = 9, .seq = {}, .metrics = std::move(metrics)},
@@ -290,7 +291,7 @@ TEST_CASE(
   };
   const std::vector<std::string> payloads{
       death({}),
-      death({metric("", 9, DataType::int64, std::int64_t{3})}),  // an alias that no birth gave
+      death({metric("", 9, DataType::int64, std::int64_t{3})}),  // an alias that is in no birth
       death({metric("bdSeq", {}, DataType::string, std::string("3"))}),
       death({metric("bdSeq", {}, DataType::float64, 3.0)}),
       "\xff\xff",
@@ -316,8 +317,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("births and deaths of devices that can't be understood end the device's values",
-          "[feed]") {
+TEST_CASE("an unreadable birth or death of a device makes the device's values bad", "[feed]") {
   struct Refused {
     MessageType type;
     std::string device;
@@ -344,7 +344,7 @@ TEST_CASE("births and deaths of devices that can't be understood end the device'
   }
 }
 
-TEST_CASE("a birth that is refused is named with the reason", "[feed]") {
+TEST_CASE("a refused birth is reported with the reason", "[feed]") {
   const auto complaint = [](std::optional<std::uint64_t> seq, std::vector<Metric> metrics) {
     Foreign edge;
     edge.edges.take({"g", MessageType::nbirth, "e", ""},
@@ -363,7 +363,7 @@ TEST_CASE("a birth that is refused is named with the reason", "[feed]") {
 }
 
 TEST_CASE(
-    "an edge node that is silent without a death is asked for a birth, then its values are bad",
+    "a birth is requested of an edge node that is silent without a death, then its values are bad",
     "[feed]") {
   Foreign edge(
       {{.name = "PV",
@@ -387,7 +387,7 @@ TEST_CASE(
   CHECK(silent.at("PV").quality == Quality::bad);
   CHECK(silent.at("PV").reason == FedValue::Reason::timeout);
   CHECK(edge.look().empty());
-  // Nothing is missing: what it said before holds again with its next message, of whatever metric.
+  // No message is missing. Its earlier values are valid again with its next message, of any metric.
   const auto again = edge.say(MessageType::ndata, "", {metric("T", {}, DataType::float64, 21.0)},
                               sparkplug::Types::sent);
   CHECK(again.at("PV").value == 1.5);
@@ -395,7 +395,7 @@ TEST_CASE(
   CHECK(edge.edges.counts().timeouts == 1);
 }
 
-TEST_CASE("many edge nodes without a birth are asked one after the other", "[feed]") {
+TEST_CASE("births of many edge nodes are requested one after the other", "[feed]") {
   std::vector<MetricRule> rules;
   for (int i = 0; i < 100; ++i) {
     rules.push_back({"PV" + std::to_string(i), "g", "e" + std::to_string(i), "d", "PV"});

@@ -16,7 +16,7 @@ using Quality = FedValue::Quality;
 FedValue read(const PayloadRule& rule, const std::string& payload) {
   return read_topic_payload(rule, "FIC205.PV", payload);
 }
-// What is said of a bad payload; empty: it is none.
+// Returns the error for a bad payload, or an empty text for a good one.
 std::string refused(const PayloadRule& rule, const std::string& payload) {
   try {
     read(rule, payload);
@@ -48,7 +48,7 @@ TEST_CASE("a payload that is a number", "[feed]") {
   CHECK(refused({}, std::string(kMostTopicBytes + 1, '1')) == "longer than 1 MiB");
 }
 
-TEST_CASE("a word where the rule takes words", "[feed]") {
+TEST_CASE("a word if the rule accepts words", "[feed]") {
   const PayloadRule words{.words = true};
   CHECK(read(words, " AUTO\n").word == "AUTO");
   CHECK_FALSE(read(words, "AUTO").value);
@@ -62,7 +62,7 @@ TEST_CASE("a word where the rule takes words", "[feed]") {
   CHECK(read(in_json, R"({"m": null})").quality == Quality::bad);
 }
 
-TEST_CASE("JSON: value, time and quality where the pointers say", "[feed]") {
+TEST_CASE("JSON gives value, time and quality at the pointers", "[feed]") {
   const FedValue fed = read(json_rule(), R"({"d": [{"v": 3.5}], "t": 1764000000.25, "q": 192})");
   CHECK(fed.value == 3.5);
   CHECK(fed.time_s == 1764000000.25);
@@ -79,7 +79,7 @@ TEST_CASE("JSON: value, time and quality where the pointers say", "[feed]") {
   CHECK(null.quality == Quality::bad);
 }
 
-TEST_CASE("JSON that is not as the rule says is refused with what was expected, and where",
+TEST_CASE("JSON that does not match the rule is refused with the expected form and the place",
           "[feed]") {
   CHECK(refused(json_rule(), "{") == "expected JSON");
   CHECK(refused(json_rule(), R"({"d": {}, "t": 1, "q": 192})") == "expected a number at '/d/0/v'");
@@ -148,8 +148,7 @@ struct Heard {
 const TopicRule kPv{.name = "PV", .topic = "a", .payload = {.value = JsonPointer("/pv")}};
 const TopicRule kOp{.name = "OP", .topic = "a", .payload = {.value = JsonPointer("/op")}};
 
-TEST_CASE("one message brings several values; one that can't be read is bad and counted",
-          "[feed]") {
+TEST_CASE("one message gives several values; one that can't be read is bad and counted", "[feed]") {
   Heard heard({kPv, kOp});
   auto values = heard.take("a", R"({"pv": 1, "op": "open"})");
   REQUIRE(values.size() == 2);
@@ -163,7 +162,8 @@ TEST_CASE("one message brings several values; one that can't be read is bad and 
   CHECK(heard.topics.counts().unknown == 1);
 }
 
-TEST_CASE("a retained message of unknown age does not count, unless it may", "[feed]") {
+TEST_CASE("a retained message of unknown age is ignored unless the configuration accepts it",
+          "[feed]") {
   TopicRule timed = kPv;
   timed.payload.time = JsonPointer("/t");
   TopicRule allowed{
@@ -181,7 +181,7 @@ TEST_CASE("a topic that is silent for longer than its time-out is bad, once", "[
   TopicRule rule = kPv;
   rule.timeout_ms = 5000;
   Heard heard({rule, kOp});
-  CHECK(heard.look(100'000).empty());  // never heard
+  CHECK(heard.look(100'000).empty());  // never received
   heard.take("a", R"({"pv": 1, "op": 2})", false, 100'000);
   CHECK(heard.look(105'000).empty());
   const auto values = heard.look(105'001);
@@ -193,7 +193,7 @@ TEST_CASE("a topic that is silent for longer than its time-out is bad, once", "[
   CHECK(heard.take("a", R"({"pv": 1, "op": 2})", false, 200'000)[0].quality == Quality::good);
 }
 
-TEST_CASE("the broker away: what was heard is bad", "[feed]") {
+TEST_CASE("without the broker the received values are bad", "[feed]") {
   TopicRule other{.name = "TT", .topic = "b"};
   Heard heard({kPv, other});
   heard.take("a", R"({"pv": 1})");

@@ -36,7 +36,7 @@ std::string told(AlarmPicture picture, const AlarmReading& now) {
 
 }  // namespace
 
-TEST_CASE("an alarm's life is told once, change by change", "[notify][changes]") {
+TEST_CASE("an alarm's life is notified once, change by change", "[notify][changes]") {
   struct Case {
     const char* before;
     std::int64_t times_before;
@@ -60,10 +60,10 @@ TEST_CASE("an alarm's life is told once, change by change", "[notify][changes]")
       {"shelved", 1, "normal", 1, ""},
       {"normal", 1, "suppressed", 1, ""},
       {"suppressed", 1, "normal", 1, ""},
-      // A consequence of another alarm: that one is told.
+      // A consequence of another alarm. Only the other alarm is notified.
       {"unacknowledged", 1, "suppressed", 1, "went"},
       {"suppressed", 1, "acknowledged", 1, "came acknowledged"},
-      // Taken back, since it had another name.
+      // Withdrawn, because it got another name.
       {"unacknowledged", 1, "normal", 1, "went"},
       // Between two looks.
       {"normal", 1, "normal", 2, "came went"},
@@ -80,7 +80,7 @@ TEST_CASE("an alarm's life is told once, change by change", "[notify][changes]")
   }
 }
 
-TEST_CASE("a change has the time at which it happened, and that at which it was read",
+TEST_CASE("a change has the time at which it happened, and the time at which it was read",
           "[notify][changes]") {
   const auto event = [](AlarmPicture picture, AlarmReading now, std::int64_t raised_ms,
                         std::int64_t changed_ms) {
@@ -92,27 +92,27 @@ TEST_CASE("a change has the time at which it happened, and that at which it was 
   };
   const AlarmReading raised = reading("unacknowledged", 2);
   CHECK(event(at("normal"), raised, 400, 400).utc_ms == 400);
-  // There for long when the program saw it for the first time.
+  // Active for a long time before the program first saw it.
   CHECK(event(first_picture(raised), raised, 7, 7).utc_ms == 7);
   CHECK(event(at("unacknowledged"), reading("acknowledged"), 400, 600).utc_ms == 600);
   CHECK(event(at("acknowledged"), reading("normal"), 400, 700).utc_ms == 700);
   CHECK(event(at("normal"), reading("shelved"), 400, 800).utc_ms == 800);
-  // Hidden by another alarm, and back: nothing of the alarm itself changed then.
+  // Hidden by another alarm, and visible again: the alarm itself did not change then.
   CHECK(event(at("unacknowledged"), reading("suppressed"), 400, 400).utc_ms == 1000);
   CHECK(event(at("suppressed"), reading("unacknowledged"), 400, 400).utc_ms == 1000);
   CHECK(event(at("shelved"), reading("unacknowledged"), 400, 900).utc_ms == 1000);
-  // Of a clock that was set back, or of a daemon that does not say.
+  // Times of a clock that was set back, or of a daemon that does not send them.
   CHECK(event(at("normal"), raised, 5000, 5000).utc_ms == 1000);
   CHECK(event(at("normal"), raised, 0, 0).utc_ms == 1000);
 }
 
-TEST_CASE("of an alarm never seen before only what is there is news", "[notify][changes]") {
+TEST_CASE("the first reading of an alarm notifies only its present state", "[notify][changes]") {
   CHECK(told(first_picture(reading("normal", 12)), reading("normal", 12)).empty());
   CHECK(told(first_picture(reading("unacknowledged", 12)), reading("unacknowledged", 12)) ==
         "came");
 }
 
-TEST_CASE("an event that has waited is told with what is known by then", "[notify][changes]") {
+TEST_CASE("an event that has waited carries what is known when it is sent", "[notify][changes]") {
   AlarmReading gap = reading("unacknowledged", 1);
   gap.key = {"F", "model_gap"};
   gap.incident = "F-1";
@@ -141,12 +141,12 @@ TEST_CASE("an event that has waited is told with what is known by then", "[notif
   CHECK(told_now(Change::went).alarm == "model_gap");
   sticks.incident = "F-2";
   CHECK(told_now().alarm == "model_gap");
-  // What has gone meanwhile stays as it was.
+  // A cleared alarm keeps its event unchanged.
   gap.state = "normal";
   CHECK(told_now().why.empty());
 }
 
-TEST_CASE("the worst size since it came is remembered, a new coming begins anew",
+TEST_CASE("the worst size since it was raised is remembered until it is raised again",
           "[notify][changes]") {
   AlarmPicture picture;
   take_changes(picture, reading("unacknowledged", 1, 4.0), 1);

@@ -53,7 +53,7 @@ EmailSettings mail(const ForeignProcess& server, EmailSettings::Security securit
 
 const Message kOne = message_with({event_of("FIC-101")});
 
-// A datagram socket of the test's own; closed at the end.
+// A datagram socket of the test. The destructor closes it.
 class Receiver {
  public:
   Receiver(int family, const sockaddr* address, socklen_t length)
@@ -173,7 +173,8 @@ TEST_CASE("certificates are checked", "[notify][webhook]") {
       server("web_server.py",
              {(folder / "log").string(), files.file("server.pem"), files.file("server.key")});
   WebhookSettings settings = hook(web, "https");
-  CHECK(send(settings, kOne).outcome == Outcome::later);  // the system knows no such authority
+  // the system does not trust this authority
+  CHECK(send(settings, kOne).outcome == Outcome::later);
   settings.tls.authorities = files.file("other.pem");
   CHECK(send(settings, kOne).outcome == Outcome::later);
   CHECK(lines_of(folder / "log").empty());
@@ -211,7 +212,7 @@ TEST_CASE("mail by SMTP, with and without TLS and a password", "[notify][mail]")
     settings.user = "box12";
     settings.password.file = (folder / "password").string();
     check(settings, true, true);
-    // It is put right one day, but not by waiting.
+    // Waiting does not remove the fault.
     write_file(folder / "password", "wrong\n");
     const Delivery wrong = send(settings, kOne);
     CHECK(wrong.outcome == Outcome::shut_out);
@@ -232,16 +233,16 @@ TEST_CASE("mail by SMTP, with and without TLS and a password", "[notify][mail]")
     EmailSettings settings = mail(smtp, EmailSettings::Security::tls);
     settings.user = "box12";
     settings.password.file = (folder / "password").string();
-    check(settings, false, true);  // the server's library knows of no TLS below it
+    check(settings, false, true);  // the server's library does not know that TLS is used
   }
-  SECTION("a server that offers no STARTTLS gets nothing, above all no password") {
+  SECTION("a server that offers no STARTTLS gets no mail, above all no password") {
     const ForeignProcess smtp = server("mail_server.py", {log});
     CHECK(send(mail(smtp, EmailSettings::Security::starttls), kOne).outcome == Outcome::later);
     CHECK(lines_of(folder / "log").empty());
   }
 }
 
-TEST_CASE("recipients that a mail server refuses, and one that is busy", "[notify][mail]") {
+TEST_CASE("refused recipients, and a mail server that is busy", "[notify][mail]") {
   const TemporaryFolder folder;
   const std::string log = (folder / "log").string();
   const auto none = EmailSettings::Security::none;
@@ -263,7 +264,7 @@ TEST_CASE("recipients that a mail server refuses, and one that is busy", "[notif
   CHECK_THAT(delivery.text, Catch::Contains("451 4.3.0 try again later"));
 }
 
-TEST_CASE("a mail server that is there and says nothing", "[notify][mail]") {
+TEST_CASE("a mail server that accepts and does not answer", "[notify][mail]") {
   const TemporaryFolder folder;
   const ForeignProcess smtp = server("mail_server.py", {(folder / "log").string()});
   smtp.freeze();
@@ -314,7 +315,7 @@ TEST_CASE("syslog to a local socket and by UDP", "[notify][syslog]") {
     CHECK(local.send(kOne, kNever).outcome == Outcome::sent);
     CHECK(receiver.receive().starts_with("<132>1 2026-11-24T12:00:00.000Z box_12 "));
   }
-  // The receiver was started again: another socket of the same name.
+  // The receiver was restarted and has a new socket of the same name.
   std::filesystem::remove(settings.socket);
   const Receiver again = local_receiver(settings.socket);
   CHECK(local.send(kOne, kNever).outcome == Outcome::sent);
@@ -330,7 +331,7 @@ TEST_CASE("syslog to a local socket and by UDP", "[notify][syslog]") {
   CHECK(send(settings, kOne).outcome == Outcome::later);
 }
 
-TEST_CASE("syslog by TCP: framed, connected again, and not sent before it is confirmed",
+TEST_CASE("syslog by TCP is framed, reconnects, and counts as sent only when confirmed",
           "[notify][syslog]") {
   const TemporaryFolder folder;
   ForeignProcess collector = server("log_server.py", {(folder / "log").string()});
@@ -373,7 +374,7 @@ TEST_CASE("syslog by TLS, with certificates of both sides", "[notify][syslog]") 
 TEST_CASE("the systemd journal's own protocol", "[notify][journal]") {
   const std::string path = "/run/systemd/journal/socket";
   if (::access("/run/systemd/journal", F_OK) == 0) {
-    // A real journal takes it, or nobody does.
+    // On a host with a real journal the message is sent to it if the socket is writable.
     CHECK(send(JournalSettings{}, kOne).outcome ==
           (::access(path.c_str(), W_OK) == 0 ? Outcome::sent : Outcome::later));
     return;
@@ -381,7 +382,7 @@ TEST_CASE("the systemd journal's own protocol", "[notify][journal]") {
   CHECK(send(JournalSettings{}, kOne).outcome == Outcome::later);
   std::error_code error;
   std::filesystem::create_directories("/run/systemd/journal", error);
-  if (error) return;  // not ours to make
+  if (error) return;  // the test can't create it
   const Receiver journal = local_receiver(path);
   CHECK(send(JournalSettings{}, kOne).outcome == Outcome::sent);
   const std::string entry = journal.receive();

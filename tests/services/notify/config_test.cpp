@@ -44,7 +44,7 @@ TEST_CASE("the example is accepted", "[notify][config]") {
   CHECK(config.diagnostics.empty());
   CHECK(config->channels.size() == 3);
   REQUIRE(config->rules.routes.size() == 3);
-  // The repeat: after an hour the first, five in all; then the step.
+  // The first reminder is after an hour, with five in all. The escalation step follows.
   const std::vector<Escalation>& reminders = config->rules.routes[1].reminders;
   REQUIRE(reminders.size() == 2);
   CHECK(reminders[0].after_min == 60);
@@ -54,8 +54,7 @@ TEST_CASE("the example is accepted", "[notify][config]") {
   CHECK(config->rules.quiet_hours.front().from_min == 22 * 60);
 }
 
-TEST_CASE("mails have pictures, webhooks where they are asked for, logs never",
-          "[notify][config]") {
+TEST_CASE("mails have pictures, webhooks if asked for, logs never", "[notify][config]") {
   const auto usual = read_notify_text("notify.yaml", kWhole);
   REQUIRE(usual->channels.size() == 3);
   CHECK(usual->channels[0].picture == false);
@@ -68,7 +67,7 @@ TEST_CASE("mails have pictures, webhooks where they are asked for, logs never",
              Catch::Contains("unknown key 'picture'"));
 }
 
-TEST_CASE("a route names process alarms as any other", "[notify][config]") {
+TEST_CASE("a route can name process alarms as any other", "[notify][config]") {
   const auto config = read_notify_text(
       "notify.yaml",
       with("alarms: [daemon]", "alarms: [bad_pv, output_lost, output_unknown, not_normal_mode]"));
@@ -77,7 +76,7 @@ TEST_CASE("a route names process alarms as any other", "[notify][config]") {
         std::vector<std::string>{"bad_pv", "output_lost", "output_unknown", "not_normal_mode"});
 }
 
-TEST_CASE("a file whose routes forget the box is told so", "[notify][config]") {
+TEST_CASE("a file whose routes omit the box gives a warning", "[notify][config]") {
   const std::string everybody = "- {channels: [log, mail]}";
   const std::string all =
       "disk_full, clock_stepped, feeder_lost, service_failed, "
@@ -86,7 +85,7 @@ TEST_CASE("a file whose routes forget the box is told so", "[notify][config]") {
         "notify.yaml:10:3: warning: routes: no route to people has the box's " + all +
             ": all routes report them. Name box in the `loops` of one\n");
   CHECK(said(with(everybody, "- {channels: [log, mail], loops: [\"FIC-*\", box]}")).empty());
-  // A log is nobody.
+  // A log is no route to people.
   CHECK_THAT(
       said(with(everybody, "- {channels: [log]}\n  - {channels: [mail], loops: [\"FIC-*\"]}")),
       Catch::Contains("all routes tell them"));
@@ -107,7 +106,7 @@ TEST_CASE("defaults of each kind of channel", "[notify][config]") {
   CHECK(config->socket == "/run/loopwardend/status.sock");
 }
 
-TEST_CASE("each slip is named where it is", "[notify][config]") {
+TEST_CASE("each error is reported with its place", "[notify][config]") {
   struct Case {
     const char* part;
     const char* by;
@@ -161,7 +160,7 @@ TEST_CASE("each slip is named where it is", "[notify][config]") {
   CHECK_THAT(said("routes: []\n"), Catch::Contains("must be 1 to 32 channels"));
 }
 
-TEST_CASE("page_url is a URL of http or https, without a slash behind it", "[notify][config]") {
+TEST_CASE("page_url is a URL of http or https, without a slash at its end", "[notify][config]") {
   const auto good = read_notify_text("n.yaml", kWhole + "page_url: 'https://box7:8443/'\n");
   REQUIRE(good);
   CHECK(good->page_url == "https://box7:8443");
@@ -172,15 +171,14 @@ TEST_CASE("page_url is a URL of http or https, without a slash behind it", "[not
   }
 }
 
-TEST_CASE("docs/notify-keys.md says what the reader says", "[notify][config][reference]") {
+TEST_CASE("docs/notify-keys.md matches the description by the reader",
+          "[notify][config][reference]") {
   const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/notify-keys.md";
   const std::string described =
       "# Keys of notify.yaml\n\n"
-      "<!-- Generated from services/notify/config; tests_fleet \"[reference]\" says how to renew "
-      "it. "
-      "-->\n\n"
-      "What they mean together: [notify.md](notify.md). Relative paths start from the file's "
-      "folder.\n" +
+      "<!-- Generated from services/notify/config; tests_fleet \"[reference]\" shows how to renew "
+      "it. -->\n\n"
+      "Guide: [notify.md](notify.md). Relative paths start from the file's folder.\n" +
       loopwarden::config::to_markdown(describe_notify());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) write_file(path, described);
   INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_fleet '[reference]'");

@@ -20,31 +20,30 @@ std::vector<Waiting> waiting(std::initializer_list<std::int64_t> since_ms) {
 
 }  // namespace
 
-TEST_CASE("events within the grouping time go together", "[notify][dispatch]") {
+TEST_CASE("events within the grouping time are sent together", "[notify][dispatch]") {
   const ChannelRule mail{.name = "mail", .group_ms = 30'000, .most_per_hour = 20};
   const auto all = waiting({kNoon, kNoon + 10'000, kNoon + 29'000});
   CHECK(ready(mail, {}, all, {}, kNoon + 29'999).empty());
   CHECK(ready(mail, {}, all, {}, kNoon + 30'000) == std::vector<std::size_t>{0, 1, 2});
-  // A clock that was set back makes nothing wait for longer.
+  // A clock that was set back delays no event.
   CHECK(ready(mail, {}, all, {}, kNoon - 3'600'000).size() == 3);
   CHECK(ready(mail, {}, {}, {}, kNoon).empty());
 }
 
-TEST_CASE("not more messages an hour than allowed", "[notify][dispatch]") {
+TEST_CASE("the number of messages per hour is bounded", "[notify][dispatch]") {
   const ChannelRule mail{.name = "mail", .group_ms = 0, .most_per_hour = 2};
   const auto all = waiting({kNoon});
   const std::vector<std::int64_t> made{kNoon - 3'600'000, kNoon - 100'000, kNoon - 10};
   CHECK(ready(mail, {}, all, made, kNoon).empty());
   CHECK(ready(mail, {}, all, made, kNoon + 3'500'000).size() == 1);
-  // Made in what is now the future.
+  // The clock was set back after these events.
   const std::vector<std::int64_t> ahead{kNoon + 7'200'000, kNoon + 7'200'001};
   CHECK(ready(mail, {}, all, ahead, kNoon).size() == 1);
   const ChannelRule log{.name = "log", .group_ms = 0, .most_per_hour = 2, .one_each = true};
   CHECK(ready(log, {}, waiting({kNoon, kNoon, kNoon}), {}, kNoon).size() == 2);
 }
 
-TEST_CASE("what is of low priority waits for the time of the digest, in the local day",
-          "[notify][dispatch]") {
+TEST_CASE("events of low priority wait for the digest, at its local time", "[notify][dispatch]") {
   constexpr std::int64_t kHour = 3'600'000;
   ChannelRule mail{.name = "mail", .group_ms = 0, .most_per_hour = 20};
   mail.digest_min = 7 * 60;
@@ -57,12 +56,13 @@ TEST_CASE("what is of low priority waits for the time of the digest, in the loca
   CHECK(ready(mail, {}, all, {}, kNoon + 18 * kHour - 1).empty());
   CHECK(ready(mail, {}, all, {}, kNoon + 18 * kHour).size() == 2);
   CHECK(ready(mail, {}, all, {}, kNoon + 30 * kHour).size() == 2);
-  // A clock that was set back makes nothing wait for longer.
+  // A clock that was set back delays no event.
   CHECK(ready(mail, {}, all, {}, kNoon - kHour).size() == 2);
 }
 
-TEST_CASE("what quiet hours hold goes at their end, in one message; the severe goes at once",
-          "[notify][dispatch]") {
+TEST_CASE(
+    "events held by quiet hours leave at their end, in one message; severe events leave at once",
+    "[notify][dispatch]") {
   QuietHours night;
   night.channels = {"mail"};
   night.zone = find_zone("UTC");
@@ -78,7 +78,7 @@ TEST_CASE("what quiet hours hold goes at their end, in one message; the severe g
   CHECK(ready(mail, {night}, all, {}, kNoon + 3'600'000).size() == 2);
 }
 
-TEST_CASE("a flood is one message that counts what it does not list", "[notify][dispatch]") {
+TEST_CASE("a flood is one message that counts the unlisted events", "[notify][dispatch]") {
   std::vector<Event> events(5000, event_of("F"));
   for (std::size_t i = 0; i < 1000; ++i) events[i].change = Change::went;
   const Message message = message_of("mail", events, kNoon);

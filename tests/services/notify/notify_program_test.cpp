@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program itself, on the status socket of a daemon that answers what the test wants.
+// The real program runs on the status socket of a scripted daemon.
 #include <fmt/format.h>
 
 #include "services/notify/app/channel_worker.hpp"
@@ -21,7 +21,7 @@ const std::string kProgram = LOOPWARDEN_BIN_DIR "/loopwarden-notify";
 
 class Program {
  public:
-  // `socket`: of the daemon that it watches; empty: a place for one of the test's own.
+  // `socket`: the daemon's status socket. Empty: a path in the test's folder.
   explicit Program(const std::string& yaml, std::filesystem::path socket = {})
       : socket_(socket.empty() ? folder_ / "status.sock" : std::move(socket)) {
     write_file(config(), "box: box 12\nsocket: " + socket_.string() + "\nstate_directory: " +
@@ -35,7 +35,7 @@ class Program {
   void start() { process_.start(); }
   int end(int number) { return process_.end(number); }
   std::string log() const { return process_.log(); }
-  // One line of JSON a notification, newest first.
+  // One line of JSON per notification, newest first.
   std::vector<nlohmann::json> list() const {
     const auto listed = loopwarden::tests::run(kProgram + " --config " + config().string() +
                                                " --list 20000 --json 2>/dev/null");
@@ -51,7 +51,7 @@ class Program {
   loopwarden::tests::Program process_{{kProgram, "--config", config().string()}, file("log")};
 };
 
-// A webhook for everything, on the server of that log.
+// A webhook for all changes, on the server that writes the log.
 std::string hook(const ForeignProcess& web,
                  const std::string& more = "group: 0, most_per_hour: 0") {
   return fmt::format(
@@ -74,7 +74,7 @@ bool has(const std::filesystem::path& log, std::size_t count) {
 
 }  // namespace
 
-TEST_CASE("an alarm's way from the daemon to a webhook, and the daemon's silence",
+TEST_CASE("an alarm of the daemon reaches a webhook, and so does the daemon's silence",
           "[notify][program]") {
   const TemporaryFolder folder;
   const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
@@ -117,7 +117,7 @@ TEST_CASE("an alarm's way from the daemon to a webhook, and the daemon's silence
   CHECK(program.end(SIGTERM) == 0);
 }
 
-TEST_CASE("a slow disk under the outbox: every alarm is told, once, in its order",
+TEST_CASE("with a slow disk under the outbox every alarm is notified once, in order",
           "[notify][program]") {
   const TemporaryFolder folder;
   const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
@@ -143,7 +143,7 @@ TEST_CASE("a slow disk under the outbox: every alarm is told, once, in its order
   }
 }
 
-TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][program]") {
+TEST_CASE("kill -9 at any time: no event twice, no event lost", "[notify][program]") {
   const TemporaryFolder folder;
   const ForeignProcess web = server("web_server.py", {(folder / "log").string()});
   Program program(hook(web));
@@ -155,7 +155,7 @@ TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][pro
     for (int i = 0; i < 3; ++i) raise();
     const int asked = daemon.asked();
     eventually([&] { return daemon.asked() > asked; });
-    // Sooner and later after an answer: while it is stored, queued, sent, taken down.
+    // Kills at different times after an answer: while it is stored, queued, sent or recorded.
     ::usleep(static_cast<useconds_t>(round * 25'000));
     CHECK(program.end(SIGKILL) == -SIGKILL);
     raise();  // while it is away
@@ -165,7 +165,7 @@ TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][pro
     std::map<std::string, int> count;
     for (const nlohmann::json& line : lines_of(folder / "log")) {
       const nlohmann::json body = nlohmann::json::parse(line.at("body").get<std::string>());
-      // What was under way at a kill comes again under its own number, and says so.
+      // A message under way at a kill is sent again with its own number, and is marked as such.
       if (body.at("perhaps_twice") == true) continue;
       for (const auto& event : body.at("events")) ++count[event.at("loop")];
     }
@@ -187,7 +187,7 @@ TEST_CASE("kill -9 at any time: nothing twice, nothing forgotten", "[notify][pro
   CHECK(program.end(SIGTERM) == 0);
 }
 
-TEST_CASE("a message under way at a kill comes again with its number", "[notify][program]") {
+TEST_CASE("a message under way at a kill is sent again with its number", "[notify][program]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});
   web.command("answer hang 200");
@@ -212,7 +212,7 @@ TEST_CASE("a message under way at a kill comes again with its number", "[notify]
   CHECK(body(1).at("attempt") == 2);
 }
 
-TEST_CASE("a webhook that fails and then works; what came meanwhile is one message",
+TEST_CASE("a webhook that fails and then works; events raised meanwhile are one message",
           "[notify][program]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});
@@ -253,15 +253,15 @@ TEST_CASE("a dead channel delays no other, and its queue is bounded", "[notify][
     daemon.set("FIC-" + std::to_string(i), "unacknowledged", true);
     REQUIRE(has(folder / "log", i + 1));
   }
-  // One message is under way on the dead one; the rest has gathered for the next.
+  // One message is under way on the dead channel. The other events wait for the next message.
   CHECK(lines_of(folder / "dead").size() == 1);
   std::size_t of_dead = 0;
   for (const nlohmann::json& row : program.list()) of_dead += row.at("channel") == "dead" ? 1U : 0U;
   CHECK(of_dead == 1);
-  CHECK(program.end(SIGTERM) == 0);  // does not wait for the one that hangs
+  CHECK(program.end(SIGTERM) == 0);  // does not wait for the channel that hangs
 }
 
-TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs have each",
+TEST_CASE("thousands of alarms at once give few messages that count all; logs list each",
           "[notify][program]") {
   constexpr std::size_t kAlarms = 2000;
   const TemporaryFolder folder;
@@ -283,7 +283,7 @@ TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs 
       nlohmann::json::parse(lines_of(folder / "log").at(0).at("body").get<std::string>());
   CHECK(body.at("count") == kAlarms);
   CHECK(body.at("events").size() == kMostListed);
-  // A busy machine may keep the daemon's answer so long that its silence is told as well.
+  // A slow machine may delay the daemon's answer so long that its silence is notified as well.
   const auto of_alarms = [&] {
     const auto lines = lines_of(folder / "syslog");
     return static_cast<std::size_t>(std::count_if(lines.begin(), lines.end(), [](const auto& line) {
@@ -295,7 +295,7 @@ TEST_CASE("thousands of alarms at once: few messages, all of them counted, logs 
   CHECK(program.end(SIGTERM) == 0);
 }
 
-TEST_CASE("a picture goes where it is wanted; what is refused with one is sent without it",
+TEST_CASE("a picture is sent where configured; a message refused with a picture is sent without it",
           "[notify][program][picture]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});
@@ -320,7 +320,7 @@ TEST_CASE("a picture goes where it is wanted; what is refused with one is sent w
   CHECK(program.end(SIGTERM) == 0);
 }
 
-TEST_CASE("--test says what came of each channel", "[notify][program]") {
+TEST_CASE("--test reports the result of each channel", "[notify][program]") {
   const TemporaryFolder folder;
   ForeignProcess web = server("web_server.py", {(folder / "log").string()});
   const Program program(
@@ -346,7 +346,7 @@ TEST_CASE("--test says what came of each channel", "[notify][program]") {
   CHECK_THAT(test(" good").text, Catch::Contains("good: refused: refused with 404"));
 }
 
-TEST_CASE("a mail server that refuses the password is asked once, and it is said at once",
+TEST_CASE("a mail server that refuses the password is asked once, and this is reported at once",
           "[notify][program]") {
   const TemporaryFolder folder;
   const Certificates& files = certificates();
@@ -376,7 +376,7 @@ TEST_CASE("a mail server that refuses the password is asked once, and it is said
   REQUIRE(eventually([&] { return newest("result").dump().find("535") != std::string::npos; }));
   CHECK_THAT(program.log(), Catch::Contains("error channel mail: message 1 waits") &&
                                 Catch::Contains("the channel sends again after the next start"));
-  // Longer than the pause after a fault that may pass; and another alarm doesn't make it try again.
+  // Longer than the pause after a temporary fault. Another alarm causes no new attempt.
   daemon.set("FIC-102", "unacknowledged", true);
   std::this_thread::sleep_for(std::chrono::seconds(5));
   CHECK(newest("attempts") == 1);
@@ -389,10 +389,12 @@ TEST_CASE("a mail server that refuses the password is asked once, and it is said
   CHECK(program.end(SIGTERM) == 0);
 }
 
-// At five times real time: a busy machine keeps up with that, and a window without a missing cycle is soon had.
-TEST_CASE("an alarm that the daemon's own monitor raises is told, and what its operator does",
-          "[notify][plant]") {
-  std::string model = read_file(LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml");
+// Runs at five times real time, which a slow machine can keep up with. A window without a missing
+// cycle is then soon complete.
+TEST_CASE(
+    "an alarm raised by the daemon's own monitor is notified, and its operator's actions are too",
+    "[notify][plant]") {
+  std::string model = read_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
   const std::string slow = "from: 120, ramp: 180";
   model.replace(model.find(slow), slow.size(), "from: 0, ramp: 1");
   loopwarden::tests::DaemonProcess daemon(
@@ -412,7 +414,7 @@ TEST_CASE("an alarm that the daemon's own monitor raises is told, and what its o
   Program program(hook(web), daemon.folder() / "status.sock");
   daemon.start();
   program.start();
-  // What was told of it; empty: nothing yet.
+  // Returns the notification about the change, or an empty text before it arrives.
   const auto told = [&](const std::string& what) {
     for (const std::string& text : texts(folder / "log")) {
       if (text.starts_with("box 12: FIC-101: Stiction " + what)) return text;
@@ -442,7 +444,7 @@ TEST_CASE("exit codes of the command line", "[notify][program]") {
   CHECK(code("--config /no/such/file --check") == 78);
 }
 
-TEST_CASE("a missing secret ends with 78, a damaged store is put aside", "[notify][program]") {
+TEST_CASE("a missing secret gives 78, a damaged store is moved aside", "[notify][program]") {
   Program secret(
       "channels: {hook: {kind: webhook, url: 'https://127.0.0.1/', key: {file: none}}}\n"
       "routes: [{channels: [hook]}]\n");
@@ -461,7 +463,7 @@ TEST_CASE("a missing secret ends with 78, a damaged store is put aside", "[notif
   CHECK_THAT(damaged.log(), Catch::Contains("A new file is used"));
 }
 
-TEST_CASE("a queue that a later version wrote ends it with 78 and stays", "[notify][program]") {
+TEST_CASE("a queue of a later version ends the program with 78 and is kept", "[notify][program]") {
   Program program(
       "channels: {hook: {kind: webhook, url: 'https://127.0.0.1/'}}\n"
       "routes: [{channels: [hook]}]\n");
@@ -480,7 +482,7 @@ TEST_CASE("a queue that a later version wrote ends it with 78 and stays", "[noti
   CHECK(read_file(file) == before);
 }
 
-TEST_CASE("what an attempt means for its message", "[notify][store]") {
+TEST_CASE("the result of an attempt decides the state of its message", "[notify][store]") {
   const Message message = message_with({event_of("F")});
   CHECK(judge(sent("ok"), message, kNoon, 0.5).state == MessageState::sent);
   CHECK(judge(refused("no"), message, kNoon, 0.5).state == MessageState::failed);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events to send, servers that take them, and a daemon that answers what a test wants.
+// Events to send, servers that receive them, and a scripted daemon.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -50,7 +50,7 @@ inline Message message_with(std::vector<Event> events, std::int64_t id = 7) {
 
 inline Sender sender() { return {"box 12", find_zone("Europe/Berlin")}; }
 
-// One line of JSON each.
+// Each log line is JSON.
 inline std::vector<nlohmann::json> lines_of(const std::filesystem::path& log) {
   std::vector<nlohmann::json> lines;
   std::ifstream file(log);
@@ -62,7 +62,8 @@ inline ForeignProcess server(const std::string& program, std::vector<std::string
   return ForeignProcess("../server/" + program, std::move(arguments));
 }
 
-// An authority of the test's own, a certificate for 127.0.0.1 that it signed, and another authority that did not.
+// A test authority, a certificate for 127.0.0.1 that it signed, and another authority that did not
+// sign it.
 class Certificates {
  public:
   Certificates() {
@@ -114,7 +115,7 @@ class FakeDaemon {
     if (thread_.joinable()) thread_.join();
     server_.reset();
   }
-  // An alarm's state; `raised`: it came (again).
+  // Sets an alarm's state. `raised`: it was raised (again).
   void set(const std::string& loop, const std::string& state, bool raised = false,
            double severity = 6.1, const std::string& alarm = "stiction") {
     const std::lock_guard lock(mutex_);
@@ -142,14 +143,14 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     trend_ = trend;
   }
-  // What explains whatever is asked about.
+  // Sets the explanation given for every alarm.
   void set_explanation(const nlohmann::json& explanation) {
     const std::lock_guard lock(mutex_);
     explanation_ = explanation;
   }
-  std::atomic<bool> explains{true};  // else it refuses to
+  std::atomic<bool> explains{true};  // false: it refuses to explain
   int asked() const { return asked_; }
-  // How long each explanation takes, and how many were asked for.
+  // Duration of each explanation, and number of requests.
   std::atomic<int> explain_ms{0};
   std::atomic<int> explained{0};
 

@@ -37,7 +37,8 @@ Attempt attempt(const Message& message, MessageState state, std::int64_t again_m
 
 }  // namespace
 
-TEST_CASE("what can't be read fails alone, and the channel goes on", "[notify][store]") {
+TEST_CASE("a row that can't be read fails separately, and the channel continues",
+          "[notify][store]") {
   const Store store;
   {
     Outbox outbox(store.file);
@@ -62,13 +63,13 @@ TEST_CASE("what can't be read fails alone, and the channel goes on", "[notify][s
   REQUIRE(rows.size() == 2);
   CHECK(rows[1].state == MessageState::failed);
   CHECK_THAT(rows[1].result, Catch::Contains("can't be read"));
-  // The next message says that one event was lost.
+  // The next message reports that one event was lost.
   const Message next = message_of("mail", std::span(&waiting[0].event, 1), kNoon);
   outbox.queue(std::span(&next, 1), std::span(&waiting[0].id, 1));
   CHECK(outbox.newest(1).front().message.lost == 1);
 }
 
-TEST_CASE("what was told, what waits and what was made survive", "[notify][store]") {
+TEST_CASE("notified alarms, waiting events and messages survive", "[notify][store]") {
   const Store store;
   {
     Outbox outbox(store.file);
@@ -96,8 +97,7 @@ TEST_CASE("what was told, what waits and what was made survive", "[notify][store
   CHECK(outbox.queued("log") == 1);
 }
 
-TEST_CASE("a message is handed out once, in order, and again only if it is to be tried again",
-          "[notify][store]") {
+TEST_CASE("a message is returned once, in order, and again only for a retry", "[notify][store]") {
   const Store store;
   Outbox outbox(store.file);
   for (int i = 0; i < 3; ++i) make_message(outbox, "mail");
@@ -105,7 +105,8 @@ TEST_CASE("a message is handed out once, in order, and again only if it is to be
   REQUIRE(first);
   CHECK(first->attempts == 1);
   CHECK(!first->perhaps_twice);
-  // Not taken: the others wait behind it, so that what came doesn't arrive after what went.
+  // A refused message delays the messages after it, so that alarms aren't reported as raised after
+  // they cleared.
   CHECK(!outbox.next("mail", kNoon, attempt(*first, MessageState::queued, kNoon + 5000)));
   CHECK(outbox.due_ms("mail") == kNoon + 5000);
   const auto again = outbox.next("mail", kNoon + 5000, std::nullopt);
@@ -136,7 +137,7 @@ TEST_CASE("a clock that was set back doesn't keep a message for a day", "[notify
   CHECK(outbox.next("mail", kNoon - 86'400'000, std::nullopt));
 }
 
-TEST_CASE("what was under way when the program ended says so", "[notify][store]") {
+TEST_CASE("a message under way when the program ended is marked as such", "[notify][store]") {
   const Store store;
   std::int64_t id = 0;
   {
@@ -166,7 +167,7 @@ TEST_CASE("a flood keeps the newest events and counts the rest", "[notify][store
   CHECK(outbox.next("mail", kNoon, std::nullopt)->lost == 3);
 }
 
-TEST_CASE("what waits for a channel that is gone is given up", "[notify][store]") {
+TEST_CASE("events for a removed channel are dropped", "[notify][store]") {
   const Store store;
   Outbox outbox(store.file);
   outbox.post(step_of("old", 2), kNoon);
@@ -179,7 +180,7 @@ TEST_CASE("what waits for a channel that is gone is given up", "[notify][store]"
   CHECK(outbox.newest(10).back().result == "the channel is no longer configured");
 }
 
-TEST_CASE("files that are none of ours are refused", "[notify][store]") {
+TEST_CASE("files of other programs are refused", "[notify][store]") {
   const Store store;
   write_file(store.file, std::string(5000, 'x'));
   CHECK_THROWS_AS(Outbox(store.file), loopwarden::sqlite::Error);

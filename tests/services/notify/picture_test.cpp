@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PictureMaker are judged by what stands where, not by their bytes: another version of the library draws other edges.
+// Tests of PictureMaker check positions, not bytes, because another version of the library draws
+// other edges.
 #include <cairo.h>
 
 #include <cmath>
@@ -34,7 +35,7 @@ struct Pixel {
 };
 constexpr Pixel kWhite{255, 255, 255};
 
-// Of a PNG, by a decoder that did not draw it: libpng's.
+// The pixels of a PNG, decoded by libpng, which did not draw it.
 class Pixels {
  public:
   explicit Pixels(const std::string& png) : rest_(png) {
@@ -52,7 +53,7 @@ class Pixels {
                              y * cairo_image_surface_get_stride(surface_) + 4 * x;
     return {p[2], p[1], p[0]};
   }
-  // Rows of the column with such a pixel, of the upper or the lower panel.
+  // Returns the rows of the column whose pixel matches, in the upper or the lower panel.
   template <class Is>
   std::vector<int> rows(int x, int top, int bottom, Is is) const {
     std::vector<int> found;
@@ -74,7 +75,7 @@ class Pixels {
   cairo_surface_t* surface_ = nullptr;
 };
 
-// A line may lie between two rows of pixels, and has three quarters of its colour on each then.
+// A line between two rows of pixels has three quarters of its colour on each.
 bool is_black(Pixel p) { return p.red < 100 && p.green < 100 && p.blue < 100; }
 bool is_blue(Pixel p) { return p.red < 100 && p.green < 160 && p.blue - p.red > 80; }
 bool is_purple(Pixel p) { return p.red - p.green > 50 && p.blue - p.green > 20; }
@@ -85,7 +86,8 @@ constexpr int kUpperBottom = 207;
 constexpr int kLowerTop = 240;
 constexpr int kLowerBottom = 351;
 
-// Ten minutes, a value a second; PV steps from 4 to 6 in the middle, CO is 5, the stem 3.
+// Ten minutes with one value per second. PV steps from 4 to 6 in the middle, CO is 5 and the stem
+// 3.
 TrendPicture stepped() {
   TrendPicture picture{.title = "FIC-101 (cooling water): Stiction",
                        .zone = find_zone("Europe/Berlin"),
@@ -134,7 +136,7 @@ TEST_CASE("a picture's lines are where the values are", "[notify][picture]") {
   const double after = middle(pixels.rows(x_of(0.8), kUpperTop, kUpperBottom, is_black));
   // 2 of 2.24 L/min in 142 px.
   CHECK(before - after == Approx(126.8).margin(2.0));
-  // All that lies between is the step itself.
+  // The only line between both is the step itself.
   std::size_t most = 0;
   for (int x = x_of(0.5) - 2; x <= x_of(0.5) + 2; ++x) {
     most = std::max(most, pixels.rows(x, kUpperTop, kUpperBottom, is_black).size());
@@ -147,7 +149,7 @@ TEST_CASE("a picture's lines are where the values are", "[notify][picture]") {
   CHECK(columns_with_mark(pixels) == std::vector<int>{x_of(0.9)});
 }
 
-TEST_CASE("a picture shows a gap, no mark outside, and no travel where none is read back",
+TEST_CASE("a picture shows a gap, no mark outside, and no travel if the stem is not read back",
           "[notify][picture]") {
   TrendPicture picture = stepped();
   for (std::size_t i = 100; i < 150; ++i) picture.curves.columns[history::kPv][i] = kNothing;
@@ -160,7 +162,7 @@ TEST_CASE("a picture shows a gap, no mark outside, and no travel where none is r
   CHECK(columns_with_mark(pixels).empty());
 }
 
-TEST_CASE("there is no picture of nothing", "[notify][picture]") {
+TEST_CASE("without values there is no picture", "[notify][picture]") {
   TrendPicture picture = stepped();
   for (const history::Column column : {history::kPv, history::kCo}) {
     picture.curves.columns[column].assign(601, kNothing);
@@ -174,7 +176,7 @@ TEST_CASE("there is no picture of nothing", "[notify][picture]") {
   CHECK(png_of(picture).empty());
 }
 
-TEST_CASE("one wrong value does not flatten all others", "[notify][picture]") {
+TEST_CASE("one wild value does not flatten the curve", "[notify][picture]") {
   TrendPicture picture = stepped();
   picture.curves.columns[history::kPv][50] = 3e38F;
   picture.curves.columns[history::kPv][60] = -3e38F;
@@ -184,8 +186,7 @@ TEST_CASE("one wrong value does not flatten all others", "[notify][picture]") {
   CHECK(before - after > 15.0);  // the axis has the range and a tenth on both sides
 }
 
-TEST_CASE("whatever the numbers and words are, it is a picture within its bounds",
-          "[notify][picture]") {
+TEST_CASE("any numbers and texts give a picture within its bounds", "[notify][picture]") {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const auto any = [] {
     constexpr std::array kOdd{0.0F,  -0.0F,       1e-38F,   1e-45F,
@@ -216,10 +217,10 @@ TEST_CASE("whatever the numbers and words are, it is a picture within its bounds
   });
 }
 
-TEST_CASE("which alarms of a message have pictures", "[notify][picture]") {
+TEST_CASE("pictures are drawn for certain alarms of a message", "[notify][picture]") {
   const Event came = event_of("FIC-101");
   CHECK(pictured(message_with({came})) == std::vector<std::size_t>{0});
-  // One of a loop; none of what has gone, of the daemon, of a test, or where they are many.
+  // One picture per loop. Cleared alarms, the daemon's alarms, tests and long lists get no picture.
   CHECK(pictured(message_with({event_of("A", Change::went), event_of("A"), event_of("A"),
                                event_of("B", Change::unacknowledged)})) ==
         std::vector<std::size_t>{1, 3});
@@ -239,7 +240,7 @@ TEST_CASE("a picture begins before the alarm and ends after it, or now", "[notif
   CHECK(fast.from_ms == kNoon - 10 * kMinute_ms);
   CHECK(fast.to_ms == kNoon + 30'000);
   CHECK(stretch_of(came, 0.1, 1.0, kNoon + 3'600'000).to_ms == kNoon + 150'000);
-  // As many windows of a slow loop.
+  // The same number of windows of a slow loop.
   CHECK(stretch_of(came, 1.0, 1.0, kNoon).from_ms == kNoon - 2'883'000);
   CHECK(stretch_of(came, 1.0, 10.0, kNoon).from_ms == kNoon - 288'300);
   // A reminder shows the alarm's beginning and now.
@@ -313,14 +314,14 @@ bool steps(const std::string& png) {
 
 }  // namespace
 
-TEST_CASE("a picture's values are the recorder's, and where it has none the daemon's newest",
+TEST_CASE("a picture's values are the recorder's, or otherwise the daemon's newest",
           "[notify][picture]") {
   const TemporaryFolder folder;
   FakeDaemon daemon(folder / "status.sock");
   PictureMaker pictures((folder / "status.sock").string(), find_zone("UTC"));
   const Message message = message_with({event_of("A", Change::went), came_now()});
   daemon.describe(loop_with(folder / "FIC-101"));
-  CHECK(pictures.of(message).empty());  // neither has any
+  CHECK(pictures.of(message).empty());  // neither source has values
   write_segment(folder / "FIC-101");
   const std::vector<Picture> recorded = pictures.of(message);
   REQUIRE(recorded.size() == 1);
@@ -342,14 +343,13 @@ TEST_CASE("a picture's values are the recorder's, and where it has none the daem
   const std::vector<Picture> remembered = pictures.of(message);
   REQUIRE(remembered.size() == 1);
   CHECK(steps(remembered[0].png));
-  // A damaged segment costs itself.
+  // A damaged segment loses only its own rows.
   daemon.describe(loop_with(folder / "FIC-101"));
   write_file(folder / "FIC-101" / record::segment_name(1), "no segment");
   CHECK(pictures.of(message).size() == 1);
 }
 
-TEST_CASE("a message waits neither for a hung disk nor for a daemon that is gone",
-          "[notify][picture]") {
+TEST_CASE("a message waits neither for a hung disk nor for an absent daemon", "[notify][picture]") {
   const TemporaryFolder folder;
   const Message message = message_with({came_now()});
   PictureMaker pictures((folder / "status.sock").string(), find_zone("UTC"));
@@ -360,13 +360,13 @@ TEST_CASE("a message waits neither for a hung disk nor for a daemon that is gone
   loopwarden::tests::HungDisk disk(folder / "segments");
   CHECK(pictures.of(message).empty());
   CHECK(disk.waiting() == 1);
-  CHECK(pictures.of(message).empty());  // behind the one that hangs
+  CHECK(pictures.of(message).empty());  // waits for the one that hangs
   CHECK(disk.waiting() == 1);
   disk.release();
   CHECK(eventually([&] { return pictures.of(message).size() == 1; }));
 }
 
-TEST_CASE("a mail with a picture is text and a picture, and nothing that is fetched",
+TEST_CASE("a mail with a picture contains text and a picture, and fetches no other part",
           "[notify][mail][picture]") {
   const TemporaryFolder folder;
   Message message = message_with({event_of("10/FIC \"1\r\n")});
@@ -398,7 +398,7 @@ TEST_CASE("a mail with a picture is text and a picture, and nothing that is fetc
   CHECK(read_file(folder / "mail.png") == message.pictures[0].png);
 }
 
-TEST_CASE("a webhook's event has its picture in base64, or no such field", "[notify][picture]") {
+TEST_CASE("a webhook's event has its picture in base64, or omits the field", "[notify][picture]") {
   Message message = message_with({event_of("A"), event_of("B")});
   const auto event = [&](std::size_t i) {
     return nlohmann::json::parse(webhook_body(message, sender())).at("events").at(i);

@@ -63,19 +63,19 @@ TEST_CASE("quiet hours where clocks are put forward and back", "[notify][quiet]"
   CHECK(end(night, "2026-10-24 20:00") == "2026-10-25 05:00");  // nine hours
   CHECK(end(night, "2026-10-25 04:30") == "2026-10-25 05:00");
 
-  // Ends at a time that there is not: with the change.
+  // The hours end at a time that does not exist: they end with the change.
   const QuietHours short_night = hours("Europe/Berlin", 22 * 60, 2 * 60 + 30);
   CHECK(end(short_night, "2026-03-29 00:59") == "2026-03-29 01:00");
   CHECK(end(short_night, "2026-03-29 01:00") == "-");
-  // Ends at a time that comes twice: the second time, without a gap.
+  // The hours end at a time that occurs twice: they end at the second, without a gap.
   CHECK(end(short_night, "2026-10-25 00:45") == "2026-10-25 01:30");  // after the first 02:30
   CHECK(end(short_night, "2026-10-25 01:15") == "2026-10-25 01:30");
   CHECK(end(short_night, "2026-10-25 01:30") == "-");
-  // Begins at a time that comes twice: the first time.
+  // The hours begin at a time that occurs twice: they begin at the first.
   const QuietHours late = hours("Europe/Berlin", 2 * 60 + 30, 5 * 60);
   CHECK(end(late, "2026-10-25 00:29") == "-");
   CHECK(end(late, "2026-10-25 00:30") == "2026-10-25 04:00");
-  // Begins at one that there is not: with the change.
+  // The hours begin at a time that does not exist: they begin with the change.
   CHECK(end(late, "2026-03-29 00:59") == "-");
   CHECK(end(late, "2026-03-29 01:00") == "2026-03-29 03:00");
 }
@@ -89,7 +89,7 @@ TEST_CASE("quiet hours only on the days on which they begin", "[notify][quiet]")
   CHECK(end(weekend, "2026-01-11 22:00") == "-");  // Sunday
 }
 
-TEST_CASE("what is severe or named goes out all the same, and other channels always",
+TEST_CASE("severe and listed alarms leave all the same, and other channels always",
           "[notify][quiet]") {
   QuietHours night = hours("UTC", 22 * 60, 6 * 60);
   night.override_severity_percent = 10.0;
@@ -115,7 +115,7 @@ TEST_CASE("what is severe or named goes out all the same, and other channels alw
   CHECK(quiet_now(all, "mail", at("2026-01-10 06:00")).empty());
 }
 
-TEST_CASE("a zone that there is not", "[notify][quiet]") {
+TEST_CASE("an unknown time zone", "[notify][quiet]") {
   CHECK(find_zone("Europe/Atlantis") == nullptr);
   CHECK(find_zone("../../etc/passwd") == nullptr);
 }

@@ -25,7 +25,7 @@ const EmailSettings kMail = [] {
   return settings;
 }();
 
-// What an attacker would call a loop.
+// A loop's name as an attacker would choose it.
 const std::string kHostile = "F\r\nBcc: x@evil.example\r\n\r\n.\r\n\xE2\x80\xA8\x85\xFF\"]\\ =?x?";
 
 std::string any_bytes() {
@@ -38,7 +38,7 @@ std::string any_bytes() {
 
 }  // namespace
 
-TEST_CASE("one line of valid UTF-8, whatever it was", "[notify][text]") {
+TEST_CASE("any text becomes one line of valid UTF-8", "[notify][text]") {
   CHECK(one_line("V\xC3\xA4lve 7 \xE2\x82\xAC \xF0\x9F\x94\xA7") ==
         "V\xC3\xA4lve 7 \xE2\x82\xAC \xF0\x9F\x94\xA7");
   CHECK(one_line("a\r\nb\tc\x7F\xC2\x85"
@@ -50,7 +50,7 @@ TEST_CASE("one line of valid UTF-8, whatever it was", "[notify][text]") {
   CHECK(one_line("\xF4\x90\x80\x80") == "????");
   CHECK(one_line("\xE2\x82") == "??");
   CHECK(one_line("\xC3\xA4\xC3\xA4", 3) == "\xC3\xA4");
-  property::for_all("one_line changes nothing a second time", 500, [] {
+  property::for_all("one_line has no effect a second time", 500, [] {
     const std::string once = one_line(any_bytes());
     property::require(one_line(once) == once, "stays");
     property::require(once.find('\n') == std::string::npos, "one line");
@@ -80,7 +80,7 @@ TEST_CASE("sentences, headlines and letters", "[notify][text]") {
   CHECK(rfc3339(kNoon + 7) == "2026-11-24T12:00:00.007Z");
 }
 
-TEST_CASE("a headline of several changes names their loops, where they are few", "[notify][text]") {
+TEST_CASE("a headline of a few changes names their loops", "[notify][text]") {
   const Event a = event_of("A");
   CHECK(headline(message_with({a, a}), sender()) == "box 12: 2 changes of alarms of A: 2 came");
   CHECK(headline(message_with({a, event_of("B"), event_of("C", Change::went)}), sender()) ==
@@ -89,7 +89,7 @@ TEST_CASE("a headline of several changes names their loops, where they are few",
         "box 12: 4 changes of alarms: 4 came");
 }
 
-TEST_CASE("a process alarm is told with its reason and its guide, as urgently as it is",
+TEST_CASE("a process alarm is notified with its reason and its guide, with its own urgency",
           "[notify][text]") {
   Event lost = event_of("FIC-101", Change::came, std::nullopt);
   lost.alarm = "output_lost";
@@ -104,8 +104,7 @@ TEST_CASE("a process alarm is told with its reason and its guide, as urgently as
   CHECK(priority_of(lost) == urgent);
 }
 
-TEST_CASE("a text says what the loop is for, what the alarm is called, and where to look",
-          "[notify][text]") {
+TEST_CASE("a text names the loop's purpose, the alarm and the page to open", "[notify][text]") {
   CHECK(alarm_words("model_gap") == "No longer as commissioned");
   CHECK(alarm_words("low_air_supply") == "Low air supply");
   CHECK(alarm_words("output_lost") == "Output lost");
@@ -125,7 +124,7 @@ TEST_CASE("a text says what the loop is for, what the alarm is called, and where
   CHECK(hook.at("page") == "https://box12:8443/#/alarms/10%2FFIC%20101/unknown");
   CHECK(hook.at("alarm") == "unknown");
   CHECK(hook.at("alarm_text") == "Unknown valve fault");
-  // The page itself where there are many loops, or none.
+  // The link is the page itself for many loops, or for an alarm without a loop.
   Event down = event_of("");
   down.alarm = kDaemonAlarm;
   CHECK_THAT(letter(message_with({down}), with_page),
@@ -134,9 +133,8 @@ TEST_CASE("a text says what the loop is for, what the alarm is called, and where
              Catch::Contains("\nhttps://box12:8443/\n") && !Catch::Contains("#/"));
 }
 
-TEST_CASE(
-    "a letter says where, why and what to do, as the plant has it; the link opens the incident",
-    "[notify][text]") {
+TEST_CASE("a letter has the plant's place, reason and action; the link opens the incident",
+          "[notify][text]") {
   Event event = event_of("FIC-101");
   event.description = "cooling water";
   event.area = "Utilities";
@@ -155,12 +153,12 @@ TEST_CASE(
     CHECK_THAT(text, Catch::Contains(line));
   }
   CHECK(priority_of(event) < priority_of(event_of("FIC-101")));
-  // What has gone asks nothing of anybody.
+  // A cleared alarm requires no action.
   event.change = Change::went;
   CHECK_THAT(letter(message_with({event}), with_page), !Catch::Contains("what to do"));
 }
 
-TEST_CASE("an alarm that is told late says since when it is there", "[notify][text]") {
+TEST_CASE("an alarm that is notified late states since when it is there", "[notify][text]") {
   Event event = event_of("FIC-101");
   event.noticed_ms = kNoon + 59'000;
   CHECK_THAT(sentence(event, sender()), Catch::Contains("Stiction came"));
@@ -171,7 +169,7 @@ TEST_CASE("an alarm that is told late says since when it is there", "[notify][te
   CHECK_THAT(sentence(event, sender()), Catch::Contains("Stiction went"));
 }
 
-TEST_CASE("an event comes back from JSON as it was", "[notify][text]") {
+TEST_CASE("an event read back from JSON is unchanged", "[notify][text]") {
   for (const Change change : {Change::came, Change::went, Change::acknowledged, Change::shelved,
                               Change::unacknowledged}) {
     Event event = event_of("F", change, change == Change::went ? std::nullopt : std::optional(7.5));
@@ -190,7 +188,7 @@ TEST_CASE("an event comes back from JSON as it was", "[notify][text]") {
   }
 }
 
-TEST_CASE("a mail's fields hold what they are given", "[notify][mail]") {
+TEST_CASE("a mail's fields contain the given values", "[notify][mail]") {
   const std::string mail = mail_text(message_with({event_of("FIC-101")}), sender(), kMail);
   CHECK(
       mail.starts_with("Date: Tue, 24 Nov 2026 12:00:00 +0000\nFrom: box@plant.example\n"
@@ -198,7 +196,7 @@ TEST_CASE("a mail's fields hold what they are given", "[notify][mail]") {
                        "Subject: box 12: FIC-101: Stiction came, 6.1 %\nMessage-ID: <loopwarden."));
   CHECK(mail.find("@plant.example>\nAuto-Submitted: auto-generated\nMIME-Version: 1.0\n") !=
         std::string::npos);
-  // The same message has the same id, another one another.
+  // The same message has the same id, and another message has another id.
   const auto id = [](std::int64_t number) {
     const std::string text = mail_text(message_with({event_of("F")}, number), sender(), kMail);
     return text.substr(text.find("Message-ID"), 90);
@@ -207,7 +205,7 @@ TEST_CASE("a mail's fields hold what they are given", "[notify][mail]") {
   CHECK(id(7) != id(8));
 }
 
-TEST_CASE("nothing in a name ends a field, a header or a mail", "[notify][mail]") {
+TEST_CASE("no character of a name ends a field, a header or a mail", "[notify][mail]") {
   Event event = event_of(kHostile);
   event.reason = kHostile;
   const std::string mail = to_crlf(mail_text(message_with({event}), sender(), kMail));
@@ -272,7 +270,7 @@ TEST_CASE("addresses", "[notify][mail]") {
   }
 }
 
-TEST_CASE("a syslog line as RFC 5424 wants it", "[notify][syslog]") {
+TEST_CASE("a syslog line follows RFC 5424", "[notify][syslog]") {
   const SyslogSettings settings;
   CHECK(syslog_line(event_of("FIC-101"), message_with({event_of("FIC-101")}), sender(), settings,
                     2048) ==

@@ -30,7 +30,7 @@ AlarmReading reading(const std::string& loop, const std::string& state, double s
           .severity_percent = severity};
 }
 
-// "mail:came mail:went", in their order.
+// Returns for example "mail:came mail:went", in the order of the posts.
 std::string told(const Step& step) {
   std::string text;
   for (const Post& post : step.posts) {
@@ -58,7 +58,7 @@ struct Rules {
 
 }  // namespace
 
-TEST_CASE("loops, alarms, states and sizes decide who is told", "[notify][routes]") {
+TEST_CASE("loops, alarms, states and sizes decide who is notified", "[notify][routes]") {
   Rules all;
   Route some = route({"mail"});
   some.loops = {"FIC-1*", "L?C-7"};
@@ -67,11 +67,12 @@ TEST_CASE("loops, alarms, states and sizes decide who is told", "[notify][routes
   CHECK(all.read(reading("FIC-101", "unacknowledged"), kStart) == "mail:came");
   CHECK(all.read(reading("LIC-7", "unacknowledged"), kStart).starts_with("mail:"));
   CHECK(all.read(reading("PIC-7", "unacknowledged"), kStart).find("came") == std::string::npos);
-  // Both routes apply: one message a channel.
+  // Both routes apply: one message per channel.
   CHECK(all.read(reading("FIC-102", "unacknowledged", 25.0), kStart) == "log:came mail:came");
 }
 
-TEST_CASE("an alarm of the box goes where the box is named, or to all", "[notify][routes]") {
+TEST_CASE("an alarm of the box uses the routes that name the box, or otherwise all routes",
+          "[notify][routes]") {
   AlarmReading full = reading("box", "unacknowledged");
   full.key.second = "disk_full";
   full.severity_percent.reset();
@@ -82,7 +83,7 @@ TEST_CASE("an alarm of the box goes where the box is named, or to all", "[notify
   Route shop = route({"shop"});
   shop.alarms = {"stiction"};
   Rules all;
-  SECTION("no route to people has it: all that have the alarm do") {
+  SECTION("no route to people names the box: all routes with the alarm apply") {
     all.settings.routes = {log, operators, shop};
     CHECK(box_way(all.settings.routes, "disk_full") == BoxWay::all);
     CHECK(all.read(full, kStart) == "log:came mail:came");
@@ -90,14 +91,14 @@ TEST_CASE("an alarm of the box goes where the box is named, or to all", "[notify
     full.unacknowledged = false;
     CHECK(all.read(full, kStart + 1000) == "log:went mail:went");
   }
-  SECTION("one that names it has it alone") {
+  SECTION("a route that names the box is the only one to people") {
     Route it = route({"it"});
     it.loops = {"LIC-1", "box"};
     all.settings.routes = {log, operators, it};
     CHECK(box_way(all.settings.routes, "disk_full") == BoxWay::own);
     CHECK(all.read(full, kStart) == "it:came log:came");
   }
-  SECTION("one that does not tell of its coming is no way to people") {
+  SECTION("a route without raised alarms is no route to people") {
     Route it = route({"it"});
     it.loops = {"box"};
     it.changes = {false, false, true, false};
@@ -105,19 +106,19 @@ TEST_CASE("an alarm of the box goes where the box is named, or to all", "[notify
     CHECK(box_way(all.settings.routes, "disk_full") == BoxWay::all);
     CHECK(all.read(full, kStart) == "mail:came");
   }
-  SECTION("where there are logs alone, or routes of other alarms alone") {
+  SECTION("with only logs, or only routes of other alarms") {
     CHECK(box_way({log}, "disk_full") == BoxWay::logs);
     CHECK(box_way({shop}, "disk_full") == BoxWay::none);
     all.settings.routes = {shop};
     CHECK(all.read(full, kStart).empty());
   }
-  SECTION("no other tag goes beyond its patterns") {
+  SECTION("a loop's tag uses only routes with a matching pattern") {
     all.settings.routes = {operators};
     CHECK(all.read(reading("LIC-1", "unacknowledged"), kStart).empty());
   }
 }
 
-TEST_CASE("a route with a least size hears of an alarm when it has grown to it, and of its end",
+TEST_CASE("a route with a least size receives an alarm that grows to this size, and its end",
           "[notify][routes]") {
   Rules all;
   all.settings.routes = {route({"log"}), route({"mail"}, 10.0)};
@@ -126,12 +127,13 @@ TEST_CASE("a route with a least size hears of an alarm when it has grown to it, 
   CHECK(all.read(reading("F", "unacknowledged", 8.0), kStart + 2000).empty());
   CHECK(all.read(reading("F", "unacknowledged", 13.0), kStart + 3000).empty());
   CHECK(all.read(reading("F", "normal", 8.0), kStart + 4000) == "log:went mail:went");
-  // Never so large: the end isn't told either.
+  // The alarm stayed below the least size, so its end isn't notified either.
   CHECK(all.read(reading("F", "unacknowledged", 6.0, 2), kStart + 5000) == "log:came");
   CHECK(all.read(reading("F", "normal", 6.0, 2), kStart + 6000) == "log:went");
 }
 
-TEST_CASE("who acknowledged and why comes from the daemon's journal", "[notify][routes]") {
+TEST_CASE("the person and reason of an acknowledgement are read from the daemon's journal",
+          "[notify][routes]") {
   Rules all;
   Route acknowledged = route({"log"});
   acknowledged.changes = {true, true, true, true};
@@ -166,7 +168,8 @@ TEST_CASE("who acknowledged and why comes from the daemon's journal", "[notify][
   CHECK(step.posts.front().event.reason == "seen");
 }
 
-TEST_CASE("what came and went between two looks has the reason of each", "[notify][routes]") {
+TEST_CASE("an alarm raised and cleared between two looks has the reason of each",
+          "[notify][routes]") {
   Rules all;
   all.settings.routes = {route({"log"})};
   all.read(reading("F", "normal", 6.0, 1), kStart);
@@ -195,7 +198,7 @@ TEST_CASE("what came and went between two looks has the reason of each", "[notif
   CHECK(step.posts[1].event.utc_ms == kStart + 700);
 }
 
-TEST_CASE("repeats and escalation until somebody acknowledges", "[notify][reminders]") {
+TEST_CASE("repeats and escalation continue until an acknowledgement", "[notify][reminders]") {
   constexpr std::int64_t kMin = 60'000;
   Rules all;
   Route one = route({"mail"});
@@ -212,13 +215,13 @@ TEST_CASE("repeats and escalation until somebody acknowledges", "[notify][remind
                                         "60 mail:unacknowledged plant:unacknowledged",
                                         "120 mail:unacknowledged", "180 mail:unacknowledged"});
 
-  SECTION("once acknowledged nobody is bothered; a new coming begins anew") {
+  SECTION("an acknowledgement ends the reminders; an alarm raised again starts them again") {
     all.read(reading("F", "acknowledged"), kStart + 400 * kMin);
     CHECK(all.read(reading("F", "unacknowledged", 6.0, 2), kStart + 500 * kMin) == "mail:came");
     CHECK(all.read(reading("F", "acknowledged", 6.0, 2), kStart + 510 * kMin).empty());
     CHECK(all.read(reading("F", "acknowledged", 6.0, 2), kStart + 600 * kMin).empty());
   }
-  SECTION("gone but not acknowledged still waits") {
+  SECTION("a cleared alarm without acknowledgement still causes reminders") {
     Rules gone;
     gone.settings.routes = {one};
     gone.read(on, kStart);
@@ -228,8 +231,9 @@ TEST_CASE("repeats and escalation until somebody acknowledges", "[notify][remind
   }
 }
 
-TEST_CASE("what fell due while nobody looked is told once; a clock set back begins anew",
-          "[notify][reminders]") {
+TEST_CASE(
+    "reminders due while the program was away are sent once; a clock set back starts them again",
+    "[notify][reminders]") {
   constexpr std::int64_t kMin = 60'000;
   Rules all;
   Route one = route({"mail"});
@@ -243,7 +247,7 @@ TEST_CASE("what fell due while nobody looked is told once; a clock set back begi
   CHECK(all.read(on, kStart - 589 * kMin) == "mail:unacknowledged");
 }
 
-TEST_CASE("a silent daemon is an alarm of its own, once", "[notify][daemon]") {
+TEST_CASE("a silent daemon raises a separate alarm, once", "[notify][daemon]") {
   Rules all;
   all.settings.routes = {route({"mail"}, 50.0)};
   all.settings.daemon_down_after_ms = 15'000;
@@ -253,14 +257,14 @@ TEST_CASE("a silent daemon is an alarm of its own, once", "[notify][daemon]") {
   CHECK(all.silence(16'000, kStart + 16'000).empty());
   CHECK(all.silence(0, kStart + 20'000) == "mail:went");
   CHECK(all.silence(0, kStart + 21'000).empty());
-  // Alarms read in between leave it alone.
+  // Alarms read in between don't affect the alarm.
   all.silence(20'000, kStart + 50'000);
   CHECK(all.read(reading("F", "normal"), kStart + 50'000).empty());
   CHECK(all.silence(1'000, kStart + 51'000).empty());
   CHECK(all.silence(0, kStart + 52'000) == "mail:went");
 }
 
-TEST_CASE("an alarm of a loop that there is no longer ends", "[notify][changes]") {
+TEST_CASE("an alarm of a removed loop ends", "[notify][changes]") {
   Rules all;
   all.settings.routes = {route({"mail"})};
   all.read(reading("F", "unacknowledged"), kStart);
@@ -268,7 +272,7 @@ TEST_CASE("an alarm of a loop that there is no longer ends", "[notify][changes]"
   CHECK(all.read(reading("G", "normal"), kStart + 2000).empty());
 }
 
-TEST_CASE("alarms of one incident are told as one, on each channel", "[notify][incident]") {
+TEST_CASE("alarms of one incident are notified as one, on each channel", "[notify][incident]") {
   Rules all;
   Route operators = route({"mail"});
   operators.changes = {true, true, true, true};
@@ -289,13 +293,14 @@ TEST_CASE("alarms of one incident are told as one, on each channel", "[notify][i
     return told(step);
   };
   CHECK(read("unacknowledged", "normal", 0.0, kStart) == "mail:came");
-  // Who was not told of the first hears of the second.
+  // A channel without the first alarm receives the second.
   CHECK(read("unacknowledged", "unacknowledged", 12.0, kStart + 5 * kMinute) == "sms:came");
-  // Of both that wait one is reminded of: the one that has waited longer.
+  // Two alarms wait. The reminder is for the one that has waited longer.
   CHECK(read("unacknowledged", "unacknowledged", 12.0, kStart + 10 * kMinute) ==
         "phone:unacknowledged");
   CHECK(read("unacknowledged", "unacknowledged", 12.0, kStart + 16 * kMinute).empty());
-  // Acknowledged when all are; of the one that still waits it is reminded. Gone when all have.
+  // The incident is acknowledged or cleared when all its alarms are. A reminder is for the alarm
+  // that still waits.
   CHECK(read("acknowledged", "unacknowledged", 12.0, kStart + 17 * kMinute) ==
         "phone:unacknowledged");
   CHECK(read("acknowledged", "acknowledged", 12.0, kStart + 18 * kMinute) == "mail:acknowledged");
@@ -303,7 +308,7 @@ TEST_CASE("alarms of one incident are told as one, on each channel", "[notify][i
   CHECK(read("normal", "normal", 12.0, kStart + 20 * kMinute) == "mail:went sms:went");
 }
 
-TEST_CASE("a step that was not stored is made again", "[notify][changes]") {
+TEST_CASE("a step that was not stored is repeated", "[notify][changes]") {
   Rules all;
   all.settings.routes = {route({"mail"})};
   const AlarmReading on = reading("F", "unacknowledged");

@@ -11,8 +11,7 @@ namespace watcher_test {
 using namespace loopwarden::notify;
 using namespace loopwarden::notify::test;
 
-TEST_CASE("a daemon that explains slowly answers all the same, and its alarms don't wait for it",
-          "[notify][daemon]") {
+TEST_CASE("slow explanations by the daemon don't delay its alarms", "[notify][daemon]") {
   const TemporaryFolder folder;
   FakeDaemon daemon(folder / "status.sock");
   Watcher watcher((folder / "status.sock").string());
@@ -34,7 +33,7 @@ TEST_CASE("a daemon that explains slowly answers all the same, and its alarms do
   CHECK(watcher.stop_for(std::chrono::seconds(10)));
 }
 
-TEST_CASE("what explains an alarm stays known while the daemon has nothing newer to say",
+TEST_CASE("the explanation of an alarm stays valid until the daemon has a newer one",
           "[notify][daemon]") {
   const TemporaryFolder folder;
   FakeDaemon daemon(folder / "status.sock");
@@ -63,11 +62,12 @@ TEST_CASE("what explains an alarm stays known while the daemon has nothing newer
 
   daemon.set("FIC-101", "unacknowledged", true);
   REQUIRE(told([&] { return alarms[sticks].times_raised == 2; }));
-  CHECK(alarms[sticks].why.empty());  // nothing is known of this coming
+  CHECK(alarms[sticks].why.empty());  // this new alarm has no explanation yet
   CHECK(watcher.stop_for(std::chrono::seconds(10)));
 }
 
-TEST_CASE("what joined an incident is told why, as what opened it", "[notify]") {
+TEST_CASE("an alarm that joined an incident has the reason, as the alarm that opened it",
+          "[notify]") {
   using loopwarden::protocol::Alarm;
   using loopwarden::protocol::Alarms;
   using loopwarden::protocol::Explained;
@@ -86,7 +86,7 @@ TEST_CASE("what joined an incident is told why, as what opened it", "[notify]") 
   told.explanation->sentence = "The valve sticks.";
   CHECK(words_of(told, readings_of(all).back()).why == "The valve sticks.");
 
-  // Of the incident before this one.
+  // The explanation is of an earlier incident.
   all.incidents.back().raised_s = 5.0;
   CHECK(words_of(told, readings_of(all).back()).why.empty());
   all.incidents.clear();

@@ -27,7 +27,7 @@ test("the own certificate is made once, names its application, and its key is no
 
 test("a server's certificate counts once its fingerprint was given, or its file lies in trusted/", async () => {
   const server = await made(new Date(), 10);
-  const chain = Buffer.concat([server.raw, certificates.own.raw]); // with its issuer behind it
+  const chain = Buffer.concat([server.raw, certificates.own.raw]); // with its issuer after it
   assert.throws(() => certificates.check(chain), (error) => error instanceof Untrusted && error.message.includes(server.fingerprint256));
   assert.throws(() => certificates.trust(chain, certificates.own.fingerprint256), Untrusted);
   assert.throws(() => certificates.trust(chain, ""), Untrusted);

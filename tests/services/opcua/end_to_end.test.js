@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From an OPC UA server to loops of the real daemon. The server is of the library that the feeder uses (docs/trust.md).
+// From an OPC UA server to loops of the real daemon. The server uses the same library as the feeder
+// (docs/trust.md).
 import assert from "node:assert/strict";
 import fs from "node:fs";
 import path from "node:path";
@@ -101,7 +102,8 @@ test("a server that is gone: stale; it comes back with a certificate to be trust
   rig.server.kill();
   await eventually("stale", () => reason("FIC001", "stale"));
   assert.equal((await rig.loop("FIC001")).pv, null);
-  // As if its certificate were another one: it is waited for, and nothing goes on before it is trusted.
+  // Simulates another certificate. The feeder waits, and continues only after the certificate is
+  // trusted.
   const trusted = path.join(rig.folder, "opcua/trusted");
   fs.renameSync(trusted, `${trusted}.away`);
   fs.mkdirSync(trusted);

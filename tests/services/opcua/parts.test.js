@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a value becomes, node ids, pauses, lines of feed.sock.
+// Tests of values, node ids, pauses and lines of feed.sock.
 import assert from "node:assert/strict";
 import fs from "node:fs";
 import net from "node:net";
@@ -101,7 +101,7 @@ test("feed.sock gets lines it takes, and the newest of all again when it comes b
   await until(() => socket !== before && text.endsWith("\n") && received().length === 1000);
   assert.equal(received()[0].value, -1);
 
-  // A daemon that reads nothing for a while gets the newest of each name afterwards.
+  // A daemon that stops reading for a while receives the newest value of each name afterwards.
   socket.pause();
   text = "";
   for (let i = 1; i <= 200; i++) feed.send(many.map((one) => ({ ...one, value: i })));

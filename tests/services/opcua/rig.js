@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An OPC UA server, the real loopwardend and loopwarden-opcua between them, in a folder of their own.
+// An OPC UA server, the real loopwardend, and loopwarden-opcua between them, in a separate folder.
 import { spawn, spawnSync } from "node:child_process";
 import fs from "node:fs";
 import net from "node:net";
@@ -36,7 +36,7 @@ io:
 
 export class Rig {
   folder = fs.mkdtempSync(path.join(os.tmpdir(), "loopwarden-opcua-"));
-  lines = []; // that the feeder has written
+  lines = []; // lines written by the feeder
   log = ""; // of the feeder
   #children = new Set();
   #proxy;
@@ -76,7 +76,7 @@ ${nodes.join("")}`);
     throw new Error(`not within ${seconds} s: ${what}; the feeder says:\n${this.log}`);
   }
 
-  // What the feeder writes goes on to the daemon, and is kept.
+  // Lines of the feeder are passed on to the daemon, and are stored.
   #listen() {
     this.#proxy = net.createServer((feeder) => {
       const daemon = net.createConnection(path.join(this.folder, "feed.sock"));

@@ -1,10 +1,12 @@
 #!/usr/bin/env node
 // SPDX-License-Identifier: Apache-2.0
-// An OPC UA server with loops, security on: FIC001 ... each PV, SP, OP, MODE with ranges and units. Orders come as lines on
-// standard input, an answer each; what clients have asked for is counted by the name of the request.
-//   set NAME VALUE [SECONDS SINCE 1970] | status NAME CODE | rename FROM TO | requests | drop (every session)
-// Usage: server.js PORT PKI [--loops N] [--first-namespace URI] [--sampling MS] [--publishing MS] [--most-items N] [--most-per-call N]
-//   [--user NAME:PASSWORD]
+// An OPC UA server with loops FIC001, FIC002, ..., with security on. Each has PV, SP, OP and MODE
+// with ranges and units. Commands are lines on standard input, each with an answer. The requests of
+// clients are counted by name.
+//   set NAME VALUE [SECONDS SINCE 1970] | status NAME CODE | rename FROM TO | requests |
+//   drop (every session)
+// Usage: server.js PORT PKI [--loops N] [--first-namespace URI] [--sampling MS] [--publishing MS]
+//   [--most-items N] [--most-per-call N] [--user NAME:PASSWORD]
 import readline from "node:readline";
 import { parseArgs } from "node:util";
 import opcua from "node-opcua";
@@ -73,7 +75,7 @@ function add(folder, part, name) {
     : namespace.addVariable(definition);
   show(tag);
 }
-// What clients are sent.
+// The values sent to clients.
 function show({ variable, part, value, status, stamp }) {
   variable.setValueFromSource({ dataType: DataType[parts[part].type], value }, status, stamp);
 }
@@ -86,7 +88,7 @@ for (let i = 1; i <= Number(options.loops); i++) {
   for (const part of Object.keys(parts)) add(folder, part, `${loop}.${part}`);
 }
 await server.start();
-// Some servers tell another limit than they have.
+// Some servers report a limit other than the real one.
 addressSpace.findNode("i=11714").bindVariable({ get: () => new Variant({ dataType: DataType.UInt32, value: 4 }) }, true);
 
 const orders = {
@@ -109,5 +111,5 @@ for await (const line of readline.createInterface({ input: process.stdin })) {
   const [order, ...words] = line.split(" ");
   console.log(JSON.stringify(orders[order](...words) ?? null));
 }
-// Without goodbyes: the next start finds the port free.
+// Closes without goodbyes, so that the port is free at the next start.
 process.exit();

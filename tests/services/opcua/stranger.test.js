@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What answers in place of an OPC UA server, as bytes (OPC UA 10000-6, 7.1.2).
+// Byte sequences that answer in place of an OPC UA server (OPC UA 10000-6, 7.1.2).
 import assert from "node:assert/strict";
 import fs from "node:fs";
 import net from "node:net";

@@ -1,17 +1,17 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Stands between a Modbus master and a device and spoils replies, on TCP or on a serial line.
+"""A proxy between a Modbus master and a device that spoils replies, on TCP or on a serial line.
 
 TCP:    fault_proxy.py --to HOST:PORT      prints "READY port=N"
 Serial: fault_proxy.py --serial            makes two pseudo-terminals and prints
                                            "READY master=PATH device=PATH"
 
-Commands on standard input, each answered with OK or ERROR. N is how many replies are concerned,
-0 (the default) all until the next command:
+Commands on standard input, each answered with OK or ERROR. N is the number of spoilt replies.
+0, the default, means all until the next command:
   ok                    pass everything
-  late MS [N]           deliver replies so much later, in their order
+  late MS [N]           deliver replies later, in order
   duplicate [N]         deliver each reply twice
-  duplicate_late MS [N] the second one so much later
+  duplicate_late MS [N] the second one later
   truncate [N]          only the first half of the reply
   garbage [N]           random bytes instead of the reply
   wrong_unit [N]        the reply of another unit (checksum right)
@@ -20,9 +20,9 @@ Commands on standard input, each answered with OK or ERROR. N is how many replie
   refuse FUNCTION [N]   exception 1 instead of replies of this function
   ignore FUNCTION [N]   swallow replies of this function
   spoil FUNCTION [N]    random bytes instead of replies of this function
-  stray BYTES [N]       so many zero bytes behind each reply
-  stray_before BYTES [N]  the same before it
-  echo                  serial: each request comes back before its reply
+  stray BYTES [N]       this number of zero bytes after each reply
+  stray_before BYTES [N]  the same before each reply
+  echo                  serial: each request is echoed before its reply
   close_each            TCP: the connection is closed after each reply
   silent                swallow all replies; connections stay open
   mute UNIT             swallow this unit's replies, `mute 0` ends that
@@ -65,7 +65,7 @@ class Frame:
 
 
 class Faults:
-    """Which fault is on, and what it makes of a reply: a list of (delay in s, bytes)."""
+    """The active fault. It turns a reply into a list of (delay in s, bytes)."""
 
     def __init__(self, is_tcp):
         self.is_tcp = is_tcp
@@ -119,7 +119,7 @@ class Faults:
 
 
 class Delivery:
-    """Hands pieces on in their order, each at its time."""
+    """Passes pieces on in order, each at its time."""
 
     def __init__(self, write, close=None):
         self.write = write
@@ -214,7 +214,7 @@ class SerialProxy:
         end, other = os.openpty()
         tty.setraw(other)
         os.set_blocking(end, False)
-        return end, os.ttyname(other)  # `other` stays open: the line outlives its users
+        return end, os.ttyname(other)  # `other` stays open, so that the line outlives its users
 
     def start(self):
         loop = asyncio.get_running_loop()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs one of the Python programs beside this file and talks to it line by line.
+// Runs one of the Python programs in this folder and communicates with it line by line.
 #pragma once
 
 #include <poll.h>
@@ -38,8 +38,8 @@ class ForeignProcess {
       ::dup2(to[0], STDIN_FILENO);
       ::dup2(from[1], STDOUT_FILENO);
       for (const int file : {to[0], to[1], from[0], from[1]}) ::close(file);
-      // A device has a processor of its own: it answers in time whatever else runs here. Without the right to that it
-      // takes its turn.
+      // A real device has its own processor and answers in time under any load here. Without the
+      // right to real-time priority the program runs at normal priority.
       const sched_param before_all_others{1};
       ::sched_setscheduler(0, SCHED_RR, &before_all_others);
       ::execv(argv[0], argv.data());
@@ -74,7 +74,7 @@ class ForeignProcess {
     return answer;
   }
 
-  // What stands behind `key=` in a line; in the READY line; in the answer to `state`.
+  // Returns the value after `key=` in a line, in the READY line, or in the answer to `state`.
   static std::string field(const std::string& line, const std::string& key) {
     const std::size_t at = line.find(" " + key + "=");
     if (at == std::string::npos) throw std::runtime_error("no " + key + " in: " + line);
@@ -85,7 +85,7 @@ class ForeignProcess {
   std::string state(const std::string& key) { return field(command("state"), key); }
   double state_number(const std::string& key) { return std::strtod(state(key).c_str(), nullptr); }
 
-  // SIGSTOP and SIGCONT: the process is there but says nothing.
+  // SIGSTOP and SIGCONT: the process exists but is silent.
   void freeze() const { ::kill(child_, SIGSTOP); }
   void thaw() const { ::kill(child_, SIGCONT); }
 
@@ -119,7 +119,8 @@ class ForeignProcess {
   std::string received_;
 };
 
-// Waits until `condition` holds; false if it does not within `patience`, which is for what never comes.
+// Waits until `condition` is true. Returns false after `patience`, which is long because it only
+// ends a failing test.
 template <class Condition>
 bool eventually(Condition condition,
                 std::chrono::milliseconds patience = std::chrono::seconds(60)) {

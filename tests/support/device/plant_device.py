@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Transmitter and positioner as Modbus devices on pymodbus, over TCP or a serial line.
 
-The plant behind them runs in plant_process.py. The positioner has a communication watchdog: when
-no command arrives for the time in its watchdog register, the valve goes to its fail-safe value.
-A restart forgets that register, as real devices do.
+The plant runs in plant_process.py. The positioner has a communication watchdog: if no command
+arrives for the time in its watchdog register, the valve moves to its fail-safe value. A restart
+clears that register, as in real devices.
 
 Prints "READY port=N" or "READY serial=PATH". Commands on standard input, each answered by a line:
   state              STATE co=.. written=.. pv=.. stem=.. watchdog=ok|tripped trips=.. watchdog_register=.. writes=..
                      unguarded_writes=.. restarts=..
-                     (co: what drives the valve; unguarded_writes: commands that came while the
+                     (co: the value that drives the valve; unguarded_writes: commands received while the
                      watchdog register was 0)
-  restart [SECONDS]  off for so long, then on again with registers as at start
+  restart [SECONDS]  off for this time, then on again with registers as at start
   forget             registers as at start without being off: a restart between two requests
   status VALUE       transmitter status register
   pv VALUE | auto    override PV (nan and inf are possible), or back to the plant
@@ -61,7 +61,7 @@ class Positioner:
         self.written = start
         self.watchdog_tenths = 0
         self.tripped = False
-        self.trips = 0  # of the watchdog
+        self.trips = 0  # number of trips of the watchdog
         self.last_write = time.monotonic()
         self.writes = 0
         self.unguarded_writes = 0
@@ -81,7 +81,7 @@ class Positioner:
             self.unguarded_writes += 1
 
     def arm(self, tenths):
-        # The time runs from here, not from a command of long ago.
+        # The time runs from here, not from an old command.
         self.watchdog_tenths = tenths
         self.last_write = time.monotonic()
 

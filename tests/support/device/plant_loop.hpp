@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop on plant_device.py, whose plant runs ten times as fast as plant 1; so do the controller's time constants.
+// A loop on plant_device.py. Its plant and the controller's time constants are ten times as fast as
+// those of plant 1.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A flow loop's valve and process in a process of its own, for the test device.
+"""A flow loop's valve and process in a separate process, for the test device.
 
-Reads the valve's command, one number a line, from standard input; writes "PV STEM" lines to
-standard output every period. Valve: stiction (He 2007: it bears (S + J)/2 and slips until (S - J)/2 is
-left), then a first-order lag. Process: gain, first-order lag, dead time; the load is a random walk that
-forgets in 300 s.
+Reads the valve's command, one number per line, from standard input. Writes "PV STEM" lines to
+standard output every period. Valve: stiction (He 2007: it sticks up to (S + J)/2 and slips until
+(S - J)/2 remains), then a first-order lag. Process: gain, first-order lag, dead time. The
+disturbance is a random walk that decays with a time constant of 300 s.
 """
 
 import argparse

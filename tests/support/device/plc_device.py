@@ -1,22 +1,22 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A PLC that controls a flow loop by itself, on pymodbus: PI law, valve and process are in here. Nothing may write to it.
+"""A PLC that controls a flow loop by itself, on pymodbus. It includes PI law, valve and process.
 
-It keeps the function code of every request that reaches it.
+Clients must not write to it. It keeps the function code of every request that reaches it.
 
 Prints "READY port=N" or "READY serial=PATH". Commands on standard input, each answered by a line:
   state              STATE pv=.. co=.. sp=.. stem=.. mode=.. functions=3,4 (sorted, none: -) requests=..
   sp VALUE           set point
   mode NUMBER        1 automatic, 3 cascade (automatic as well), 0 manual, 2 being tuned (CO stays)
-  stick VALUE        the stem stays until CO is so far away, CO units
-  restart [SECONDS]  off for so long, then on again
+  stick VALUE        the stem rests until CO differs by this value, CO units
+  restart [SECONDS]  off for this time, then on again
   quit
 
 Registers, 0-based, the same for every unit, f32 ABCD:
   input 0 PV, 2 CO, 4 SP, 6 stem; 8 mode u16; holding the same; coil 0 and discrete input 0: closed (mode 1 or 3)
-  (with --loops N the same N times in a row, each 9 registers on)
-  120 of each exist, less what --absent names: a request for one of these is refused with exception --absent-code,
-  or not answered if the code is 0.
+  (with --loops N the same N times in a row, 9 registers apart)
+  120 of each exist, except those that --absent names. A request for an absent one is refused with
+  exception --absent-code, or not answered if the code is 0.
 """
 
 import argparse
@@ -95,7 +95,7 @@ class Values(BaseModbusDataBlock):
         return image[address : address + count]
 
     def setValues(self, address, values):
-        pass  # the function code tells
+        pass  # writes are detected by their function code
 
 
 def keep_function_codes(plc):

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A Sparkplug B edge node of paho-mqtt and the classes that protoc makes of sparkplug_b.proto: one device, whose data
-comes by alias and without types.  Usage: sparkplug_edge.py PORT GROUP EDGE DEVICE
+"""A Sparkplug B edge node made of paho-mqtt and the classes that protoc generates from
+sparkplug_b.proto. It has one device, whose data has aliases and no types.
+Usage: sparkplug_edge.py PORT GROUP EDGE DEVICE
 
-Commands, a line each: connect | drop (no goodbye: the broker publishes the will) | set NAME VALUE | null NAME |
-quality NAME CODE | historical NAME VALUE | device_death | lose (a number of the sequence) | publish TOPIC TEXT |
+Commands, one per line: connect | drop (no goodbye: the broker publishes the will) | set NAME VALUE | null NAME |
+quality NAME CODE | historical NAME VALUE | device_death | lose (a sequence number) | publish TOPIC TEXT |
 retain TOPIC TEXT | state"""
 import pathlib
 import subprocess
@@ -147,7 +148,7 @@ def main():
     for line in sys.stdin:
         try:
             print(answer(edge, line.split()), flush=True)
-        except Exception as error:  # told to the test
+        except Exception as error:  # reported to the test
             print(f"ERROR {error}".replace("\n", " "), flush=True)
 
 

@@ -3,9 +3,9 @@
 """A syslog collector over TCP or TLS, with octet counting (RFC 6587).
 
 log_server.py LOG [CERTIFICATE KEY [AUTHORITIES]]   prints "READY port=N"; each frame becomes a line of JSON in LOG.
-With AUTHORITIES it asks for a certificate of the client.
+With AUTHORITIES it requests a certificate of the client.
 
-Commands on standard input, each answered with OK: `close` ends all connections, `deaf` reads no more, `hear` does.
+Commands on standard input, each answered with OK: `close` ends all connections, `deaf` stops reading, `hear` reads again.
 """
 
 import asyncio

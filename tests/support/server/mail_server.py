@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A mail server that writes down what it takes.
+"""A mail server that logs the accepted messages.
 
 mail_server.py LOG [--starttls|--smtps CERTIFICATE KEY] [--user NAME PASSWORD] [--refuse ADDRESS] [--busy]
-prints "READY port=N"; each message becomes a line of JSON in LOG. --busy: 451 to every message. The password "busy"
-is answered with 454.
+prints "READY port=N"; each message becomes a line of JSON in LOG. --busy: answers 451 to every message. The password
+"busy" is answered with 454.
 """
 
 import argparse
@@ -60,7 +60,7 @@ def session():
     if options.starttls:
         more = {"tls_context": context_of(options.starttls), "require_starttls": True}
     if options.user:
-        # Over smtps the library does not see that there is TLS.
+        # Over smtps the library does not detect TLS.
         more |= {"authenticator": authenticate, "auth_required": True,
                  "auth_require_tls": options.starttls is not None}
     return SMTP(Handler(), hostname="mail.test", **more)

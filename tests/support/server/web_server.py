@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""An HTTP server that answers as it is told and writes down what it was asked.
+"""An HTTP server that answers as commanded and logs the requests.
 
 web_server.py LOG [CERTIFICATE KEY]   prints "READY port=N"; each request becomes a line of JSON in LOG
 
 Commands on standard input, each answered with OK:
-  answer CODE...   of the next requests, in turn; the last one stays. `hang`: none at all; 429:N with Retry-After: N
+  answer CODE...   codes of the next requests, in turn; the last one stays. `hang`: no answer; 429:N: with
+                   Retry-After: N
 """
 
 import http.server

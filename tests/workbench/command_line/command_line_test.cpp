@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all commands do alike: exit codes, standard streams, files that are written, words that are not known.
+// Common behaviour of all commands: exit codes, standard streams, written files, unknown words.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/stat.h>
@@ -40,7 +40,7 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
-// A step at rest, for identify.
+// A record of a step from rest, for identify.
 std::string step_record() {
   std::string text = "time,pv,co\n";
   double pv = 0.0;
@@ -52,7 +52,7 @@ std::string step_record() {
   return text;
 }
 
-// Every command that prints a result without a daemon, as short as it can be.
+// The shortest call of every command that prints a result without a daemon.
 std::vector<std::string> printing_commands(const TemporaryFolder& folder) {
   const std::string step = (folder / "step.csv").string();
   write_file(step, step_record());
@@ -68,7 +68,7 @@ std::vector<std::string> printing_commands(const TemporaryFolder& folder) {
           "register-map"};
 }
 
-TEST_CASE("standard output that is full or closed is an error of every command") {
+TEST_CASE("a full or closed standard output is an error of every command") {
   const TemporaryFolder folder;
   std::vector<std::string> commands = printing_commands(folder);
   commands.insert(commands.end(),
@@ -84,7 +84,7 @@ TEST_CASE("standard output that is full or closed is an error of every command")
             .exit_code == 74);
 }
 
-TEST_CASE("a closed standard output is not taken for a file of the command's own") {
+TEST_CASE("a closed standard output is not mistaken for a file of the command") {
   const TemporaryFolder folder;
   const std::string out = (folder / "run.csv").string();
   const std::string simulate = kProgram + " simulate " + kModel + " --duration 1 --out " + out;
@@ -103,7 +103,7 @@ TEST_CASE("a reader that leaves early, and an error output that is full, are no 
   CHECK(bash(kProgram + " dance 2>/dev/full").exit_code == 64);
 }
 
-TEST_CASE("--json prints one JSON value and nothing else") {
+TEST_CASE("--json prints exactly one JSON value") {
   const TemporaryFolder folder;
   for (const std::string& command : printing_commands(folder)) {
     INFO(command);
@@ -125,7 +125,7 @@ TEST_CASE("every command that prints a result has --json") {
   }
 }
 
-TEST_CASE("an output that is an input is refused by whatever name, and the input stays") {
+TEST_CASE("an output that is also an input is refused under any name, and the input is kept") {
   const TemporaryFolder folder;
   write_file(folder / "model.yaml", read_file(kModel));
   write_file(folder / "step.csv", step_record());
@@ -152,7 +152,7 @@ TEST_CASE("an output that is an input is refused by whatever name, and the input
       CHECK(read_file(folder / row.input) == before);
     }
   }
-  // One of the names that a folder of results gets.
+  // The input has the name of a file in the folder of results.
   fs::rename(folder / "step.csv", folder / "results/report.html");
   CHECK(loopwarden("gap " + at + "/results/report.html --model " + at + "/model.yaml --out " + at +
                    "/results")
@@ -160,7 +160,7 @@ TEST_CASE("an output that is an input is refused by whatever name, and the input
   CHECK(read_file(folder / "results/report.html") == step_record());
 }
 
-TEST_CASE("a full disk leaves nothing behind and says why") {
+TEST_CASE("on a full disk a command removes its files and gives the reason") {
   const TemporaryFolder folder;
   fs::create_directories(folder / "out");
   for (const std::string& command :
@@ -177,11 +177,11 @@ TEST_CASE("a full disk leaves nothing behind and says why") {
   }
 }
 
-TEST_CASE("what stood there stays until all that is new is whole") {
+TEST_CASE("existing files stay until all new files are complete") {
   const TemporaryFolder folder;
   const std::string out = (folder / "effects.md").string();
   write_file(out, "mine");
-  // The last file of many does not fit; those before it did.
+  // The last of many files does not fit; the files before it did.
   CHECK(bash("ulimit -f 8; " + kProgram + " effects --out " + folder.path().string() +
              " >/dev/null 2>&1")
             .exit_code == 74);
@@ -189,7 +189,7 @@ TEST_CASE("what stood there stays until all that is new is whole") {
   CHECK(names_in(folder.path()) == std::vector<std::string>{"effects.md"});
 }
 
-TEST_CASE("links and rights of what is replaced stay") {
+TEST_CASE("links and permissions of replaced files stay") {
   const TemporaryFolder folder;
   const std::string page = (folder / "tune.html").string();
   write_file(page, "earlier");
@@ -200,13 +200,13 @@ TEST_CASE("links and rights of what is replaced stay") {
   CHECK(fs::is_symlink(folder / "link.html"));
   CHECK(read_file(page).find("<html") != std::string::npos);
   CHECK(fs::status(page).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
-  // A device or pipe is written to.
+  // A device or pipe is written directly.
   const ShellOutcome piped = bash(kProgram + " tune " + kModel + " --out /dev/stdout | cat");
   CHECK(piped.text.find("<html") != std::string::npos);
   CHECK(piped.text.find("simc") != std::string::npos);
 }
 
-// Starts it, waits for `begun`, and interrupts it.
+// Starts the command, waits for `begun`, and interrupts the command.
 template <class Begun>
 int interrupted(const std::vector<std::string>& arguments, int signal, Begun begun) {
   const pid_t child = ::fork();
@@ -233,7 +233,7 @@ int interrupted(const std::vector<std::string>& arguments, int signal, Begun beg
   return WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
 }
 
-TEST_CASE("Ctrl-C and SIGTERM take temporary files and new folders with them") {
+TEST_CASE("Ctrl-C and SIGTERM remove temporary files and new folders") {
   const TemporaryFolder folder;
   fs::create_directories(folder / "out");
   const int signal = GENERATE(SIGINT, SIGTERM);
@@ -243,7 +243,7 @@ TEST_CASE("Ctrl-C and SIGTERM take temporary files and new folders with them") {
   CHECK(names_in(folder / "out").empty());
 }
 
-TEST_CASE("an unknown command or option is named, with the nearest that is known") {
+TEST_CASE("an unknown command or option is reported, with the nearest valid one") {
   struct Row {
     const char* words;
     const char* says;
@@ -261,11 +261,11 @@ TEST_CASE("an unknown command or option is named, with the nearest that is known
     CHECK(outcome.exit_code == 64);
     CHECK_THAT(outcome.text, Catch::Matches("(.|\n)*" + std::string(row.says) + "(.|\n)*"));
   }
-  // Values are not taken for options.
+  // Values are not mistaken for options.
   CHECK(loopwarden("diagnose " + kRecord + " --co-range -5 105").exit_code == 0);
 }
 
-TEST_CASE("help and version go by the words that people try") {
+TEST_CASE("help and version accept the usual words") {
   CHECK(loopwarden("version").text == loopwarden("--version").text);
   CHECK(loopwarden("-V").text == loopwarden("--version").text);
   CHECK(loopwarden("help gap").text == loopwarden("gap --help").text);
@@ -275,7 +275,7 @@ TEST_CASE("help and version go by the words that people try") {
   CHECK(loopwarden("help gap").exit_code == 0);
 }
 
-TEST_CASE("counts and seeds are not negative") {
+TEST_CASE("negative counts and seeds are refused") {
   for (const char* command : {"simulate m --out x", "train m --out x"}) {
     INFO(command);
     const ShellOutcome outcome = loopwarden(std::string(command) + " --seed -1");
@@ -285,7 +285,7 @@ TEST_CASE("counts and seeds are not negative") {
   CHECK(loopwarden("gap r --model m --out x --jobs -1").exit_code == 64);
 }
 
-TEST_CASE("the daemon's socket comes from LOOPWARDEN_SOCKET, or is that of the package") {
+TEST_CASE("the daemon's socket is given by LOOPWARDEN_SOCKET, or is that of the package") {
   CHECK(bash("LOOPWARDEN_SOCKET=/nonexistent/mine.sock " + kProgram + " top --once 2>&1")
             .text.find("/nonexistent/mine.sock") != std::string::npos);
   CHECK(bash("LOOPWARDEN_SOCKET=/nonexistent/mine.sock " + kProgram +
@@ -296,7 +296,7 @@ TEST_CASE("the daemon's socket comes from LOOPWARDEN_SOCKET, or is that of the p
   CHECK(loopwarden("top --help").text.find("/run/loopwardend/control.sock") != std::string::npos);
 }
 
-TEST_CASE("a record may come from standard input") {
+TEST_CASE("a record can be read from standard input") {
   const ShellOutcome piped = bash(kProgram + " diagnose - --json < " + kRecord);
   const ShellOutcome named = bash(kProgram + " diagnose " + kRecord + " --json");
   CHECK(piped.exit_code == 0);
@@ -317,7 +317,7 @@ TEST_CASE("train writes over its own folder only") {
   CHECK(read_file(folder / "manifest.yaml") == "name: a site of mine\n");
 }
 
-TEST_CASE("train goes on from the windows that an interrupted run had") {
+TEST_CASE("train continues with the windows of an interrupted run") {
   const TemporaryFolder folder;
   const auto words = [&](const char* out) {
     return std::vector<std::string>{

@@ -22,7 +22,7 @@ using workbench::Progress;
 std::chrono::steady_clock::time_point now;
 std::chrono::steady_clock::time_point fake_now() { return now; }
 
-// Work of an hour, with `file` as the error output.
+// An hour of work, with `file` as the error output.
 void work(int file) {
   std::fflush(stderr);
   const int kept = ::dup(STDERR_FILENO);
@@ -42,7 +42,7 @@ void work(int file) {
 
 }  // namespace
 
-TEST_CASE("progress is drawn on a terminal, and elsewhere not at all", "[command_line]") {
+TEST_CASE("progress is drawn only on a terminal", "[command_line]") {
   const TemporaryFolder folder;
   const int log = ::open((folder / "log").c_str(), O_WRONLY | O_CREAT, 0600);
   REQUIRE(log >= 0);
@@ -64,7 +64,7 @@ TEST_CASE("progress is drawn on a terminal, and elsewhere not at all", "[command
   ::close(ours);
   ::close(theirs);
   CHECK(drawn.find("commission [###############...............]  50 %") != std::string::npos);
-  CHECK(drawn.ends_with("\r\x1b[K"));  // and taken away at the end
+  CHECK(drawn.ends_with("\r\x1b[K"));  // and is erased at the end
 }
 
 }  // namespace loopwarden::tests::progress_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `loopwarden commission`, and what is made of its twin, as users call them.
+// `loopwarden commission` and the commands that use its twin, as users call them.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -83,7 +83,7 @@ TEST_CASE("a short record is commissioned when it is accepted, and check and rep
   REQUIRE(replayed.exit_code == 0);
   CHECK(json::parse(replayed.text).at("transitions").empty());
 
-  // The same loop later, a fifth less gain: a new twin, the old one left as it was.
+  // The same loop later, with a fifth less gain, gives a new twin. The old one is unchanged.
   write_file(bench.folder / "truth.yaml",
              model_text(0.8,
                         "duration: 300, seed: 2, set_point: [[0, 3], [20, 5], [60, 6.5], [100, "
@@ -160,7 +160,7 @@ TEST_CASE("an alarm's evidence is explained in its folder", "[commission][explai
   CHECK(lone.text.find("evidence.json: not there") != std::string::npos);
   write_file(bench.folder / "e/evidence.json",
              R"({"alarm": "stiction", "raised_ms": 1800000000000, "loop": "FIC-101"})");
-  // As the daemon writes it, with time from the alarm at 200 s on.
+  // Evidence as the daemon writes it, with time relative to the alarm at 200 s.
   std::string csv = read_file(bench.folder / "record.csv");
   std::string minutes;
   std::size_t begin = 0;
@@ -185,14 +185,16 @@ TEST_CASE("an alarm's evidence is explained in its folder", "[commission][explai
   CHECK(said.at("first").at("number").get<int>() > 0);
   CHECK(!said.at("first").at("remedy").get<std::string>().empty());
   CHECK(said.at("from_s").get<double>() == Approx(-50.0).margin(40.0));
-  // Outside the valve: model_gap where it is sure, else stiction stays and it does not agree.
+  // The cause is outside the valve. If the explanation is sure, it names model_gap. Otherwise the
+  // alarm stays stiction and the explanation does not agree.
   const bool sure = said.at("first").at("confidence").get<double>() >= 0.9;
   CHECK(said.at("final_name") == (sure ? json("model_gap") : json()));
   CHECK(said.at("agrees") == sure);
   CHECK(fs::exists(bench.folder / "e/report.html"));
 }
 
-TEST_CASE("what can't be commissioned says so with its exit code", "[commission]") {
+TEST_CASE("a record that can't be commissioned gives the reason and its exit code",
+          "[commission]") {
   const TemporaryFolder folder;
   write_file(folder / "bad.csv", "time,pv\n0,1\n0.1,x\n");
   CHECK(loopwarden("commission " + (folder / "bad.csv").string() + " --out " +
@@ -205,7 +207,7 @@ TEST_CASE("what can't be commissioned says so with its exit code", "[commission]
   CHECK(!fs::exists(folder / "out"));
 }
 
-TEST_CASE("a model whose ranges are not the loop's is refused", "[commission]") {
+TEST_CASE("a model with other ranges than the loop is refused", "[commission]") {
   const Bench bench("duration: 60, set_point: [[0, 3]]");
   const auto commission = [&](const std::string& options) {
     return loopwarden("commission " + bench.path("record.csv") + " --out " + bench.path("out") +
@@ -219,7 +221,7 @@ TEST_CASE("a model whose ranges are not the loop's is refused", "[commission]") 
   CHECK(commission("--pv-range 0 10 --co-range 0 10").exit_code == 0);
 }
 
-TEST_CASE("the twin has the ranges that were given", "[commission][long]") {
+TEST_CASE("the twin has the given ranges", "[commission][long]") {
   const Bench bench(
       "duration: 300, set_point: [[0, 3], [20, 5], [60, 6.5], [100, 4], [140, 5.5], [200, 3.5]]");
   const json made =

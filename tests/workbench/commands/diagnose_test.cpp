@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// diagnose as its users call it, and the open records.
+// diagnose as its users call it, on the open records.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -30,7 +30,7 @@ nlohmann::json verdict_of(const std::string& file, const std::string& options = 
   return nlohmann::json::parse(outcome.text);
 }
 
-TEST_CASE("a plainly sticking valve of the open records is named with its size") {
+TEST_CASE("a clearly sticking valve of the open records is named with its size") {
   const nlohmann::json wide = verdict_of("r22.csv");
   CHECK(wide.at("verdict") == "valve_effect");
   CHECK(wide.at("effects").at(0).at("name") == "stiction");
@@ -47,7 +47,7 @@ TEST_CASE("a plainly sticking valve of the open records is named with its size")
   CHECK(narrow.at("effects").at(0).at("percent_of_span").get<double>() == Approx(2.0 * percent));
 }
 
-TEST_CASE("a cycle without corners in the open records is no valve effect") {
+TEST_CASE("a smooth cycle in the open records is no valve effect") {
   for (const char* file : {"r05.csv", "r08.csv", "r12.csv"}) {
     const nlohmann::json cycling = verdict_of(file);
     CHECK(cycling.at("verdict") == "other_cause");
@@ -58,7 +58,7 @@ TEST_CASE("a cycle without corners in the open records is no valve effect") {
   }
 }
 
-TEST_CASE("a level whose set point moves can't be told, with what would settle it") {
+TEST_CASE("a level loop with a moving set point gives cant_tell and a test that would decide") {
   const nlohmann::json open = verdict_of("r25.csv");
   CHECK(open.at("verdict") == "cant_tell");
   CHECK(open.at("effects").empty());
@@ -74,7 +74,7 @@ TEST_CASE("several files of one loop get one verdict, with the windows and the t
   CHECK(loop.at("verdict") == "valve_effect");
   CHECK(loop.at("grade") == "seen");
   CHECK(loop.at("kind") == "flow");
-  // The first window has the effect at 0.63: not decided by itself.
+  // The first window shows the effect with 0.63, too little for a decision by itself.
   CHECK(loop.at("since_s") == 0.0);
   CHECK(loop.at("since_file").get<std::string>().ends_with("r22.csv"));
   REQUIRE(loop.at("windows").size() == 3);
@@ -96,7 +96,7 @@ TEST_CASE("the page shows the trend, the stuck stretches and PV over CO") {
         74);
 }
 
-TEST_CASE("the band is drawn behind dead time and lag, and marked where the valve stands",
+TEST_CASE("the band is drawn after dead time and lag, with marks while the valve rests",
           "[diagnosis]") {
   constexpr std::size_t kSamples = 1000;
   constexpr std::size_t kDead = 12;
@@ -121,12 +121,12 @@ TEST_CASE("the band is drawn behind dead time and lag, and marked where the valv
     marked_wrong += std::isfinite(view.standing[k]) != (valve[k] == valve[k - 1]) ? 1U : 0U;
   }
   CHECK(marked_wrong == 0);
-  // PV swings by 8.5 either way.
+  // PV swings by 8.5 in both directions.
   CHECK(miss < 1.0);
   CHECK(view.dead_time > 0);
 }
 
-TEST_CASE("wrong usage and bad records end with their codes") {
+TEST_CASE("wrong usage and bad records give their exit codes") {
   const TemporaryFolder folder;
   CHECK(loopwarden("diagnose").exit_code == 64);
   CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --co-range 10 5").exit_code == 64);
@@ -148,7 +148,7 @@ TEST_CASE("wrong usage and bad records end with their codes") {
   CHECK(result.at("period_s").is_null());
 }
 
-TEST_CASE("the pictures stand at the record's own times, whatever was cut off before them",
+TEST_CASE("the pictures show the record's own times, also after a cut-off beginning",
           "[diagnosis]") {
   constexpr std::size_t kDead = 300;
   constexpr double kPeriod_s = 2.0;

@@ -37,7 +37,7 @@ struct Site {
     return static_cast<std::size_t>(
         std::distance(fs::directory_iterator(folder / "loops.d"), fs::directory_iterator{}));
   }
-  // A program called loopwarden-opcua, and a shell that finds it.
+  // Writes a program called loopwarden-opcua, and runs discover with it in the path.
   std::string with_browser(const std::string& script) const {
     write_file(folder / "loopwarden-opcua", "#!/bin/sh\n" + script);
     ::chmod(path("loopwarden-opcua").c_str(), 0755);
@@ -117,7 +117,7 @@ TEST_CASE("node ids go to a file for loopwarden-opcua", "[discover][program]") {
   const ShellOutcome again = site.discover(example + nodes);
   CHECK(again.exit_code == 65);
   CHECK(holds(again.text, "nodes.yaml: is there and stays as it is"));
-  // Loops whose files are there have nodes as well.
+  // Loops with existing files have nodes as well.
   CHECK(site.discover(example + " --nodes " + site.path("again.yaml")).exit_code == 65);
   CHECK(read_file(site.folder / "again.yaml") == text);
   write_file(site.folder / "tags.csv", "tag\nF1.PV\nF1.OP\n");
@@ -128,7 +128,7 @@ TEST_CASE("node ids go to a file for loopwarden-opcua", "[discover][program]") {
   CHECK_FALSE(fs::exists(site.folder / "none.yaml"));
 }
 
-TEST_CASE("500 loops are found in one go", "[discover][program]") {
+TEST_CASE("500 loops are found in one run", "[discover][program]") {
   const Site site;
   std::string text = "tag;unit;low;high\n";
   for (int k = 1; k <= 500; ++k) {
@@ -156,7 +156,8 @@ TEST_CASE("500 loops are found in one go", "[discover][program]") {
   CHECK(holds(site.text("FIC1500.yaml"), "  range: [0, 40.5]\n"));
 }
 
-TEST_CASE("rules tell what names do not, and are refused with their place", "[discover][program]") {
+TEST_CASE("rules complete what names omit, and bad rules are refused with their place",
+          "[discover][program]") {
   const Site site;
   write_file(site.folder / "tags.csv", "tag\nX1.M\nX1.S\nX1.B\n");
   write_file(site.folder / "rules.yaml",
@@ -177,7 +178,7 @@ TEST_CASE("rules tell what names do not, and are refused with their place", "[di
   CHECK(holds(refused.text, "rules.yaml:2:6: error: "));
 }
 
-TEST_CASE("lists without a loop, or that can't be read, leave nothing", "[discover][program]") {
+TEST_CASE("lists without a loop, and unreadable lists, give no files", "[discover][program]") {
   const Site site;
   write_file(site.folder / "tags.csv", "tag,low,high\nTI1,0,1\nFIC2.SP,,\n");
   const std::string out = " --out " + site.path("new") + " --tags ";
@@ -194,7 +195,7 @@ TEST_CASE("lists without a loop, or that can't be read, leave nothing", "[discov
   CHECK(site.loopwarden("discover --tags a.csv").exit_code == 64);
 }
 
-TEST_CASE("two loops that can't get tags of their own are said", "[discover][program]") {
+TEST_CASE("loops that can't get a unique tag are reported", "[discover][program]") {
   const Site site;
   const std::string long_tag(40, 'F');
   write_file(site.folder / "tags.csv", "tag\nA/F1.PV\nA/F1.OP\nA.F1.PV\nA.F1.OP\n" + long_tag +
@@ -208,7 +209,7 @@ TEST_CASE("two loops that can't get tags of their own are said", "[discover][pro
   CHECK(fs::exists(site.folder / "loops.d/F2.yaml.incomplete"));
 }
 
-TEST_CASE("tags of an OPC UA server come by loopwarden-opcua", "[discover][program]") {
+TEST_CASE("tags of an OPC UA server are listed by loopwarden-opcua", "[discover][program]") {
   const Site site;
   const ShellOutcome made = site.discover_by(
       "test \"$*\" = 'browse --url opc.tcp://h:4840' || exit 64\n"
@@ -224,7 +225,7 @@ TEST_CASE("tags of an OPC UA server come by loopwarden-opcua", "[discover][progr
       site.discover_by("echo 'certificate 12:34:AB is not trusted' >&2; exit 78\n");
   CHECK(untrusted.exit_code == 78);
   CHECK(holds(untrusted.text, "certificate 12:34:AB is not trusted"));
-  // Nothing is left of the list.
+  // The temporary list was removed.
   for (const auto& entry : fs::directory_iterator(site.folder.path()))
     CHECK_FALSE(holds(entry.path().filename(), "loopwarden-X"));
   CHECK(std::distance(fs::directory_iterator(site.folder.path()), fs::directory_iterator{}) == 3);
@@ -236,7 +237,7 @@ TEST_CASE("tags of an OPC UA server come by loopwarden-opcua", "[discover][progr
   CHECK_FALSE(fs::exists(site.folder / "new"));
 }
 
-TEST_CASE("metrics of a Sparkplug group come by loopwarden-feed", "[discover][program]") {
+TEST_CASE("metrics of a Sparkplug group are listed by loopwarden-feed", "[discover][program]") {
   const Site site;
   write_file(site.folder / "births.csv",
              "name,node_id,data_type,unit,low,high,description\n"

@@ -14,12 +14,12 @@ namespace {
 
 const std::string kDocs = LOOPWARDEN_SOURCE_DIR "/docs/";
 
-TEST_CASE("docs/effects.md says what the catalogue says", "[effects]") {
+TEST_CASE("docs/effects.md matches the catalogue", "[effects]") {
   INFO("to bring it up to date: bin/loopwarden effects --out docs");
   CHECK((read_file(kDocs + "effects.md") == workbench::effects_markdown()));
 }
 
-TEST_CASE("the pictures in docs/ are those of the simulation", "[effects]") {
+TEST_CASE("the pictures in docs/ match the simulation", "[effects]") {
   for (const effects::Example& example : workbench::effect_examples()) {
     INFO("to bring " << example.file << ".svg up to date: bin/loopwarden effects --out docs");
     const std::string picture = read_file(kDocs + "pictures/effects/" + example.file + ".svg");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commands that replace files which belong together: what a kill at any rename leaves is a folder
-// that a daemon starts with.
+// Commands that replace related files: after a kill at any rename a daemon can start with the
+// folder.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -64,7 +64,7 @@ struct Commissioned {
     loopwarden({"simulate", path("model.yaml"), "--out", path("record.csv")});
   }
   std::string path(const std::string& name) const { return (folder / name).string(); }
-  // Of each copy of `etc`, in their order.
+  // Checks each copy of `etc`, in order.
   void check(std::size_t states) const {
     for (std::size_t i = 0; i < states; ++i) {
       const auto read = config::validate_all(folder / "states" / std::to_string(i));
@@ -81,7 +81,7 @@ struct Commissioned {
 
 }  // namespace
 
-TEST_CASE("commission that is killed at any rename leaves twin and specialists that fit",
+TEST_CASE("commission, killed at any rename, leaves a twin and specialists that match",
           "[commission][kill][long]") {
   const Commissioned loop;
   const std::size_t states = keep_every_state(
@@ -93,7 +93,8 @@ TEST_CASE("commission that is killed at any rename leaves twin and specialists t
       loop.folder / "etc", loop.folder / "states");
   REQUIRE(states > 8);
   loop.check(states);
-  // The new set is there, the weights of the old one are gone, and commission.json came last.
+  // The new set is there, the weights of the old one are removed, and commission.json was written
+  // last.
   CHECK(read_file(loop.last(states) / "specialists/manifest.yaml").find("twin of record.csv") !=
         std::string::npos);
   CHECK_FALSE(fs::exists(loop.last(states - 1) / "commission.json"));
@@ -102,7 +103,7 @@ TEST_CASE("commission that is killed at any rename leaves twin and specialists t
   CHECK_FALSE(fs::exists(loop.last(states) / "specialists/P1L10.weights"));
 }
 
-TEST_CASE("gap gives the file that names the others its name last", "[gap][kill][long]") {
+TEST_CASE("gap renames the file that lists the others last", "[gap][kill][long]") {
   const Commissioned loop;
   write_file(loop.folder / "believed.yaml", model_text("1.35"));
   const std::size_t states = keep_every_state(

@@ -20,7 +20,7 @@ ShellOutcome loopwarden(const std::string& arguments) {
   return run(LOOPWARDEN_CLI " " + arguments + " 2>&1");
 }
 
-// A loop whose process gain is `gain`.
+// Returns a model with the process gain `gain`.
 std::string model_text(double gain) {
   return "sample_time: 0.1\n"
          "controller: {kp: 0.4, ki: 0.15, output: [0, 10]}\n"
@@ -31,7 +31,7 @@ std::string model_text(double gain) {
          "scenario: {duration: 70, set_point: [[0, 3], [5, 5], [20, 6.5], [35, 4], [50, 5.5]]}\n";
 }
 
-// Model and record of a loop whose gain is less than believed.
+// Model and record of a loop with less gain than in the model.
 class Case {
  public:
   Case() {
@@ -82,7 +82,7 @@ TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][
   CHECK(loopwarden("check " + corrected).exit_code == 0);
   CHECK(loopwarden("simulate " + corrected + " --out " + one.path("again.csv")).exit_code == 0);
   CHECK(record::read_record(one.path("again.csv")).size() == 701);
-  // Its pictures stand alone, for documents.
+  // Its pictures can be extracted for documents.
   const std::string tool = "python3 " LOOPWARDEN_SOURCE_DIR "/tools/report_picture.py ";
   const ShellOutcome picture =
       run(tool + out + "/report.html residual > " + one.path("picture.svg") +
@@ -91,11 +91,11 @@ TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][
   INFO(picture.text);
   CHECK(picture.exit_code == 0);
   CHECK(run(tool + out + "/report.html nothing 2>&1").exit_code == 65);
-  // Nothing half-written stays behind.
+  // No temporary file is left.
   for (const auto& entry : fs::directory_iterator(out)) CHECK(entry.path().extension() != ".tmp");
 }
 
-TEST_CASE("gap without a model identifies one, and says what it assumed", "[gap][program]") {
+TEST_CASE("gap without a model identifies one, and reports its assumptions", "[gap][program]") {
   const Case one;
   const std::string out = one.path("result");
   const ShellOutcome outcome = loopwarden("gap " + one.path("record.csv") + " --out " + out);
@@ -105,13 +105,14 @@ TEST_CASE("gap without a model identifies one, and says what it assumed", "[gap]
   const std::string assumed = read_file(fs::path(out) / "model.assumed.yaml");
   CHECK(assumed.find("# assumed by loopwarden gap from ") != std::string::npos);
   CHECK(loopwarden("check " + out + "/model.assumed.yaml").exit_code == 0);
-  // The record's loop is what was identified: nothing is missing.
+  // The model was identified from this record, so no effect is missing.
   const auto result = nlohmann::json::parse(read_file(fs::path(out) / "gap.json"));
   CHECK(result.at("verdict") == "no_gap");
 }
 
-TEST_CASE("gap and identify refuse the same record: in automatic by its column, SP at rest",
-          "[gap][program]") {
+TEST_CASE(
+    "gap and identify refuse the same record, which is in automatic by its column with SP at rest",
+    "[gap][program]") {
   const TemporaryFolder folder;
   std::string record = "time,sp,pv,co,mode\n";
   std::uint32_t noise = 1;
@@ -135,7 +136,7 @@ TEST_CASE("gap and identify refuse the same record: in automatic by its column, 
   CHECK_FALSE(fs::exists(folder / "out" / "gap.json"));
 }
 
-TEST_CASE("gap refuses records that tell nothing with 65", "[gap][program]") {
+TEST_CASE("gap refuses uninformative records with 65", "[gap][program]") {
   const Case one;
   const std::string out = one.path("result");
   const std::string record = read_file(one.folder() / "record.csv");
@@ -152,7 +153,7 @@ TEST_CASE("gap refuses records that tell nothing with 65", "[gap][program]") {
   CHECK_FALSE(fs::exists(fs::path(out) / "gap.json"));
 }
 
-TEST_CASE("gap ends with 78 for a bad model, 74 for a file or folder that can't be, 64 for misuse",
+TEST_CASE("gap ends with 78 for a bad model, 74 for an impossible file or folder, 64 for misuse",
           "[gap][program]") {
   const Case one;
   const std::string out = one.path("result");
@@ -161,7 +162,7 @@ TEST_CASE("gap ends with 78 for a bad model, 74 for a file or folder that can't 
   CHECK(bad.exit_code == 78);
   CHECK(bad.text.find("bad.yaml:1:") != std::string::npos);
   CHECK(one.gap("absent.csv", "model.yaml", out).exit_code == 74);
-  // A file is where the folder should be, which is said before any work.
+  // A file exists at the path of the folder. This is reported before any work.
   CHECK(one.gap("absent.csv", "model.yaml", one.path("record.csv")).text.find("record.csv: ") !=
         std::string::npos);
   CHECK(one.gap("record.csv", "model.yaml", one.path("model.yaml") + " --without several")
@@ -172,7 +173,7 @@ TEST_CASE("gap ends with 78 for a bad model, 74 for a file or folder that can't 
             .exit_code == 64);
 }
 
-// What gap.json of a measured case with its model says.
+// Runs gap on a measured case with its model and returns gap.json.
 nlohmann::json measured(const std::string& name) {
   const fs::path data = fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/measured/gap" / name;
   const TemporaryFolder folder;
@@ -191,7 +192,7 @@ double closed(const nlohmann::json& gap) {
   return (before * before - after * after) / (before * before - floor * floor);
 }
 
-TEST_CASE("a measured sticking valve is named from a rough model, and no place of its travel",
+TEST_CASE("a measured sticking valve is named from a rough model, without a place in its travel",
           "[gap][program][long]") {
   const nlohmann::json answer = measured("rse_fcv701");
   CHECK(answer["verdict"] == "missing_effect");
@@ -200,19 +201,20 @@ TEST_CASE("a measured sticking valve is named from a rough model, and no place o
   CHECK(effect["name"] == "stiction");
   CHECK(effect["parameters"]["s"] > 5.0);  // CO turns after 6 %
   CHECK(effect["parameters"]["s"] < 8.0);
-  // CO never left where it sticks.
+  // CO never left the range in which the valve sticks.
   for (const nlohmann::json& other : effect["alternatives"]) CHECK(other == "cam_obstruction");
   CHECK(closed(answer["gap"]) > 0.9);
 }
 
-// The same record, PV moved by less than it is written with: what rounding does on another processor.
+// Writes the same record with PV changed by less than its written digits, as rounding on another
+// processor does.
 void write_rounded_otherwise(const fs::path& from, const fs::path& to, double by) {
   record::Record record = record::read_record(from);
   for (std::size_t k = 0; k < record.size(); ++k) record.pv[k] *= 1.0 + (k % 3 == 0 ? by : -by);
   record::write_record(record, to);
 }
 
-TEST_CASE("a measured limit cycle is named without a model, however the numbers are rounded",
+TEST_CASE("a measured limit cycle is named without a model, with any rounding of the numbers",
           "[gap][program][long]") {
   const fs::path record =
       fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/measured/gap/rse_fcv701/record.csv";
@@ -231,14 +233,15 @@ TEST_CASE("a measured limit cycle is named without a model, however the numbers 
   CHECK(stiction["confidence"] <= 0.8);
   CHECK(stiction["parameters"]["s"] > 4.5);
   CHECK(stiction["parameters"]["s"] < 7.5);
-  // Fits a tenth of a band apart and more are as likely, and the interval says so.
+  // Fits that differ by a tenth of a band or more are equally likely, and the interval covers them.
   CHECK(stiction["interval"]["s"][0] > 4.0);
   CHECK(stiction["interval"]["s"][1] < 8.5);
   CHECK(closed(answer["gap"]) > 0.6);
 }
 
-TEST_CASE("a stick's interval reaches to the fits that are as likely, and holds the truth",
-          "[gap][program][long]") {
+TEST_CASE(
+    "the interval of a stick band reaches to equally likely fits, and contains the true value",
+    "[gap][program][long]") {
   const fs::path data = fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/gap-example";
   const TemporaryFolder folder;
   const ShellOutcome outcome =
@@ -250,14 +253,14 @@ TEST_CASE("a stick's interval reaches to the fits that are as likely, and holds 
   REQUIRE(answer["effects"].size() == 1);
   const nlohmann::json& stiction = answer["effects"][0];
   CHECK(stiction["name"] == "stiction");
-  // By the curvature alone it is a thousandth wide, and lies beside 0.914.
+  // An interval from the curvature only is a thousandth wide and misses 0.914.
   const nlohmann::json& s = stiction["interval"]["s"];
   CHECK(s[0] < 0.914);
   CHECK(s[1] > 0.914);
   CHECK(s[1].get<double>() - s[0].get<double>() > 0.01);
 }
 
-TEST_CASE("a heater whose room the model does not state has no fault of a valve",
+TEST_CASE("a heater without the room temperature in its model has no valve fault",
           "[gap][program]") {
   const TemporaryFolder folder;
   const auto model = [](const std::string& level) {
@@ -290,7 +293,7 @@ TEST_CASE("a heater whose room the model does not state has no fault of a valve"
   CHECK(answer("truth.yaml")["verdict"] == "no_gap");
 }
 
-TEST_CASE("a valve that sticks is named beside a level that the model does not state",
+TEST_CASE("a sticking valve is named in addition to a level that the model omits",
           "[gap][program]") {
   const TemporaryFolder folder;
   const auto model = [](const std::string& level, const std::string& effects) {
@@ -320,9 +323,9 @@ TEST_CASE("a valve that sticks is named beside a level that the model does not s
   CHECK(found["effects"][1]["parameters"]["bias"] == Approx(30.0).margin(3.0));
 }
 
-TEST_CASE("the level of PV is the record's where the process was identified from it",
+TEST_CASE("the level of PV is taken from the record if the process was identified from it",
           "[gap][program][long]") {
-  // A temperature around 318 whose process is known by its changes alone.
+  // A temperature around 318. Only changes of PV identify its process.
   const fs::path record = fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/measured/rse_1704_tcv701.csv";
   const TemporaryFolder folder;
   const ShellOutcome outcome =
@@ -334,16 +337,15 @@ TEST_CASE("the level of PV is the record's where the process was identified from
   for (const nlohmann::json& effect : answer["effects"]) CHECK(effect["name"] != "output_bias");
 }
 
-TEST_CASE("a level that is not shown leaves the fit at the model's own level",
-          "[gap][program][long]") {
-  // PV and CO of a district-heating rig; the model's gain is free to account for its PV.
+TEST_CASE("a level that is not shown leaves the fit at the model's level", "[gap][program][long]") {
+  // PV and CO of a district-heating rig. The model's gain can account for its PV.
   const nlohmann::json answer = measured("rse_fcv701");
   REQUIRE_FALSE(answer["effects"].empty());
   CHECK(answer["effects"][0]["name"] == "stiction");
   CHECK(answer["gap"]["after"]["holdout_rmse"] < 0.12);
 }
 
-TEST_CASE("a level that is the record's belongs to the gain of the model as given",
+TEST_CASE("a level taken from the record belongs to the gain of the given model",
           "[gap][program]") {
   const fs::path record =
       fs::path(LOOPWARDEN_SOURCE_DIR) / "examples/measured/gap/rse_fcv701/record.csv";
@@ -357,7 +359,8 @@ TEST_CASE("a level that is the record's belongs to the gain of the model as give
   CHECK(answer["gap"]["after"]["holdout_rmse"] < 0.12);
 }
 
-TEST_CASE("a measured valve that sticks beside a load is named first", "[gap][program][long]") {
+TEST_CASE("a measured valve that sticks during a disturbance is named first",
+          "[gap][program][long]") {
   const nlohmann::json answer = measured("rse_fcv731");
   CHECK(answer["verdict"] == "missing_effect");
   REQUIRE_FALSE(answer["effects"].empty());
@@ -366,7 +369,7 @@ TEST_CASE("a measured valve that sticks beside a load is named first", "[gap][pr
   CHECK(closed(answer["gap"]) > 0.9);
 }
 
-TEST_CASE("a stem is held against its command, the valve alone", "[gap][program]") {
+TEST_CASE("a stem is compared with its command, which tests only the valve", "[gap][program]") {
   TemporaryFolder folder;
   std::string record = "time,pv,co,stem\n";
   double stem = 50.0;

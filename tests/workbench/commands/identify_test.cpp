@@ -17,8 +17,8 @@ ShellOutcome identify(const std::string& arguments) {
   return run(LOOPWARDEN_CLI " identify " + arguments + " 2>&1");
 }
 
-// A heater in degC, T 30 s, under a load that swings: PV = 20 + 0.6 CO. `law` gives CO from the
-// sample, PV and CO before.
+// A heater in degC, T 30 s, with an oscillating disturbance: PV = 20 + 0.6 CO. `law` returns CO
+// from the sample number and the previous PV and CO.
 std::string heater_csv(const std::function<double(int, double, double)>& law) {
   std::string text = "time,pv,co\n";
   double heat = 0.0;
@@ -37,8 +37,7 @@ std::string heater_csv(const std::function<double(int, double, double)>& law) {
 
 }  // namespace
 
-TEST_CASE("identify gives no number for a heater that a thermostat switches",
-          "[identify][program]") {
+TEST_CASE("identify gives no value for a heater switched by a thermostat", "[identify][program]") {
   const TemporaryFolder folder;
   write_file(folder / "record.csv", heater_csv([](int, double pv, double co) {
                return pv > 46.0 ? 0.0 : pv < 44.0 ? 100.0 : co;

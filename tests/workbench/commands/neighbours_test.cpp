@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `diagnose --neighbours` and `survey` on loops that push each other: four flow loops on one header, measured.
+// `diagnose --neighbours` and `survey` on loops that disturb each other: four measured flow loops
+// on one header.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -39,8 +40,10 @@ bool holds(const json& tags, const std::string& tag) {
   return std::find(tags.begin(), tags.end(), tag) != tags.end();
 }
 
-// Each jump of 701, of 0.2 m3/h, moves the three others by 0.03 the other way within a second; all four valves stick.
-TEST_CASE("neighbours: of four measured loops on one header none is acquitted", "[neighbour]") {
+// Each jump of loop 701, of 0.2 m3/h, moves the three others by 0.03 m3/h the other way within a
+// second. All four valves stick.
+TEST_CASE("neighbours: all four measured loops on one header keep their valve findings",
+          "[neighbour]") {
   for (const std::string& tag : kHeader) {
     const json alone = diagnosed(kMeasured + tag + ".csv");
     const json pushed = diagnosed(kMeasured + tag + ".csv --neighbours" + others(tag));
@@ -52,7 +55,7 @@ TEST_CASE("neighbours: of four measured loops on one header none is acquitted", 
   }
 }
 
-TEST_CASE("neighbours: the survey says the same of the loops of a folder", "[neighbour]") {
+TEST_CASE("neighbours: the survey gives the same result for the loops of a folder", "[neighbour]") {
   const TemporaryFolder folder;
   const ShellOutcome made = run(LOOPWARDEN_CLI " survey " + kMeasured +
                                 "rse_0412_fcv7?1.csv --out " + (folder / "s").string() + " 2>&1");
@@ -70,9 +73,9 @@ TEST_CASE("neighbours: the survey says the same of the loops of a folder", "[nei
   CHECK(read_file(folder / "s/survey.csv").find("pushed_by") != std::string::npos);
 }
 
-TEST_CASE("neighbours: where the time base differs nothing is said", "[neighbour]") {
+TEST_CASE("neighbours: loops with another time base are not compared", "[neighbour]") {
   const TemporaryFolder folder;
-  // The same values a minute later, and every other one.
+  // The same values a minute later, and only every second value.
   const auto rewrite = [&](const std::string& name, double later_s, std::size_t step) {
     const std::string text = read_file(kMeasured + "rse_0412_fcv701.csv");
     std::string out = "time,pv,co\n";
@@ -102,7 +105,7 @@ TEST_CASE("neighbours: where the time base differs nothing is said", "[neighbour
             .exit_code == 74);
 }
 
-// A result of the survey, as far as neighbours are concerned.
+// A survey result with the fields that the comparison of neighbours uses.
 json result(const std::string& tag, const std::string& verdict, const json& cause,
             const std::vector<double>& pv, double starts_s) {
   record::Record record;
@@ -120,7 +123,7 @@ json result(const std::string& tag, const std::string& verdict, const json& caus
           {"evidence", "before"}, {"moves", workbench::moves_json(record, notes)}};
 }
 
-TEST_CASE("neighbours: a load without a name becomes the neighbour, what can't be told stays so",
+TEST_CASE("neighbours: an unknown disturbance becomes the neighbour's, and cant_tell stays",
           "[neighbour]") {
   numeric::Random random(5);
   std::vector<double> source(3000);
@@ -158,7 +161,7 @@ TEST_CASE("neighbours: a load without a name becomes the neighbour, what can't b
   CHECK(loops[4].at("verdict") == "other_cause");
   CHECK(loops[4].at("cause") == "neighbour");
   CHECK(loops[5].at("cause") == "saturation");
-  // At another time, so that nothing is there to compare it with.
+  // Recorded at another time, so there is no record to compare it with.
   CHECK(loops[6].at("pushed_by").is_null());
   CHECK(loops[6].at("cause") == "disturbance");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From an export with names of a site's own to what the fitter found, and the survey after that.
+// From an export with a site's own names to the fitter's finding and the next survey.
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -32,7 +32,7 @@ constexpr const char* kRules =
     "  - {match: \"FIC*.BA\", signal: mode, loop: \"FIC$1\", automatic: [REG], manual: [HND]}\n"
     "  - {match: \"TT*\", signal: pv, loop: \"TIC$1\"}\n";
 
-// Two loops of which no name tells the signal; the valve of the second one sticks by 5 % of CO.
+// Two loops whose names don't show the signal. The valve of the second one sticks by 5 % of CO.
 class Site {
  public:
   Site() {
@@ -78,7 +78,7 @@ class Site {
   TemporaryFolder folder_;
 };
 
-TEST_CASE("a site's rules make loops of names that tell nothing", "[rules][import][program]") {
+TEST_CASE("a site's rules make loops of names without signal endings", "[rules][import][program]") {
   const Site site;
   const ShellOutcome without =
       loopwarden("survey " + site.path("e.csv") + " --out " + site.path("n"));
@@ -97,13 +97,13 @@ TEST_CASE("a site's rules make loops of names that tell nothing", "[rules][impor
   CHECK(first["share_automatic"].get<double>() == Approx(0.972).margin(0.002));
   CHECK(first["import"]["units"]["co"] == "mA");
   CHECK(first["import"]["ranges"]["pv"] == json{0.0, 40.0});
-  // Other rules for a loop make its result anew, and no other one's.
+  // Changed rules for a loop renew only its own result.
   CHECK_THAT(loopwarden(site.survey()).text, Contains("2 from an earlier run"));
   std::string rules = kRules;
   write_file(site.folder() / "rules.yaml",
              rules.insert(7, "  - {match: \"FT1\", signal: pv, loop: FIC1, range: [0, 50]}\n"));
   CHECK_THAT(loopwarden(site.survey()).text, Contains("1 judged, 1 from an earlier run"));
-  // Clashes, and what is no rule.
+  // Conflicting rules, and an invalid rule.
   write_file(site.folder() / "rules.yaml",
              "rules:\n  - {match: \"F[TV]*\", signal: pv, loop: \"FIC$2\"}\n");
   const ShellOutcome clash = loopwarden(site.survey());
@@ -115,7 +115,7 @@ TEST_CASE("a site's rules make loops of names that tell nothing", "[rules][impor
   CHECK(loopwarden(site.survey() + " --map pv=FT1,co=FV1").exit_code == 64);
 }
 
-TEST_CASE("what the fitter found is kept, told by the next survey, and exported without names",
+TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported without names",
           "[outcome][program]") {
   const Site site;
   REQUIRE(loopwarden(site.survey()).exit_code == 0);
@@ -145,7 +145,7 @@ TEST_CASE("what the fitter found is kept, told by the next survey, and exported 
   const json listed = json::parse(loopwarden("outcome --list --json" + at).text);
   CHECK(listed["outcomes"][0]["tag"] == "FIC2");
 
-  // Rejected: below the healthy one's place no more, but not at the top.
+  // A rejected finding is held back.
   REQUIRE(loopwarden("outcome FIC2 --found nothing" + at).exit_code == 0);
   REQUIRE(loopwarden(site.survey() + " --outcomes " + site.path("s/outcomes.csv")).exit_code == 0);
   for (const json& loop : read_json(site.folder() / "s/survey.json")["loops"])
@@ -170,7 +170,7 @@ TEST_CASE("what the fitter found is kept, told by the next survey, and exported 
     CHECK(text.find("2026-0") == std::string::npos);
     CHECK(text.find("m3/h") == std::string::npos);
   }
-  // The whole record goes on after what was judged; that is not labelled.
+  // The whole record is longer than the judged part, and the extra part has no label.
   CHECK(loopwarden("outcome --export " + site.path("b") + at).exit_code == 64);
 }
 

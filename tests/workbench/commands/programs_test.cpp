@@ -65,7 +65,7 @@ TEST_CASE(
         74);
 }
 
-TEST_CASE("check names every error of every file and ends with 78") {
+TEST_CASE("check reports every error of every file and ends with 78") {
   const TemporaryFolder folder;
   write_file(folder / "model.yaml", "sample_time: 0.1\nprocess: {gian: 1}\n");
   write_file(folder / "loop.yaml", "loop: FIC-101\nsample_time: none\n");
@@ -100,7 +100,7 @@ TEST_CASE("effects prints the catalogue, and writes it with pictures") {
   CHECK(loopwarden("effects --out " + (folder / "effects.md/x").string()).exit_code == 74);
 }
 
-TEST_CASE("gap takes a stretch of a record and says in its report how it was called") {
+TEST_CASE("gap uses a part of a record and shows its command in its report") {
   const TemporaryFolder folder;
   const std::string record = (folder / "record.csv").string();
   const std::string out = (folder / "out").string();
@@ -122,7 +122,7 @@ TEST_CASE("gap takes a stretch of a record and says in its report how it was cal
         std::string::npos);
 }
 
-TEST_CASE("gap refuses a record that tells nothing, with the reason as a page; old results stay") {
+TEST_CASE("gap refuses an uninformative record, with the reason as a page; old results stay") {
   const TemporaryFolder folder;
   std::string frozen = "time,sp,pv,co\n";
   for (int k = 0; k < 2000; ++k) frozen += std::to_string(k) + ",5,5,5\n";
@@ -151,7 +151,7 @@ TEST_CASE("gap refuses a record that tells nothing, with the reason as a page; o
   CHECK(std::distance(begin(in_out), end(in_out)) == 3);
 }
 
-TEST_CASE("without a daemon, top and set say so and end with 74") {
+TEST_CASE("without a daemon, top and set report it and end with 74") {
   const ShellOutcome top = loopwarden("top --once --socket /nonexistent.sock");
   CHECK(top.exit_code == 74);
   CHECK(top.text.find("no daemon answers at /nonexistent.sock") != std::string::npos);

@@ -23,7 +23,7 @@ ShellOutcome replay(const std::string& arguments) {
   return run(LOOPWARDEN_CLI " replay " + arguments + " 2>&1");
 }
 
-// A loop that moves, `samples` at 10 Hz; `spoil` may change a row's PV and CO cells.
+// A moving loop with `samples` samples at 10 Hz. `spoil` can change the PV and CO cells of a row.
 struct Bench {
   using Spoil = std::function<void(int, std::string& pv, std::string& co)>;
   std::string record(int samples, const Spoil& spoil = {}) const {
@@ -48,7 +48,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("a record through the daemon's monitor: the alarm comes with the third window",
+TEST_CASE("a record replayed through the daemon's monitor raises the alarm with the third window",
           "[replay]") {
   const Bench bench;
   const std::string record = bench.record(4000);
@@ -103,7 +103,7 @@ TEST_CASE("a healthy loop has no alarm", "[replay]") {
   CHECK(json::parse(out.text).at("windows") == 7);
 }
 
-TEST_CASE("no window across missing samples; a saturated one is not judged", "[replay]") {
+TEST_CASE("no window spans missing samples, and a saturated window is not judged", "[replay]") {
   const Bench bench;
   const std::string specialists = bench.specialists(specialist::Condition::stiction);
   const auto windows = [&](const Bench::Spoil& spoil) {
@@ -117,7 +117,7 @@ TEST_CASE("no window across missing samples; a saturated one is not judged", "[r
     if (k == 1500) pv.clear();
   });
   CHECK(result.at("windows") == 1);
-  // A cycle that is missing altogether is bridged; too many in a row are not.
+  // One missing cycle is bridged; too many missing cycles in a row are not.
   for (const int missing : {4, 5}) {
     result = windows([missing](int k, std::string& pv, std::string& co) {
       if (k < 1500 || k >= 1500 + missing) return;
@@ -133,8 +133,9 @@ TEST_CASE("no window across missing samples; a saturated one is not judged", "[r
   CHECK(result.at("suppressed_windows") == 1);
 }
 
-TEST_CASE("without specialists routine evidence stands alone, and says so", "[replay]") {
-  // A sticking valve of a real loop, three windows of it in a row.
+TEST_CASE("without specialists only routine evidence is used, and the output shows it",
+          "[replay]") {
+  // Three windows of a real loop with a sticking valve, joined.
   const Bench bench;
   std::string joined = "time,sp,pv,co\n";
   int row = 0;
@@ -159,9 +160,9 @@ TEST_CASE("without specialists routine evidence stands alone, and says so", "[re
   CHECK(result.at("transitions")[0].at("reason") == "routine");
 }
 
-TEST_CASE("routine evidence that is replayed has the same verdict, and says so where it has not",
+TEST_CASE("replayed routine evidence has the same verdict; a different one is reported",
           "[replay]") {
-  // The same valve, watched without specialists, until its alarm would come.
+  // The same valve, watched without specialists, until its alarm would be raised.
   const TemporaryFolder folder;
   watch::WindowSettings settings{.sample_time_s = 10.0};
   watch::LoopMonitor watch(settings, alarm::kAlarmRule, nullptr);
@@ -207,7 +208,7 @@ TEST_CASE("routine evidence that is replayed has the same verdict, and says so w
   CHECK(result.at("severity_percent") == Approx(e.routine->severity_percent));
 }
 
-TEST_CASE("what can't be replayed is refused with a reason", "[replay]") {
+TEST_CASE("a record that can't be replayed is refused with a reason", "[replay]") {
   const Bench bench;
   const std::string record = bench.record(1000);
   CHECK(replay("").exit_code == 64);

@@ -25,7 +25,7 @@ ShellOutcome loopwarden(const std::string& arguments) {
   return run(LOOPWARDEN_CLI " " + arguments + " 2>&1");
 }
 
-// A loop at 1 s whose valve sticks by `s` CO units, with a load; 0: none does.
+// A loop at 1 s with a disturbance, whose valve sticks by `s` CO units. 0: it does not stick.
 std::string model_text(double s, int seed, double period_scale = 1.0) {
   return "sample_time: 1.0\n"
          "controller: {kp: 1.0, ki: " +
@@ -53,7 +53,7 @@ class Plant {
     fs::remove(folder_ / "m.yaml");
     return r;
   }
-  // One export with a column a signal.
+  // One export with one column per signal.
   void write_export(const std::string& name,
                     const std::vector<std::pair<std::string, record::Record>>& loops) {
     std::string text = "Timestamp";
@@ -82,7 +82,8 @@ class Plant {
 
 json read_json(const fs::path& path) { return json::parse(read_file(path)); }
 
-TEST_CASE("import writes a record a loop in the fixed format, and a note", "[import][program]") {
+TEST_CASE("import writes one record per loop in the fixed format, and a note",
+          "[import][program]") {
   Plant plant;
   const record::Record a = plant.simulated(0.0, 1);
   const record::Record b = plant.simulated(5.0, 2);
@@ -112,7 +113,8 @@ TEST_CASE("import writes a record a loop in the fixed format, and a note", "[imp
   CHECK(loopwarden("import /nonexistent.csv --list").exit_code == 74);
 }
 
-TEST_CASE("a row a value from standard input, and loops that no name tells", "[import][program]") {
+TEST_CASE("one value per row from standard input, and loops without names that show them",
+          "[import][program]") {
   Plant plant;
   const record::Record r = plant.simulated(5.0, 2);
   std::string text = "Tag,Timestamp,Value\n";
@@ -146,7 +148,7 @@ TEST_CASE("a full disk ends import and survey with its own exit code", "[import]
   Plant plant;
   plant.write_export("e.csv", {{"FIC1", plant.simulated(0.0, 1)}});
   for (const std::string command : {"import", "survey"}) {
-    // Files of 4 kB at most stand for the disk.
+    // A limit of 4 kB per file simulates a full disk.
     const ShellOutcome full = run("ulimit -f 4; trap '' XFSZ; " LOOPWARDEN_CLI " " + command + " " +
                                   plant.path("e.csv") + " --out " + plant.path(command) + " 2>&1");
     INFO(full.text);
@@ -155,7 +157,7 @@ TEST_CASE("a full disk ends import and survey with its own exit code", "[import]
   }
 }
 
-TEST_CASE("a format file tells what can't be found out, and its errors have their place",
+TEST_CASE("a format file gives what can't be detected, and its errors have their place",
           "[import][program]") {
   Plant plant;
   std::string text = "a;b;c\n";
@@ -181,8 +183,7 @@ TEST_CASE("a format file tells what can't be found out, and its errors have thei
   CHECK(bad.text.find("did you mean 'decimal'?") != std::string::npos);
 }
 
-TEST_CASE("the window that is asked for changes rows of figures, never a verdict",
-          "[survey][program]") {
+TEST_CASE("the requested window changes figures, never a verdict", "[survey][program]") {
   Plant plant;
   plant.write_export("e.csv",
                      {{"FIC1", plant.simulated(0.0, 1)}, {"FIC2", plant.simulated(5.0, 2)}});
@@ -210,8 +211,9 @@ TEST_CASE("the window that is asked for changes rows of figures, never a verdict
   CHECK(whole["FIC2"]["verdict"] == "valve_effect");
 }
 
-TEST_CASE("what an archive kept of a loop: the verdicts hold, and what can't be seen is said",
-          "[import][program][gap]") {
+TEST_CASE(
+    "verdicts are right on compressed archive records, and the output states the detection limit",
+    "[import][program][gap]") {
   Plant plant;
   write_file(plant.folder() / "model.yaml",
              model_text(0.0, 1).substr(0, model_text(0.0, 1).find("disturbances")));
@@ -257,7 +259,7 @@ TEST_CASE("what an archive kept of a loop: the verdicts hold, and what can't be 
   }
 }
 
-TEST_CASE("a record of every other sample, and one of CO before its limits",
+TEST_CASE("a record of every second sample, and a record of CO before its limits",
           "[import][program][gap]") {
   Plant plant;
   std::string text = model_text(0.0, 1).substr(0, model_text(0.0, 1).find("disturbances"));
@@ -291,7 +293,8 @@ TEST_CASE("a record of every other sample, and one of CO before its limits",
   CHECK(run(LOOPWARDEN_CLI " " + gap("wide.csv") + " --clip-co --json 2>/dev/null").exit_code == 0);
 }
 
-TEST_CASE("a record in % is offered as one, before any effect is named", "[import][program][gap]") {
+TEST_CASE("a record in % is reported as such, before any effect is named",
+          "[import][program][gap]") {
   Plant plant;
   write_file(plant.folder() / "model.yaml",
              model_text(0.0, 1).substr(0, model_text(0.0, 1).find("disturbances")));
@@ -309,7 +312,7 @@ TEST_CASE("a record in % is offered as one, before any effect is named", "[impor
   CHECK(asked.text.find("--pv-range") != std::string::npos);
   const ShellOutcome told = run(LOOPWARDEN_CLI " " + gap + " --pv-range 0 100 --json 2>/dev/null");
   CHECK(json::parse(told.text)["verdict"] == "no_gap");
-  // CO as a share of its range, once told as controller_mismatch and output_bias.
+  // CO as a share of its range. An earlier version reported controller_mismatch and output_bias.
   for (std::size_t k = 0; k < r.size(); ++k) {
     r.pv[k] /= 2.5;
     r.sp[k] /= 2.5;
@@ -320,14 +323,14 @@ TEST_CASE("a record in % is offered as one, before any effect is named", "[impor
                                         plant.path("model.yaml") + " --out " + plant.path("g"));
   CHECK(share.exit_code == 65);
   CHECK(share.text.find("--co-range 0 1;") != std::string::npos);
-  // Who says that the units are the same gets the effects.
+  // If the user states that the units are the same, gap names the effects.
   const ShellOutcome denied = run(LOOPWARDEN_CLI " " + gap + " --pv-range 0 40 --json 2>/dev/null");
   CHECK(json::parse(denied.text)["verdict"] == "missing_effect");
 }
 
 TEST_CASE(
-    "survey ranks a plant, the same with any threads and in shares, and goes on where it was "
-    "broken off",
+    "survey ranks a plant, equally with any threads and shares, and continues after an "
+    "interruption",
     "[survey][program]") {
   Plant plant;
   plant.write_export("a.csv",
@@ -364,7 +367,7 @@ TEST_CASE(
   const std::string page = read_file(plant.folder() / "one/survey.html");
   CHECK(page.find("FIC102") != std::string::npos);
   CHECK(page.find("http") == std::string::npos);
-  // A loop's own page: by the export's clock, with sizes, and what each window says.
+  // A loop's page has the export's clock, sizes, and the result of each window.
   const std::string own =
       read_file(plant.folder() / "one/pages" /
                 ("0001-" + survey["loops"][0]["tag"].get<std::string>() + ".html"));
@@ -389,7 +392,7 @@ TEST_CASE(
   for (const char* file : {"survey.json", "survey.csv", "survey.html"}) {
     CHECK(read_file(plant.folder() / "merged" / file) == read_file(plant.folder() / "one" / file));
   }
-  // As a kill leaves it: one result missing, one half written.
+  // The state after a kill: one result is missing, and one is half written.
   std::size_t spoiled = 0;
   for (const auto& entry : fs::directory_iterator(plant.folder() / "one/loops")) {
     if (spoiled == 0) {
@@ -403,7 +406,7 @@ TEST_CASE(
   CHECK(again.text.find("2 judged, 2 from an earlier run") != std::string::npos);
   CHECK(read_file(plant.folder() / "one/survey.json") ==
         read_file(plant.folder() / "merged/survey.json"));
-  // Another window is another result.
+  // Another window gives another result.
   CHECK(loopwarden("survey " + files + " --window 0.5 --out " + plant.path("one"))
             .text.find("4 judged") != std::string::npos);
   CHECK(read_json(plant.folder() / "one/survey.json")["loops"][0]["windows"].size() == 2);
@@ -412,7 +415,7 @@ TEST_CASE(
             .exit_code == 65);
 }
 
-TEST_CASE("import and survey: what can't be read ends with 65, and the counts add up",
+TEST_CASE("import and survey end with 65 for unreadable files, and the counts add up",
           "[import][survey][program]") {
   Plant plant;
   fs::create_directory(plant.folder() / "e");
@@ -430,7 +433,8 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
     return std::array{listed.text, imported.text, surveyed.text};
   };
   all(0, 0, 0);
-  // A PV alone is a loop that can't be judged, and no failure; nor is what is no export.
+  // A loop with only a PV can't be judged, which is no failure. A file that is no export is no
+  // failure either.
   write_file(plant.folder() / "e/t.csv",
              "Timestamp,TI205.PV\n2026-03-01T10:00:00Z,1\n"
              "2026-03-01T10:00:01Z,2\n2026-03-01T10:00:02Z,3\n");
@@ -443,7 +447,7 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
   CHECK(alone[2].ends_with(
       "\n2 files: 2 read, 0 could not be read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
       "not be read; 1 loop without PV or CO; 1 file passed over\n"));
-  // An earlier day of a loop, of which a row is broken.
+  // An earlier day of a loop, with a broken row.
   std::string day = "Timestamp,FIC101.PV,FIC101.OP\n";
   for (int k = 0; k < 500; ++k) {
     char row[64];
@@ -465,12 +469,12 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
         "loop without PV or CO; 1 file passed over\n"));
   }
   fs::remove(plant.folder() / "e/day.csv");
-  // A file that is none, and a loop with a cell that is no number.
+  // A file that is no export, and a loop with a cell that is no number.
   write_file(plant.folder() / "e/b.csv", "not an export\n");
   CHECK(
       all(65, 65, 65)[1].ends_with("\n2 of 3 files read, 3 of 3 loops; 1 file could not be read: "
                                    "see above; 1 file passed over\n"));
-  // The same where it is named.
+  // The same if the file is named on the command line.
   const ShellOutcome named =
       loopwarden("import " + plant.path("e/b.csv") + " " + plant.path("e/a.csv") + " --check");
   CHECK(named.exit_code == 65);
@@ -496,7 +500,7 @@ TEST_CASE("import and survey: what can't be read ends with 65, and the counts ad
           "not be read; ") != std::string::npos);
 }
 
-TEST_CASE("the members of an archive are surveyed, and judged anew where it has changed",
+TEST_CASE("the members of an archive are surveyed, and judged again if the archive changed",
           "[survey][program]") {
   Plant plant;
   plant.write_export("a.csv", {{"FIC1", plant.simulated(5.0, 2)}});
@@ -519,7 +523,8 @@ TEST_CASE("the members of an archive are surveyed, and judged anew where it has 
         74);
 }
 
-TEST_CASE("batch runs each command once, keeps its exit code, and shares out", "[batch][program]") {
+TEST_CASE("batch runs each command once, keeps its exit code, and divides the work into shares",
+          "[batch][program]") {
   Plant plant;
   plant.write_export("a.csv", {{"FIC101", plant.simulated(5.0, 2)}});
   write_file(plant.folder() / "jobs.txt",

@@ -21,7 +21,7 @@ ShellOutcome loopwarden(const std::string& arguments, bool with_errors = true) {
 const std::string kModel = LOOPWARDEN_SOURCE_DIR "/examples/models/plant1-believed.yaml";
 const std::string kSmall = " --windows 1400 --restarts 1 --sizes 3 --epochs 3 --seed 7";
 
-// The believed loop with play from 240 s on, and a set point that keeps moving.
+// The modelled loop with backlash from 240 s on, and a set point that keeps moving.
 std::string play_model() {
   std::string text = read_file(kModel);
   const std::size_t scenario = text.find("\nscenario:");
@@ -39,7 +39,7 @@ std::string play_model() {
 
 }  // namespace
 
-TEST_CASE("specialists trained on a model name the fault in a record, and nothing before it",
+TEST_CASE("specialists trained on a model name the fault in a record, and no fault before it",
           "[workbench]") {
   const TemporaryFolder folder;
   const std::string out = (folder / "specialists").string();
@@ -77,14 +77,14 @@ TEST_CASE("specialists trained on a model name the fault in a record, and nothin
   }
   CHECK(named >= 2);
 
-  // The thesis's form answers too, and says who it is.
+  // The thesis's form answers too, with its name.
   const ShellOutcome faithful = loopwarden(
       "classify " + record + " --specialists " + out + " --form signature --json", false);
   REQUIRE(faithful.exit_code == 0);
   CHECK(nlohmann::json::parse(faithful.text)["windows"][0]["mse"][0]["specialist"] == "P1N3");
 }
 
-TEST_CASE("the same seed trains the same specialists, whatever the threads and interruptions",
+TEST_CASE("the same seed trains the same specialists, with any threads and interruptions",
           "[workbench]") {
   const TemporaryFolder folder;
   const auto train = [&](const std::string& name, const std::string& options) {
@@ -95,20 +95,20 @@ TEST_CASE("the same seed trains the same specialists, whatever the threads and i
     return o.text;
   };
   train("a", " --jobs 1");
-  // The number of threads changes nothing.
+  // The number of threads does not change the result.
   train("b", " --jobs 2");
   CHECK(read_file(folder / "a/manifest.yaml") == read_file(folder / "b/manifest.yaml"));
   CHECK(read_file(folder / "a/P1S3.weights") == read_file(folder / "b/P1S3.weights"));
 }
 
-TEST_CASE("a killed training goes on from what it had finished", "[workbench]") {
+TEST_CASE("a killed training continues with its finished networks", "[workbench]") {
   const TemporaryFolder folder;
   const std::string options = kSmall + " --form signature --jobs 1";
   const auto train = [&](const std::string& name) {
     return loopwarden("train " + kModel + " --out " + (folder / name).string() + options);
   };
   REQUIRE(train("whole").exit_code == 0);
-  // Killed as soon as the first network is on the disk.
+  // The training is killed as soon as the first network is on the disk.
   const std::string out = (folder / "killed").string();
   const std::string kill = std::string(LOOPWARDEN_BIN_DIR) + "/loopwarden train " + kModel +
                            " --out " + out + options + " >/dev/null 2>&1 & p=$!; " +
@@ -124,14 +124,14 @@ TEST_CASE("a killed training goes on from what it had finished", "[workbench]") 
   const ShellOutcome again = train("killed");
   INFO(again.text);
   REQUIRE(again.exit_code == 0);
-  // What was on the disk was not trained again.
+  // Networks on the disk were not trained again.
   CHECK(again.text.find(first.stem().string() + ":") == std::string::npos);
   for (const char* file : {"P1N3.weights", "P1S3.weights", "P1L3.weights", "manifest.yaml"}) {
     CHECK(read_file(folder / "killed" / file) == read_file(folder / "whole" / file));
   }
 }
 
-TEST_CASE("a checkpoint gives back the network of its own run alone", "[workbench]") {
+TEST_CASE("a checkpoint restores only the network of its own run", "[workbench]") {
   const TemporaryFolder folder;
   specialist::Learned learned;
   learned.network = specialist::random_network({4, 3, 2, 3}, 5);
@@ -154,7 +154,7 @@ TEST_CASE("a checkpoint gives back the network of its own run alone", "[workbenc
   CHECK_FALSE(workbench::TrainingCheckpoint(folder / "c", "key").find_network("P1S3-0"));
 }
 
-TEST_CASE("what can't be trained or classified is refused with the place", "[workbench]") {
+TEST_CASE("unsuitable models and records are refused with the place", "[workbench]") {
   const TemporaryFolder folder;
   const std::string out = " --out " + (folder / "o").string();
   CHECK(loopwarden("train" + out).exit_code == 64);
@@ -177,8 +177,8 @@ TEST_CASE("what can't be trained or classified is refused with the place", "[wor
   CHECK(loopwarden("classify x.csv --specialists " + folder.path().string()).exit_code == 78);
 }
 
-TEST_CASE("the specialists that ship are whole", "[workbench]") {
-  const std::string data = LOOPWARDEN_SOURCE_DIR "/examples/specialists";
+TEST_CASE("the shipped specialists are complete", "[workbench]") {
+  const std::string data = LOOPWARDEN_SOURCE_DIR "/data/specialists";
   CHECK(loopwarden("check " + data + "/plant1 " + data + "/plant2 " + data + "/plant3").exit_code ==
         0);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bash completion of the programs beside the daemon, as readline asks for it.
+// bash completion of the services, as readline requests it.
 #include <catch2/catch.hpp>
 #include <string>
 
@@ -8,7 +8,7 @@
 
 namespace loopwarden::tests::services_test {
 
-// What stands for the last of WORDS, which follow loopwarden-PROGRAM.
+// Returns the completions of the last of WORDS, which follow loopwarden-PROGRAM.
 std::string completed(const std::string& program, const std::string& words) {
   return bash("source " LOOPWARDEN_SOURCE_DIR
               "/workbench/completion/loopwarden; COMP_WORDS=(" LOOPWARDEN_BIN_DIR "/loopwarden-" +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tag lists as loops: what is sure, what is guessed, what stays open.
+// Tests of the loops found in tag lists: certain, guessed and open parts.
 #include "workbench/discover/found_loops.hpp"
 
 #include <catch2/catch.hpp>
@@ -40,7 +40,7 @@ std::string guess(const FoundLoop& loop, Role role) {
 
 }  // namespace
 
-TEST_CASE("names with endings are a loop for sure", "[discover]") {
+TEST_CASE("names with signal endings are certainly a loop", "[discover]") {
   const struct {
     const char *pv, *sp, *co, *mode, *tag;
   } cases[] = {
@@ -70,15 +70,14 @@ TEST_CASE("names with endings are a loop for sure", "[discover]") {
     CHECK(loop.pv_range.value == record::SignalRange{0.0, 40.0});
     CHECK(loop.co_range.value == record::SignalRange{0.0, 100.0});
     CHECK(loop.co_range.guess.empty());
-    // Nobody said what the mode's numbers mean.
+    // The list does not define the mode's numbers.
     CHECK(loop.automatic.value == std::vector<double>{1.0});
     CHECK(loop.manual.value == std::vector<double>{0.0});
     CHECK_FALSE(loop.automatic.guess.empty());
   }
 }
 
-TEST_CASE("units and ranges that nothing says are guessed where another tag of the loop does",
-          "[discover]") {
+TEST_CASE("missing units and ranges are guessed from another tag of the loop", "[discover]") {
   const FoundLoop as_sp = one("F1.PV\nF1.SP,t/h,0,9\nF1.OP,,0,100\n");
   CHECK(as_sp.pv_unit.value == "t/h");
   CHECK(as_sp.pv_unit.guess == "as SP's");
@@ -103,7 +102,7 @@ TEST_CASE("units and ranges that nothing says are guessed where another tag of t
   CHECK_FALSE(one("F1.PV,t,0,0\nF1.OP,V,5\n").co_range.value);
 }
 
-TEST_CASE("a transmitter and a valve of one number are a loop by guess", "[discover]") {
+TEST_CASE("a transmitter and a valve with one number are a guessed loop", "[discover]") {
   const FoundLoop made = one("21-FT-205,m3/h,0,40\n21-FV-205,%,0,100\n");
   CHECK(made.tag.value == "21-FIC-205");
   CHECK(made.tag.guess == "of 21-FT-205");
@@ -120,7 +119,7 @@ TEST_CASE("a transmitter and a valve of one number are a loop by guess", "[disco
   CHECK(name(completed, Role::stem) == "U1/LCV7.ZT");
   CHECK(guess(completed, Role::sp).empty());
   CHECK_FALSE(guess(completed, Role::co).empty());
-  // The controller's own signals come first.
+  // The controller's own signals take precedence.
   const FoundLoop own = one("FIC1.PV\nFIC1.OP\nFT1\nFV1\n");
   CHECK(name(own, Role::pv) == "FIC1.PV");
   CHECK(name(own, Role::co) == "FIC1.OP");
@@ -154,14 +153,14 @@ TEST_CASE("loops of one name in two folders get the folders' names", "[discover]
   CHECK(one("Feed \xc3\xb6l / 2.PV\nFeed \xc3\xb6l / 2.OP\n").tag.value == "Feed-l-2");
 }
 
-TEST_CASE("of two tags with one ending the first is taken, as a guess", "[discover]") {
+TEST_CASE("of two tags with one ending the first is used, as a guess", "[discover]") {
   const FoundLoop loop = one("F1.PV\nF1.OP\nF1.OUT\n");
   CHECK(name(loop, Role::co) == "F1.OP");
   CHECK(guess(loop, Role::co) == "'F1.OUT' is called so, too");
   CHECK(guess(loop, Role::pv).empty());
 }
 
-TEST_CASE("what is no loop is listed", "[discover]") {
+TEST_CASE("tags outside loops are listed", "[discover]") {
   const FoundLoops all =
       found("FIC1.PV\nFIC1.SP\nFIC2.OP\nFIC3.SP\nTI4.PV\nHS5\nFV6.OP\nFIC7.PV\nFIC7.OP\n");
   REQUIRE(all.loops.size() == 1);
@@ -171,7 +170,7 @@ TEST_CASE("what is no loop is listed", "[discover]") {
                                                     "TI4.PV", "HS5", "FV6.OP"});
 }
 
-TEST_CASE("the site's rules come first", "[discover][rules]") {
+TEST_CASE("the site's rules take precedence", "[discover][rules]") {
   const auto rules = rules_of(
       "rules:\n"
       "  - {match: '*.TOTAL.PV', signal: none}\n"

@@ -36,7 +36,7 @@ config::Loaded<config::LoopConfig> as_read(const LoopFile& file) {
 
 }  // namespace
 
-TEST_CASE("the file of a loop is what was found of it", "[discover]") {
+TEST_CASE("the file of a loop contains the found values", "[discover]") {
   const LoopFile file = loop_file(whole_loop(), {.feeder = "opcua", .source = "a\nb.csv"});
   INFO(file.text);
   CHECK(file.is_complete());
@@ -57,7 +57,7 @@ TEST_CASE("the file of a loop is what was found of it", "[discover]") {
   CHECK(feed.mode == hal::feed::FeedName{"opcua", "M"});
   CHECK(feed.mode_values.automatic == std::vector<double>{1.0, 3.0});
   CHECK_FALSE(feed.set_point);
-  // Each guess stands behind its key, and nowhere else.
+  // Each guess is a comment after its key.
   CHECK(file.text.find("  unit: \"%\"  # guessed: CO runs?from 0 to 100\n") != std::string::npos);
   CHECK(file.text.find("  co: {feed: \"opcua:OP\"}  # guessed: the same number\n") !=
         std::string::npos);
@@ -74,14 +74,14 @@ TEST_CASE("the file of a loop is what was found of it", "[discover]") {
                                               "mode", "mode.automatic", "mode.manual"});
 }
 
-TEST_CASE("a sample time that was given is no guess", "[discover]") {
+TEST_CASE("a given sample time is no guess", "[discover]") {
   const LoopFile file =
       loop_file(whole_loop(), {.feeder = "opcua", .source = "t", .sample_time_s = 0.5});
   CHECK(file.text.find("sample_time: 0.5\n") != std::string::npos);
   CHECK(as_read(file)->sample_time_s == 0.5);
 }
 
-TEST_CASE("what is missing stands at the top, and what check would refuse counts so",
+TEST_CASE("missing values are listed at the top, including values that check would refuse",
           "[discover]") {
   FoundLoop loop = whole_loop();
   loop.pv_range.value.reset();
@@ -101,7 +101,7 @@ TEST_CASE("what is missing stands at the top, and what check would refuse counts
   CHECK(refused.missing[0].find("io.mode.manual: 3 is in automatic") == 0);
 }
 
-TEST_CASE("nodes that are known are listed for loopwarden-opcua", "[discover]") {
+TEST_CASE("known nodes are listed for loopwarden-opcua", "[discover]") {
   CHECK(node_list({whole_loop()}, NodeForm::opcua) ==
         "nodes:\n"
         "  \"A \\\"b\\\": {x}\": \"nsu=urn:p;s=\\\"b\\\"\"\n"

@@ -41,7 +41,7 @@ TEST_CASE("a list of tags has its columns in any order and any separator", "[dis
   CHECK(comma.tags.at(0).range == record::SignalRange{0.5, 1.5});
 }
 
-TEST_CASE("a loop's name may stand in the node alone", "[discover]") {
+TEST_CASE("a loop's name can be only in the node", "[discover]") {
   const TagList list = read_tag_list(
       "t.csv", "name,address,node\nPV,,ns=2;s=FIC1.PV\nFIC2.PV,40001,\nFIC3.PV,,\n,,ns=2;i=7\n");
   REQUIRE(list.tags.size() == 4);
@@ -53,7 +53,7 @@ TEST_CASE("a loop's name may stand in the node alone", "[discover]") {
   CHECK(list.tags[3].name == "ns=2;i=7");
 }
 
-TEST_CASE("what a list has wrong is said by line and column", "[discover]") {
+TEST_CASE("errors of a list are reported by line and column", "[discover]") {
   CHECK(refusal("tag,low,high\nF.PV,0,40\nF.OP,0,many\n") ==
         "t.csv:3:8: high must be a number or empty (got 'many')");
   CHECK(refusal("tag,unit\n\"F.PV,m\n") == "t.csv:2:1: no closing quote in this line");
@@ -69,7 +69,7 @@ TEST_CASE("what a list has wrong is said by line and column", "[discover]") {
   CHECK(list.notes[2] == "t.csv:5: 'F.PV' is already in line 2, which is used");
 }
 
-TEST_CASE("what loopwarden-opcua browse prints is a list, of which texts are left out",
+TEST_CASE("the output of loopwarden-opcua browse is a tag list; its text nodes are left out",
           "[discover]") {
   const TagList list = read_tag_list("t.csv",
                                      "name,node_id,data_type,unit,low,high,description\n"
@@ -84,7 +84,7 @@ TEST_CASE("what loopwarden-opcua browse prints is a list, of which texts are lef
         std::vector<std::string>{"t.csv: 1 tags are no numbers by their data_type: passed over"});
 }
 
-TEST_CASE("a file is read in the encodings of exports", "[discover]") {
+TEST_CASE("a file is read in the usual encodings of exports", "[discover]") {
   const tests::TemporaryFolder folder;
   tests::write_file(folder / "t.csv",
                     "tag,unit\nF.PV,\xb0"

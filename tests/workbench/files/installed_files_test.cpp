@@ -28,7 +28,7 @@ void write(const fs::path& path) {
 
 }  // namespace
 
-TEST_CASE("Files of the source tree are found where the package has them") {
+TEST_CASE("Files of the source tree are found at their place in the package") {
   const TemporaryFolder share;
   const std::string root = share.path().string();
   write(share / "loopwarden/some-data/record.csv");
@@ -37,8 +37,8 @@ TEST_CASE("Files of the source tree are found where the package has them") {
   CHECK(installed("./data/some-data", root) == root + "/loopwarden/some-data");
   CHECK(installed("examples/some-models/plant.yaml", root) ==
         root + "/doc/loopwarden/examples/some-models/plant.yaml");
-  // What the package does not have, or what is named otherwise, keeps its name for the message.
-  CHECK(installed("examples/some-data/other.csv", root) == "examples/some-data/other.csv");
+  // A file outside the package, or with another prefix, keeps its name for the message.
+  CHECK(installed("data/some-data/other.csv", root) == "data/some-data/other.csv");
   CHECK(installed("some-data/record.csv", root) == "some-data/record.csv");
   CHECK(installed("/examples/some-data/record.csv", root) == "/examples/some-data/record.csv");
   CHECK(installed("", root).empty());
@@ -67,7 +67,7 @@ TEST_CASE("The documents name only state folders that the packages have") {
   CHECK(named > 5);
 }
 
-TEST_CASE("A file that is there goes before the package's") {
+TEST_CASE("An existing file takes precedence over the package's") {
   const TemporaryFolder share;
   const TemporaryFolder here;
   write(share / "loopwarden/some-data/record.csv");
@@ -79,7 +79,7 @@ TEST_CASE("A file that is there goes before the package's") {
   CHECK(found == "examples/some-data/record.csv");
 }
 
-TEST_CASE("What a command reads is looked for in the package, what it writes is not") {
+TEST_CASE("Input files are searched in the package, output files are not") {
   const TemporaryFolder share;
   write(share / "loopwarden/some-data/record.csv");
   write(share / "loopwarden/some-data/model.yaml");
@@ -98,7 +98,7 @@ TEST_CASE("What a command reads is looked for in the package, what it writes is 
   CHECK(out == "examples/some-data");
 }
 
-TEST_CASE("Documents of the package link only to what is in it") {
+TEST_CASE("Documents of the package link only to its own files") {
   const TemporaryFolder tree;
   const fs::path source = LOOPWARDEN_SOURCE_DIR;
   const fs::path share = tree / "usr/share";

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that belong together: the order in which they are given their names, and what the disk has
-// by then.
+// Related files: the order of their renames, and the data on disk at each rename.
 #include "workbench/files/output_files.hpp"
 
 #include <catch2/catch.hpp>
@@ -29,7 +28,7 @@ std::vector<std::string> names_in(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("files get their names in the order in which they were added", "[output_files]") {
+TEST_CASE("files are renamed in the order in which they were added", "[output_files]") {
   const TemporaryFolder folder;
   std::vector<std::string> names;
   OutputFiles files;
@@ -64,7 +63,7 @@ TEST_CASE("the disk has all data before the first name, and all names before the
     files.commit();
   }
   std::set<fs::path> synced;
-  std::set<fs::path> open;  // folders with names that the disk may not have
+  std::set<fs::path> open;  // folders with names that may not be on the disk yet
   std::size_t named = 0;
   for (const DiskCall& call : calls) {
     if (call.kind == Kind::sync) {
@@ -86,7 +85,7 @@ TEST_CASE("the disk has all data before the first name, and all names before the
   CHECK(open.empty());
 }
 
-TEST_CASE("a kill between two names leaves the first of them, in their order", "[output_files]") {
+TEST_CASE("after a kill between two renames the first names are complete", "[output_files]") {
   const TemporaryFolder folder;
   const auto text = [&](const char* name) { return read_file(folder / name); };
   const std::size_t renames = kill_at_every_rename(
@@ -106,7 +105,7 @@ TEST_CASE("a kill between two names leaves the first of them, in their order", "
   CHECK(renames == 2);
 }
 
-TEST_CASE("a name that can't be given takes back those before it", "[output_files]") {
+TEST_CASE("a failed rename undoes the earlier ones", "[output_files]") {
   const TemporaryFolder folder;
   write_file(folder / "a", "old");
   OutputFiles files;
@@ -116,7 +115,7 @@ TEST_CASE("a name that can't be given takes back those before it", "[output_file
   files.add(folder / "sub/c", "new");
   {
     const WatchedDisk disk([&](const DiskCall& call) {
-      // A folder stands where the file is to be.
+      // A folder has the name of the file.
       if (call.kind == Kind::rename && call.to == folder / "b") {
         fs::create_directory(folder / "sub/c");
         write_file(folder / "sub/c/x", "");

@@ -38,14 +38,13 @@ protocol::LoopStatus loop(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("alarms that can't come at present are no trouble, and said to be none",
-          "[workbench][alarms]") {
+TEST_CASE("alarms that can't be raised at present are shown as no fault", "[workbench][alarms]") {
   const auto alarm = [](const char* state, bool active) {
     return protocol::Alarm{.state = state, .active = active};
   };
   std::vector<protocol::Alarm> answer{alarm("normal", false), alarm("unacknowledged", true)};
   CHECK(suppressed_note(answer).empty());
-  // One that is on stands in the table, with what explains it.
+  // An active alarm is in the table, with its explanation.
   answer.push_back(alarm("suppressed", true));
   CHECK(suppressed_note(answer).empty());
   answer.push_back(alarm("suppressed", false));
@@ -55,7 +54,7 @@ TEST_CASE("alarms that can't come at present are no trouble, and said to be none
   CHECK(suppressed_note(answer).find("2 alarms can't be raised") == 0);
 }
 
-TEST_CASE("the details of a loop are the numbers of its status", "[workbench][top]") {
+TEST_CASE("the details of a loop show the numbers of its status", "[workbench][top]") {
   const std::vector<std::string> lines = loop_details(loop("FIC-101"));
   REQUIRE(lines.size() == 3);
   const auto has = [&](std::size_t line, const std::string& words) {
@@ -65,14 +64,14 @@ TEST_CASE("the details of a loop are the numbers of its status", "[workbench][to
   has(0, "window 7: judged");
   has(0, "oscillates at 21.5 s");
   has(0, "stick 5.2 % (read-back)");
-  // An index that is not known is no number.
+  // An unknown index is shown as a dash.
   has(1, "control performance 42   valve 12   actuator 100   positioner -   environment 0");
   has(2, "FIC-101: cooling water   PV age 12.3 ms   position age - ms");
   has(2, "50 rows, 7 lost, 2.5 MB");
   has(2, "900 transactions, 1 timeouts, 2 exceptions, 3 invalid, 4 reconnects");
 }
 
-TEST_CASE("what a twin says beside its alarm has a line", "[workbench][top]") {
+TEST_CASE("the twin's state has a line in addition to its alarm", "[workbench][top]") {
   protocol::LoopStatus one = loop("FIC-101");
   one.pv_unit = "L/min";
   one.monitor.twin = {.judging = "here",
@@ -89,7 +88,8 @@ TEST_CASE("what a twin says beside its alarm has a line", "[workbench][top]") {
       "in 90 min since the start");
 }
 
-TEST_CASE("who commissions a loop, since when, and when that ends by itself", "[workbench][top]") {
+TEST_CASE("the details show who commissions a loop, since when, and when that times out",
+          "[workbench][top]") {
   protocol::LoopStatus one = loop("FIC-101");
   CHECK(loop_table({one}, 0).at(1).find("commissioned") == std::string::npos);
   one.commissioning = {.by = "uid 0", .since_ms = 1'800'000'000'000, .ends_in_s = 57.4};
@@ -102,7 +102,7 @@ TEST_CASE("who commissions a loop, since when, and when that ends by itself", "[
   CHECK(loop_details(one).at(2).ends_with("no sign of life: goes to its stop action"));
 }
 
-TEST_CASE("a loop whose output is not known looks like no loop that runs", "[workbench][top]") {
+TEST_CASE("a loop with an unknown output is not shown as running", "[workbench][top]") {
   protocol::LoopStatus unknown = loop("FIC-101");
   unknown.cycle = {.sp = 27.5, .pv = 31.0, .mode = "FALLBACK", .fault = "output unknown"};
   unknown.pv_unit = "L/min";
@@ -115,7 +115,7 @@ TEST_CASE("a loop whose output is not known looks like no loop that runs", "[wor
   CHECK(line.find("ok") == std::string::npos);
 }
 
-TEST_CASE("what does not reach the disk is said, with why", "[workbench][top]") {
+TEST_CASE("data that does not reach the disk is reported with the reason", "[workbench][top]") {
   protocol::DaemonStatus daemon;
   CHECK(disk_troubles(daemon).empty());
   daemon.journal = {.error = "another version", .waiting = 3, .lost = 1};

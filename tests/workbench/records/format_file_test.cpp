@@ -13,7 +13,7 @@ using record::ImportOptions;
 using record::Role;
 using workbench::read_format_text;
 
-TEST_CASE("the example of the document is read as it stands, and names every key", "[import]") {
+TEST_CASE("the example of the document is accepted unchanged, and names every key", "[import]") {
   const std::string page = read_file(LOOPWARDEN_SOURCE_DIR "/docs/import.md");
   const std::size_t begin = page.find("```yaml\n") + 8;
   const std::string example = page.substr(begin, page.find("```", begin) - begin);
@@ -43,7 +43,7 @@ TEST_CASE("the example of the document is read as it stands, and names every key
   }
 }
 
-TEST_CASE("what is wrong in a format file is said with its place", "[import]") {
+TEST_CASE("errors of a format file are reported with their place", "[import]") {
   const auto error_of = [](const char* text) {
     return config::to_text(read_format_text("f.yaml", text).diagnostics);
   };

@@ -6,7 +6,7 @@
 
 namespace loopwarden::tests::record_input_test {
 
-TEST_CASE("of a long record the part stays in which the loop moves", "[import]") {
+TEST_CASE("the part of a long record in which the loop moves is kept", "[import]") {
   record::Record r;
   r.period_s = 1.0;
   r.has_sp = true;

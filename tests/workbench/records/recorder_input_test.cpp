@@ -24,7 +24,7 @@ namespace {
 using tests::run;
 using tests::ShellOutcome;
 
-// A daemon that knows one loop, has recorded a simulated run of it, and answers `describe`.
+// A daemon with one loop and a recorded simulated run of it. It answers `describe`.
 class RecordedLoop {
  public:
   explicit RecordedLoop(protocol::Range pv_range) {
@@ -64,7 +64,7 @@ class RecordedLoop {
     return run("LOOPWARDEN_SOCKET=" + path("s.sock") + " " LOOPWARDEN_CLI " " + arguments +
                " 2>&1");
   }
-  // UTC, so many seconds after the first sample.
+  // Returns UTC, the given seconds after the first sample.
   std::string at(std::int64_t seconds) const {
     const record::Segment first =
         record::read_segment(folder_ / "FIC-205" / record::segment_name(1));
@@ -117,8 +117,7 @@ TEST_CASE("a time is a number with its unit", "[records]") {
   }
 }
 
-TEST_CASE("a model that gap identifies has the ranges that the daemon knows",
-          "[records][program]") {
+TEST_CASE("a model identified by gap has the daemon's ranges", "[records][program]") {
   const RecordedLoop loop({0.0, 40.0});
   const ShellOutcome made = loop.of_recorder("gap");
   INFO(made.text);
@@ -129,7 +128,7 @@ TEST_CASE("a model that gap identifies has the ranges that the daemon knows",
   CHECK(model->transmitter.high == 40.0);
 }
 
-TEST_CASE("commission measures moves by the range that the daemon knows", "[records][program]") {
+TEST_CASE("commission measures moves by the daemon's range", "[records][program]") {
   const RecordedLoop loop({0.0, 4000.0});
   const ShellOutcome made = loop.of_recorder("commission");
   INFO(made.text);
@@ -137,7 +136,7 @@ TEST_CASE("commission measures moves by the range that the daemon knows", "[reco
   CHECK(made.text.find("not_enough_movement: SP moves never by") != std::string::npos);
 }
 
-TEST_CASE("a time of the clock has its zone", "[records]") {
+TEST_CASE("a clock time has a zone", "[records]") {
   CHECK(utc_ns_of("1970-01-01T00:00:01.5Z") == 1'500'000'000);
   CHECK(utc_ns_of("1970-01-01T01:00:01+01:00") == 1'000'000'000);
   for (const char* wrong : {"", "2026-11-26T10:00:00", "4h", "10:00Z", "2026-13-01T00:00:00Z"}) {
@@ -146,7 +145,7 @@ TEST_CASE("a time of the clock has its zone", "[records]") {
   }
 }
 
-TEST_CASE("of what is recorded the time that was asked for is taken", "[records][program]") {
+TEST_CASE("the requested part of the recorded time is used", "[records][program]") {
   const RecordedLoop loop({0.0, 40.0});
   const std::string from = " --loop FIC-205 --since " + loop.at(100);
   const std::string out = " --out " + loop.path("out");
@@ -166,7 +165,7 @@ TEST_CASE("of what is recorded the time that was asked for is taken", "[records]
   }
 }
 
-TEST_CASE("in the background a command says one sentence, and how far it is",
+TEST_CASE("in the background a command prints one sentence and its progress",
           "[records][program]") {
   const RecordedLoop loop({0.0, 40.0});
   const std::string page = loop.path("page.html");
@@ -180,7 +179,7 @@ TEST_CASE("in the background a command says one sentence, and how far it is",
   CHECK(std::filesystem::exists(page));
 }
 
-TEST_CASE("a survey takes a loop from the recorder under its own name", "[records][program]") {
+TEST_CASE("a survey reads a loop from the recorder under its own name", "[records][program]") {
   const RecordedLoop loop({0.0, 40.0});
   const ShellOutcome made = loop.of_recorder("survey --json");
   INFO(made.text);

@@ -13,8 +13,8 @@ using record::Role;
 using record::TagRule;
 using workbench::read_rules_text;
 
-TEST_CASE("the example of rules is read as it stands, and names every key", "[import][rules]") {
-  const std::string file = LOOPWARDEN_SOURCE_DIR "/examples/survey/rules.yaml";
+TEST_CASE("the example of rules is accepted unchanged, and names every key", "[import][rules]") {
+  const std::string file = LOOPWARDEN_SOURCE_DIR "/config/examples/survey/rules.yaml";
   const auto rules = workbench::read_rules_file(file);
   INFO(config::to_text(rules.diagnostics));
   REQUIRE(rules);
@@ -43,7 +43,7 @@ TEST_CASE("the example of rules is read as it stands, and names every key", "[im
   }
 }
 
-TEST_CASE("what is wrong in rules is said with its place", "[import][rules]") {
+TEST_CASE("errors of rules are reported with their place", "[import][rules]") {
   const auto error_of = [](const std::string& rule) {
     return config::to_text(read_rules_text("r.yaml", "rules:\n  - " + rule + "\n").diagnostics);
   };

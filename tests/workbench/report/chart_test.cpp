@@ -31,7 +31,7 @@ Chart chart_of(std::vector<double> x, std::vector<double> y) {
   return chart;
 }
 
-// Of the first curve: how often its path begins anew.
+// Returns the number of separate pieces in the path of the first curve.
 std::size_t pieces(const std::string& svg) {
   const std::size_t begin = svg.find("<path class=\"l\"");
   REQUIRE(begin != std::string::npos);
@@ -65,15 +65,15 @@ TEST_CASE("a single peak among many samples is drawn", "[report]") {
   y[54'321] = 2.0;
   Chart chart = chart_of(x, y);
   chart.y_range = PlotRange{0.0, 2.0};
-  // The height of the frame, in tenths, up and down again.
+  // A curve over the height of the frame, in tenths, up and down.
   const std::string svg = chart_svg(chart);
   CHECK(svg.size() < flat.size() + 400);
   CHECK(std::regex_search(svg, std::regex("d=\"M0 1000l\\d+ 0")));
   CHECK(contains(svg, "-1000"));
 }
 
-TEST_CASE("a curve over another quantity than time keeps all of its samples", "[report]") {
-  // A circle, gone round ten times: thinned by its height alone it would lose its sides.
+TEST_CASE("a curve over a quantity other than time keeps all of its samples", "[report]") {
+  // Ten rounds of a circle. Thinning only by its height would remove its sides.
   std::vector<double> x;
   std::vector<double> y;
   for (int k = 0; k < 6000; ++k) {
@@ -87,7 +87,7 @@ TEST_CASE("a curve over another quantity than time keeps all of its samples", "[
   CHECK(pieces(svg) == 1);
 }
 
-TEST_CASE("logarithmic axes name what the numbers stand for", "[report]") {
+TEST_CASE("logarithmic axes are labelled with the quantity", "[report]") {
   Chart chart = chart_of({0.0, 1.0, 2.0}, {-3.0, -2.0, -1.0});
   chart.logarithmic_x = chart.logarithmic_y = true;
   const std::string svg = chart_svg(chart);
@@ -103,14 +103,14 @@ TEST_CASE("bands end at the axes, and levels beyond them are not drawn", "[repor
   chart.levels = {7.0};
   const std::string svg = chart_svg(chart);
   CHECK(contains(svg, "<title>all &lt;of&gt; it</title>"));
-  // As wide as the frame.
+  // The picture is as wide as the frame.
   CHECK(contains(svg, "width=\"498.0\" height=\"200.0\"><title>all"));
   CHECK_FALSE(contains(svg, "<path class=\"v\""));
   chart.levels = {0.5};
   CHECK(contains(chart_svg(chart), "<path class=\"v\""));
 }
 
-TEST_CASE("rows of a sheet are as high as what stands in them", "[report]") {
+TEST_CASE("rows of a sheet are as high as their content", "[report]") {
   Chart high = chart_of({0.0, 1.0}, {0.0, 1.0});
   Chart low = high;
   high.height = 400.0;
@@ -130,7 +130,7 @@ TEST_CASE("every colour of pictures and pages is one of the palette", "[report]"
   for (const std::string& text :
        {chart_svg(chart_of({0.0, 1.0}, {0.0, 1.0})), effect_picture_svg(effect_examples().front()),
         training_page(training), html_page("a", "b"),
-        // Up to uPlot's own code, whose colours the page's style replaces.
+        // Excludes uPlot's code, because the page's style replaces its colours.
         gap_report_html(result, {}).substr(0, gap_report_html(result, {}).find("<footer>"))}) {
     for (const std::string& colour : colours_in(text)) {
       INFO(colour << " in " << text.substr(0, 80));

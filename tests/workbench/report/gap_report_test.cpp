@@ -38,7 +38,8 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-// The page without what stands in its styles and scripts, whose braces and arrows are no markup.
+// Returns the page without the content of its styles and scripts, whose braces and arrows are no
+// markup.
 std::string markup_of(std::string page) {
   for (const std::string tag : {"style", "script"}) {
     for (std::size_t at = page.find("<" + tag); at != std::string::npos;
@@ -52,7 +53,7 @@ std::string markup_of(std::string page) {
   return page;
 }
 
-// What the page's script draws.
+// Returns the data that the page's script draws.
 nlohmann::json data_of(const std::string& page) {
   const std::string begin = "<script type=\"application/json\" id=\"data\">";
   const std::size_t at = page.find(begin);
@@ -61,7 +62,7 @@ nlohmann::json data_of(const std::string& page) {
   return nlohmann::json::parse(page.substr(from, page.find("</script>", from) - from));
 }
 
-// What is wrong with the nesting of the tags or with an attribute; empty if nothing is.
+// Returns an error in the nesting of the tags or in an attribute, or an empty text.
 std::string markup_error(const std::string& page) {
   const std::set<std::string> empty_tags{"meta", "!DOCTYPE"};
   const std::string text = markup_of(page);
@@ -91,7 +92,7 @@ std::string markup_error(const std::string& page) {
   return open.empty() ? "" : "<" + open.back() + "> stays open";
 }
 
-// Words that a reader would see for a value that is not finite.
+// Returns whether the visible text contains a word for a value that is not finite.
 bool shows_nan(const std::string& page) {
   const std::string text = markup_of(page);
   for (const char* word : {"nan", "inf"}) {
@@ -110,7 +111,7 @@ void check_page(const gap::Result& result) {
   CHECK_FALSE(shows_nan(page));
 }
 
-TEST_CASE("the page shows both floors, and what the rest follows", "[report]") {
+TEST_CASE("the page shows both floors, and what the remaining error follows", "[report]") {
   gap::Result result = complete_gap_result();
   const std::string page = page_of(result);
   CHECK(contains(page, "Noise floor, transmitter and load</dt><dd><b>0.012 and 0.005</b>"));
@@ -122,7 +123,7 @@ TEST_CASE("the page shows both floors, and what the rest follows", "[report]") {
   CHECK(contains(page_of(result), "can't be tested for a load: SP stands there"));
 }
 
-TEST_CASE("the report says everything that was found, the sentence first", "[gap][report]") {
+TEST_CASE("the report shows all findings, with the sentence first", "[gap][report]") {
   const gap::Result result = complete_gap_result();
   const std::string page = page_of(result);
   CHECK(markup_error(page) == "");
@@ -166,11 +167,12 @@ TEST_CASE("the report opens without a network", "[gap][report]") {
   }
 }
 
-TEST_CASE("the located moments are shaded and the held-back part is marked", "[gap][report]") {
+TEST_CASE("the located moments are shaded and the held-out part is marked", "[gap][report]") {
   gap::Result result = complete_gap_result();
   const std::string page = page_of(result);
   const auto& time = result.series.time_s;
-  // Samples 200 to 300 and 220 to 250; the rest of the record, all of it, and the blocks are not.
+  // Samples 200 to 300 and 220 to 250 are shaded. The whole record, its remaining part and the
+  // blocks are not.
   const nlohmann::json data = data_of(page);
   const nlohmann::json& shades = data.at("plots").at(1).at("shades");
   REQUIRE(shades.size() == 2);
@@ -179,7 +181,7 @@ TEST_CASE("the located moments are shaded and the held-back part is marked", "[g
   CHECK(shades.at(1).at(0).get<double>() == Approx(time[220]));
   CHECK(shades.at(1).at(1).get<double>() == Approx(time[250]));
   CHECK(data.at("held_from_s").get<double>() == Approx(time[400]));
-  // The picture on paper has them as well.
+  // The printed picture has them as well.
   CHECK(contains(page, "fill-opacity=\"0.24\""));
   CHECK(contains(page, "<title>held back</title>"));
   result.holdout_from_s = 0.0;
@@ -211,7 +213,7 @@ TEST_CASE("the page's script gets every curve with its gaps and its peak", "[gap
   CHECK(peak);
 }
 
-TEST_CASE("the controller's curves show where the controller has a part in the gap",
+TEST_CASE("the controller's curves are shown if the controller contributes to the gap",
           "[gap][report]") {
   gap::Result result = complete_gap_result();
   CHECK_FALSE(contains(page_of(result), "controller as given"));
@@ -245,7 +247,7 @@ TEST_CASE("text from files can't become markup", "[gap][report]") {
   CHECK_FALSE(contains(markup_of(page), "<script>alert"));
   CHECK_FALSE(contains(page, "\x01"));
   CHECK(contains(page, "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&quot;&amp;"));
-  // A refusal comes from the record, too.
+  // A refusal contains text of the record, too.
   result.check.usable = false;
   result.check.refusal = hostile;
   CHECK(markup_error(gap_report_html(result, context)) == "");
@@ -259,7 +261,7 @@ TEST_CASE("a name with a quote is one word of the command", "[gap][report]") {
                  "loopwarden gap &#39;loop 7&#39;\\&#39;&#39;s.csv&#39; --model model.yaml"));
 }
 
-TEST_CASE("a record that is not kept is in no command", "[gap][report]") {
+TEST_CASE("a record that is not stored appears in no command", "[gap][report]") {
   const gap::Result result = complete_gap_result();
   GapReportContext context = context_of(result);
   CHECK(contains(gap_report_html(result, context), "loopwarden gap record.csv"));
@@ -283,7 +285,7 @@ TEST_CASE("100 000 samples make a page below a megabyte", "[gap][report]") {
 
 TEST_CASE("every state of a result makes a page", "[gap][report]") {
   gap::Result result = complete_gap_result();
-  SECTION("nothing in it") { result = gap::Result{}; }
+  SECTION("an empty result") { result = gap::Result{}; }
   SECTION("no gap") {
     result.outcome = gap::Outcome::no_gap;
     result.effects.clear();
@@ -337,7 +339,7 @@ TEST_CASE("every state of a result makes a page", "[gap][report]") {
     for (std::size_t k = 100; k < 200; ++k) result.series.pv[k] = gap::kNone;
     result.series.pv_before.assign(result.series.pv.size(), gap::kNone);
   }
-  SECTION("nothing finite") {
+  SECTION("no finite value") {
     const double none = gap::kNone;
     result.before = result.after = {none, none, none, none, none};
     result.floor.transmitter_rmse = result.load_intensity = none;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A gap result by hand, with something in every field.
+// A hand-written gap result with a value in every field.
 #pragma once
 
 #include <cmath>

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of loopwarden in a real browser: Debian's chromium, headless, from file://.
+"""Tests the pages of loopwarden in a real browser (Debian's chromium, headless), from file://.
 
 Usage: tests/workbench/report/pages_in_browser.py [--all] [--keep DIR]
 Without --all: the report of gap. It opens without an error on the console, zooms by button, mouse and key for all
-plots at once, reads values off under the cursor, has its tables, prints, and fits 390 pixels. --all: every other page,
-light and dark, and the report of examples/gap-example. --keep: screenshots and PDFs go there. Exit code 1: something is
-wrong; 74: no program, no browser.
+plots at once, shows values under the cursor, has its tables, prints, and fits 390 pixels.
+--all adds every other page, light and dark, and the report of examples/gap-example.
+--keep: folder for screenshots and PDFs. Exit code 1: a check failed. 74: no program or browser.
 """
 import argparse
 import os
@@ -104,11 +104,11 @@ def try_gap_report(browser, page, keep):
       (a, b) => (b.dataset.to - b.dataset.from < a.dataset.to - a.dataset.from ? b : a)).click()"""),
           "the link to the shortest located moment")
     browser.find("button[data-act=all]").click()
-    # Its tables.
+    # Checks its tables.
     for table in ("#trend details table", "#residual details table", "#output details table"):
         rows = len(browser.all(table + " tbody tr"))
         browser.check(rows >= 10, f"{name}: {table} has {rows} rows")
-    # On paper stand the pictures, whatever is zoomed.
+    # On paper the pictures are shown, with any zoom.
     browser.media("print", "light")
     shown = lambda selector: browser.run(f"getComputedStyle(document.querySelector('{selector}')).display")
     browser.check(shown("#trend .still") == "block" and shown("#trend .chart") == "none", f"{name}: paper gets no picture")

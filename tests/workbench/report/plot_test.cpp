@@ -72,7 +72,7 @@ TEST_CASE("decimation keeps each peak and leaves gaps open", "[workbench][plot]"
   CHECK(pieces == 2);
 }
 
-TEST_CASE("a set point costs a point for each corner", "[workbench][plot]") {
+TEST_CASE("a set point takes one point per corner", "[workbench][plot]") {
   const std::vector<double> values{0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0};
   const std::vector<PlotPoint> points = decimated(values, {0.0, 1.0}, 100);
   CHECK(points == std::vector<PlotPoint>{
@@ -80,7 +80,7 @@ TEST_CASE("a set point costs a point for each corner", "[workbench][plot]") {
   CHECK(path_data(points) == "M0 10000l2 0 1-10000 3 0");
 }
 
-TEST_CASE("a path has a piece for each stretch that was measured", "[workbench][plot]") {
+TEST_CASE("a path has one piece per measured stretch", "[workbench][plot]") {
   const std::vector<double> values{0.0, kNan, 1.0, 0.5};
   CHECK(path_data(decimated(values, {0.0, 1.0}, 100)) == "M0 10000M2 0l1 5000");
   CHECK(path_data({}) == "");

@@ -28,15 +28,15 @@ std::string refusal_of(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("an answer is asked for until it is one, and kept", "[setup]") {
+TEST_CASE("a question is repeated until the answer is valid, and the answer is kept", "[setup]") {
   ScriptedSetup s;
   s.person.lines = {"25 0", "0 25"};
   CHECK(s.dialogue.range("pv.range") == std::pair(0.0, 25.0));
   CHECK(s.person.prompts.size() == 2);
-  // Enter takes what is offered.
+  // Enter accepts the offered answer.
   s.person.lines = {""};
   CHECK(s.dialogue.ask("co.unit") == "%");
-  // Another run of the command goes on with what is in the file.
+  // Another run of the command continues with the content of the file.
   const State again(s.state.file());
   CHECK(again.answers().at("pv.range") == "0 25");
   CHECK(s.dialogue.ask("co.unit") == "%");
@@ -44,7 +44,7 @@ TEST_CASE("an answer is asked for until it is one, and kept", "[setup]") {
   CHECK_THROWS_AS(s.dialogue.ask("ti"), Paused);
 }
 
-TEST_CASE("what is asked now is asked each time", "[setup]") {
+TEST_CASE("questions about the present are asked each time", "[setup]") {
   ScriptedSetup s;
   s.person.lines = {"3", "x", "4"};
   CHECK(s.dialogue.number_now("Seconds") == 3.0);
@@ -52,7 +52,7 @@ TEST_CASE("what is asked now is asked each time", "[setup]") {
   CHECK(s.state.answers().size() == 1);  // the tag
 }
 
-TEST_CASE("an answers file has a line for what is wrong", "[setup]") {
+TEST_CASE("errors of an answers file are reported with their line", "[setup]") {
   CHECK(refusal_of("tag: FIC-101\npv.range: 0 25\n").empty());
   const std::string unknown = refusal_of("tag: FIC-101\npv.rang: 0 25\n");
   CHECK(unknown.find("answers.yaml:2:1") != std::string::npos);
@@ -60,26 +60,26 @@ TEST_CASE("an answers file has a line for what is wrong", "[setup]") {
   CHECK(refusal_of("kc: -1\n").find("answers.yaml:1:5") != std::string::npos);
   CHECK(refusal_of("kc: [1]\n").find("one line") != std::string::npos);
   CHECK_FALSE(refusal_of("- kc\n").empty());
-  // What moves a valve has no question here.
+  // An answers file can't answer the questions of steps that move a valve.
   for (const char* key : {"stroke", "stroke.limits", "watchdog", "record.size"}) {
     INFO(key);
     CHECK(refusal_of(std::string(key) + ": 5\n").find("asked each time") != std::string::npos);
   }
 }
 
-TEST_CASE("a state file that is none is not written over", "[setup]") {
+TEST_CASE("a file that is no state file is not overwritten", "[setup]") {
   const TemporaryFolder folder;
   const auto file = folder / "FIC-101.json";
   tests::write_file(file, "{\"answers\": 5}");
   CHECK_THROWS_AS(State(file), CommandError);
   CHECK(tests::read_file(file) == "{\"answers\": 5}");
-  // What another version asked for is left out, and asked again where it is no answer any more.
+  // Answers that only another version needs are dropped. Invalid answers are asked for again.
   tests::write_file(
       file, R"({"answers": {"kc": "0.3", "ti": "soon", "old": "x"}, "steps": {}, "found": {}})");
   CHECK(State(file).answers() == std::map<std::string, std::string>{{"kc", "0.3"}});
 }
 
-TEST_CASE("the daemon reads of a setup that is at a step, and that it has gone", "[setup]") {
+TEST_CASE("the daemon sees the step of a running setup, and its end", "[setup]") {
   const TemporaryFolder folder;
   const auto setups = [&] { return daemon::console::setups_in(folder.path()).setups; };
   {
@@ -99,14 +99,14 @@ TEST_CASE("the daemon reads of a setup that is at a step, and that it has gone",
   }
   const auto begun = setups()[0].begun_ms;
   CHECK(setups()[0].steps[1].state == "open");
-  // Goes on, as the setup that it was.
+  // Continues as the same setup.
   State state(folder / "setup" / "FIC-101.json");
   state.set_step("devices", "left");
   CHECK(setups()[0].begun_ms == begun);
   CHECK(setups()[0].steps[1].state == "open");
 }
 
-TEST_CASE("a step once more asks its own questions, and the file is written anew", "[setup]") {
+TEST_CASE("a repeated step asks its own questions, and the file is written again", "[setup]") {
   ScriptedSetup s;
   for (const char* step : {"loop", "devices", "file", "start", "stroke"})
     s.state.set_step(step, "done");
@@ -123,7 +123,7 @@ TEST_CASE("a step once more asks its own questions, and the file is written anew
   CHECK(s.state.step("stroke") == "done");
 }
 
-TEST_CASE("an answer may have its unit", "[setup]") {
+TEST_CASE("an answer can include its unit", "[setup]") {
   ScriptedSetup s;
   s.state.answer("pv.unit", "m3/h");
   s.state.answer("co.unit", "%");
@@ -138,7 +138,7 @@ TEST_CASE("an answer may have its unit", "[setup]") {
   CHECK(refusal_of("pv.unit: m3/h\npv.range: 0 25 m3/h\nti: 8 s\n").empty());
 }
 
-TEST_CASE("back asks the question before, with its answer as the offer", "[setup]") {
+TEST_CASE("back repeats the previous question and offers its answer", "[setup]") {
   ScriptedSetup s;
   s.person.lines = {"0.3", "8", "back"};
   s.dialogue.ask("kc");
@@ -152,7 +152,7 @@ TEST_CASE("back asks the question before, with its answer as the offer", "[setup
   CHECK(before == "ti");
   CHECK_FALSE(s.state.answers().contains("ti"));
   CHECK(s.state.answers().at("kc") == "0.3");
-  // Another run of the command knows the way as well.
+  // Another run of the command can go back as well.
   s.person.lines = {"back", "", "9"};
   State again(s.state.file());
   Dialogue dialogue(s.person, {}, again);
@@ -162,8 +162,7 @@ TEST_CASE("back asks the question before, with its answer as the offer", "[setup
   CHECK(dialogue.ask("ti") == "9");
 }
 
-TEST_CASE("before the first question there is none, and over a written file no way back",
-          "[setup]") {
+TEST_CASE("back stops at the first question and at a written file", "[setup]") {
   ScriptedSetup s;
   const bool written = GENERATE(true, false);
   if (written) {
@@ -176,7 +175,7 @@ TEST_CASE("before the first question there is none, and over a written file no w
   CHECK(s.person.told("no question before"));
 }
 
-TEST_CASE("a step once more offers the old answers", "[setup]") {
+TEST_CASE("a repeated step offers the old answers", "[setup]") {
   ScriptedSetup s;
   s.state.answer("kc", "0.45");
   s.state.answer("write", "yes");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Setup that is killed while it gives files their names leaves a folder that a daemon starts with.
+// After setup was killed during its renames, a daemon can start with the folder.
 #include <catch2/catch.hpp>
 
 #include <filesystem>
@@ -45,7 +45,7 @@ const std::map<std::string, std::string> kAnswers{{"control", "here"},
 
 }  // namespace
 
-TEST_CASE("setup that is killed at any rename leaves a good folder", "[setup][kill]") {
+TEST_CASE("setup, killed at any rename, leaves a valid folder", "[setup][kill]") {
   for (const bool first_loop : {true, false}) {
     std::unique_ptr<ScriptedSetup> s;
     const auto prepare = [&] {
@@ -73,10 +73,10 @@ TEST_CASE("setup that is killed at any rename leaves a good folder", "[setup][ki
           const bool loop_there = std::filesystem::exists(s->folder / "loops.d/FIC-101.yaml");
           const auto read = config::validate_all(s->folder.path());
           INFO(config::to_text(read.diagnostics));
-          // Without any loop there is nothing to start.
+          // Without any loop the daemon does not start.
           CHECK(read.value.has_value() == (loop_there || !first_loop));
         });
-    // The state of setup, which answers rewrite as well.
+    // The state file of setup, which is also rewritten after answers.
     CHECK(renames >= 2);
   }
 }

@@ -8,7 +8,7 @@
 
 namespace loopwarden::workbench::setup::questions_test {
 
-TEST_CASE("what is said of a register is a place, or none", "[setup]") {
+TEST_CASE("the description of a register gives a place, or no register", "[setup]") {
   const auto place = register_in("2 Holding 100 F32 cdab");
   REQUIRE(place);
   CHECK(place->unit == 2);
@@ -25,7 +25,7 @@ TEST_CASE("what is said of a register is a place, or none", "[setup]") {
   }
 }
 
-TEST_CASE("units are those that were typed, and not one more", "[setup]") {
+TEST_CASE("exactly the typed units are used", "[setup]") {
   CHECK(units_in("1-3,7 9") == std::vector<unsigned>{1, 2, 3, 7, 9});
   CHECK(units_in("255") == std::vector<unsigned>{255});
   for (const char* text : {"", "256", "3-1", "1-", "-3", "1-300", "x"}) {
@@ -34,7 +34,7 @@ TEST_CASE("units are those that were typed, and not one more", "[setup]") {
   }
 }
 
-TEST_CASE("43 % is of the range, a number is itself", "[setup]") {
+TEST_CASE("43 % is a share of the range, a number is a value", "[setup]") {
   CHECK(said_value("43 %", {0.0, 25.0}) == Approx(10.75));
   CHECK(said_value("50%", {-10.0, 10.0}) == Approx(0.0));
   CHECK(said_value("10.75", {0.0, 25.0}) == Approx(10.75));
@@ -43,7 +43,7 @@ TEST_CASE("43 % is of the range, a number is itself", "[setup]") {
   CHECK_FALSE(said_value("%", {0.0, 25.0}));
 }
 
-TEST_CASE("each question takes what it offers, and refuses nonsense", "[setup]") {
+TEST_CASE("each question accepts the answer that it offers, and refuses nonsense", "[setup]") {
   for (const std::string& id : question_ids()) {
     INFO(id);
     const Question& q = question(id);
@@ -59,7 +59,7 @@ TEST_CASE("each question takes what it offers, and refuses nonsense", "[setup]")
   CHECK_FALSE(question("comm_loss.register").wrong("1 input 0 u16").empty());
 }
 
-TEST_CASE("a unit is left out behind a number only", "[setup]") {
+TEST_CASE("a unit is dropped only after a number", "[setup]") {
   CHECK(without_unit("5.0 m3/h", "m3/h") == "5.0");
   CHECK(without_unit("5m3/h, 8 M3/H", "m3/h") == "5, 8");
   CHECK(without_unit("20 % 80 %", "%") == "20  80");
@@ -70,7 +70,7 @@ TEST_CASE("a unit is left out behind a number only", "[setup]") {
   CHECK(said_value("5.0 m3/h", {0.0, 25.0}, "m3/h") == 5.0);
   CHECK(said_value("50 %", {0.0, 25.0}, "m3/h") == 12.5);
   CHECK_FALSE(said_value("5 bar", {0.0, 25.0}, "m3/h"));
-  // Whatever is typed: numbers stay as they are.
+  // For any typed text, numbers stay unchanged.
   tests::property::for_all("units behind numbers", 300, [] {
     const double number = tests::property::number(-1e6, 1e6);
     std::string unit;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A person whose answers a test has written, devices that it has made up, and a folder of its own.
+// A scripted person, fake devices and a separate folder, for tests of setup.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,8 @@ namespace loopwarden::tests {
 
 namespace setup = workbench::setup;
 
-// Each question is answered by what the test has for it; what it has nothing for ends the talk.
+// Answers each question with the text that the test gives. A question without an answer ends the
+// dialogue.
 class ScriptedPerson final : public setup::Person {
  public:
   void say(const std::string& text) override {
@@ -44,12 +45,13 @@ class ScriptedPerson final : public setup::Person {
   bool keys = true;
   bool watches = false;
   std::optional<char> next_key;
-  std::function<void(const std::string&)> hears;  // as each text is said
+  std::function<void(const std::string&)> hears;  // called with each text that is shown
   std::string said;
   std::vector<std::string> prompts;
 };
 
-// Registers by unit, table and address; others are answered with an error, other units not at all.
+// Registers by unit, table and address. Other registers give an error, and other units don't
+// answer.
 class FakeDevices final : public setup::Prober {
  public:
   protocol::Probed read(const protocol::Probe& probe) override {
@@ -60,7 +62,7 @@ class FakeDevices final : public setup::Prober {
     }
     const auto found = values.find({probe.table, probe.address});
     if (found == values.end()) return {.state = "error", .why = "illegal data address"};
-    // A display that moves: each read takes the next value, the last one stays.
+    // A moving display: each read takes the next value, and the last value stays.
     std::deque<double>& series = found->second;
     const double raw = series.front();
     if (series.size() > 1) series.pop_front();

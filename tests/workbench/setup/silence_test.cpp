@@ -12,7 +12,7 @@ namespace {
 constexpr double kBefore = 60.0;
 constexpr double kHome = 0.0;
 
-// A device with 10 s, that was written for 1 s more, seen for 16 s.
+// A device with a time-out of 10 s, written for 1 s more and observed for 16 s.
 Silence seen(const std::function<double(double time_s)>& value) {
   Silence silence({.before = kBefore, .least = 2.0, .written_s = 1.0, .timeout_s = 10.0});
   for (int i = 0; i <= 160; ++i) silence.see(0.1 * i, value(0.1 * i));
@@ -21,22 +21,22 @@ Silence seen(const std::function<double(double time_s)>& value) {
 
 }  // namespace
 
-TEST_CASE("a watchdog's move comes after its time, and lasts", "[setup]") {
+TEST_CASE("a watchdog's move starts after its time-out, and lasts", "[setup]") {
   const Silence silence = seen([](double t) { return t < 11.0 ? kBefore : kHome; });
   CHECK(silence.why_not().empty());
   CHECK(silence.moved_after_s().value() == Approx(11.0).margin(0.11));
 }
 
-TEST_CASE("what is no watchdog's move does not pass for one", "[setup]") {
+TEST_CASE("other moves are not accepted as a watchdog's", "[setup]") {
   const auto why = [](const std::function<double(double)>& value) { return seen(value).why_not(); };
   const auto none = Catch::Contains("did not move");
   CHECK_THAT(why([](double) { return kBefore; }), none);
-  // One reading that is off, at any time.
+  // One wrong reading, at any time.
   for (const double at : {0.5, 7.0, 12.0, 16.0}) {
     CHECK_THAT(why([&](double t) { return std::abs(t - at) < 0.05 ? kHome : kBefore; }), none);
   }
   CHECK_THAT(why([](double t) { return t > 11.0 && t < 13.0 ? kHome : kBefore; }), none);
-  // It was on its way, or something else moves it.
+  // It was already moving, or another cause moves it.
   CHECK_THAT(why([](double t) { return t < 0.5 ? kBefore : kHome; }), Catch::Contains("too soon"));
   CHECK_THAT(why([](double t) { return t < 5.5 ? kBefore : kHome; }), Catch::Contains("too soon"));
   CHECK_THAT(

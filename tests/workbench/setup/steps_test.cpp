@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The steps that move nothing, with a person and devices that are made up.
+// The steps that don't move a valve, with a scripted person and fake devices.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -63,7 +63,7 @@ config::Configuration as_read(const ScriptedSetup& s) {
 
 }  // namespace
 
-TEST_CASE("the files are what was answered", "[setup]") {
+TEST_CASE("the files contain the answers", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   INFO(s.person.said);
@@ -93,7 +93,7 @@ TEST_CASE("the files are what was answered", "[setup]") {
   CHECK(io.comm_loss.watchdog.value().value == 2.0);
 }
 
-TEST_CASE("a watched loop has no output, and the link that is there is used", "[setup]") {
+TEST_CASE("a watched loop has no output, and an existing link is used", "[setup]") {
   ScriptedSetup s;
   const std::string daemon =
       "# ours\nlinks:\n    plc: {transport: tcp, host: 127.0.0.1, port: 1502}\n";
@@ -116,7 +116,7 @@ TEST_CASE("a watched loop has no output, and the link that is there is used", "[
   CHECK(tests::read_file(s.folder / "loopwardend.yaml") == daemon);
 }
 
-TEST_CASE("what the reader refuses is not written", "[setup]") {
+TEST_CASE("files that the reader refuses are not written", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   s.state.answer("comm_loss.timeout", "0.5");  // shorter than two lost replies
@@ -126,12 +126,13 @@ TEST_CASE("what the reader refuses is not written", "[setup]") {
   CHECK_FALSE(std::filesystem::exists(s.folder / "loopwardend.yaml"));
 }
 
-TEST_CASE("lines go into a live file only where the daemon would read it with them", "[setup]") {
+TEST_CASE("lines are added to a live file only if the daemon would accept it", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   s.state.answer("masters", "yes");
   const std::filesystem::path file = s.folder / "loopwardend.yaml";
-  // Where the loop's link is known already, and the lines fit, or not: a mapping in braces has an end.
+  // The loop's link exists already. The new lines fit, or they don't, because a mapping in braces
+  // has an end.
   const bool fit = GENERATE(true, false);
   const std::string link = "links: {plc: {transport: tcp, host: 127.0.0.1, port: 1502}}";
   tests::write_file(file, fit ? link : "{" + link + "}");
@@ -149,10 +150,10 @@ TEST_CASE("lines go into a live file only where the daemon would read it with th
   }
 }
 
-TEST_CASE("files beside the configuration are found from drafts as well", "[setup]") {
+TEST_CASE("files next to the configuration are also found from drafts", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
-  // Of another loop, by a path from its own folder.
+  // The file is of another loop, by a path relative to the loop's folder.
   tests::write_file(s.folder / "plant.yaml",
                     tests::read_file(LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml"));
   tests::write_file(s.folder / "loops.d/FIC-1.yaml", tests::loop_file("FIC-1", "../plant.yaml"));
@@ -160,7 +161,7 @@ TEST_CASE("files beside the configuration are found from drafts as well", "[setu
   CHECK(as_read(s).loops.size() == 2);
 }
 
-TEST_CASE("a link goes below those that are there, and comments stay", "[setup]") {
+TEST_CASE("a link is added after the existing ones, and comments stay", "[setup]") {
   CHECK(with_link("", "a", "{x: 1}") == "links:\n  a: {x: 1}\n");
   CHECK(with_link("page: {alarms: true}", "a", "{x: 1}") ==
         "page: {alarms: true}\nlinks:\n  a: {x: 1}\n");
@@ -169,7 +170,7 @@ TEST_CASE("a link goes below those that are there, and comments stay", "[setup]"
   CHECK_FALSE(with_link("links: {b: {}}\n", "a", "{x: 1}"));
 }
 
-TEST_CASE("a scan asks what was typed, by reading alone", "[setup]") {
+TEST_CASE("a scan covers the typed range, and only reads", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   answer_all(s, {{"link.hosts", "10.0.0.1 10.0.0.2"}, {"scan.units", "1,4"}});
@@ -184,11 +185,12 @@ TEST_CASE("a scan asks what was typed, by reading alone", "[setup]") {
     CHECK((asked.unit == 1 || asked.unit == 2 || asked.unit == 4));
     CHECK((asked.host == "10.0.0.1" || asked.host == "10.0.0.2" || asked.host == "127.0.0.1"));
   }
-  // Two of a unit that answers, one of a dead one: on each address, then three registers of the loop.
+  // On each address two requests to a unit that answers and one to a dead unit, then three
+  // registers of the loop.
   CHECK(s.devices.asked.size() == 2 * 3 + 3);
 }
 
-TEST_CASE("where a loop runs on the line nothing is scanned, and numbers are typed", "[setup]") {
+TEST_CASE("a line with a running loop is not scanned, and numbers are typed", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   answer_all(s, {{"scan.units", "1-30"}, {"pv.scale", "live"}});
@@ -199,7 +201,7 @@ TEST_CASE("where a loop runs on the line nothing is scanned, and numbers are typ
   CHECK(s.state.answers().at("pv.scale") == "0 27648 0 25");
 }
 
-TEST_CASE("a loop of an OPC UA server comes from what discover finds there", "[setup]") {
+TEST_CASE("a loop of an OPC UA server is made by discover", "[setup]") {
   ScriptedSetup s;
   answer_all(s,
              {{"control", "elsewhere"}, {"source", "opcua"}, {"opcua.url", "opc.tcp://plc:4840"}});
@@ -211,7 +213,7 @@ TEST_CASE("a loop of an OPC UA server comes from what discover finds there", "[s
                                           folder + "/loops.d",
                                           "--nodes",
                                           folder + "/setup/FIC-101-nodes.yaml"};
-  // Its tag is not among what was found.
+  // Its tag is not among the found ones.
   CHECK_THROWS_AS(find_devices(s.all), TestAborted);
   CHECK(s.ran == std::vector<std::vector<std::string>>{discover});
   s.all.run = [&](const std::vector<std::string>& words, const std::filesystem::path&) {
@@ -224,13 +226,13 @@ TEST_CASE("a loop of an OPC UA server comes from what discover finds there", "[s
   CHECK(s.devices.asked.empty());
 }
 
-TEST_CASE("a register is scaled by what its display shows", "[setup]") {
+TEST_CASE("a register is scaled by the value on its display", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   s.state.answer("pv.scale", "live");
   auto& pv = s.devices.values[{"input", 12}];
   SECTION("two values") {
-    // Read when it is shown and when it is said, each time.
+    // The register is read when it is shown and when the answer is given.
     pv = {4000.0, 4300.0, 5000.0, 6000.0, 4000.0};
     s.person.lines = {"43 %", "15"};
     find_devices(s.all);
@@ -243,14 +245,14 @@ TEST_CASE("a register is scaled by what its display shows", "[setup]") {
     find_devices(s.all);
     CHECK(s.state.answers().at("pv.scale") == "0 4300 0 10.75");
   }
-  SECTION("two values that are one") {
+  SECTION("the same value twice") {
     pv = {4300.0, 4300.0, 4300.0, 4300.0, 8600.0, 8600.0};
     s.person.lines = {"43 %", "43 %", "86 %"};
     find_devices(s.all);
     CHECK(s.person.told("did not change"));
     CHECK(s.state.answers().at("pv.scale") == "4300 8600 10.75 21.5");
   }
-  SECTION("as it is") {
+  SECTION("unscaled") {
     pv = {9.0};
     s.person.lines = {""};
     find_devices(s.all);
@@ -258,7 +260,7 @@ TEST_CASE("a register is scaled by what its display shows", "[setup]") {
   }
 }
 
-TEST_CASE("a loop that has a file is commissioned as it is", "[setup]") {
+TEST_CASE("a loop with a file is commissioned without changes", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   REQUIRE(write_files(s.all) == Outcome::done);
@@ -273,7 +275,7 @@ TEST_CASE("a loop that has a file is commissioned as it is", "[setup]") {
             .folder = s.folder.path(),
             .socket = s.all.socket,
             .tag = "FIC-101"};
-  // No daemon: the talk ends there.
+  // Without a daemon the dialogue ends here.
   CHECK_THROWS_AS(run_steps(all), Paused);
   CHECK(state.step("file") == "done");
   CHECK(state.answers().at("control") == "here");
@@ -282,7 +284,7 @@ TEST_CASE("a loop that has a file is commissioned as it is", "[setup]") {
 
 namespace {
 
-// As after `setup` has written the file and `--again STEP` asks anew.
+// The state after `setup` has written the file and `--again STEP` repeats a step.
 void again(ScriptedSetup& s, const std::string& step) {
   s.state.set_step(step, "done");
   s.state.set_step("file", "done");
@@ -299,23 +301,24 @@ std::string edited(const ScriptedSetup& s) {
 
 }  // namespace
 
-TEST_CASE("a file that is there keeps what setup did not write", "[setup]") {
+TEST_CASE("an existing file keeps the lines that setup did not write", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   REQUIRE(write_files(s.all) == Outcome::done);
-  const bool known = GENERATE(true, false);  // by its text, or by the answers of an older version
+  // setup recognizes its file by the text, or by the answers of an older version
+  const bool known = GENERATE(true, false);
   if (!known) s.state.set_found("written", "");
   const std::string live = edited(s);
   tests::write_file(s.all.loop_file(), live);
   again(s, "file");
-  SECTION("the same answers change nothing") {
+  SECTION("the same answers leave the file unchanged") {
     s.person.lines.assign(9, "");
     CHECK(write_files(s.all) == Outcome::done);
     CHECK(tests::read_file(s.all.loop_file()) == live);
     CHECK(s.person.told("stays as it is"));
     CHECK(s.state.step("stroke") == "done");
   }
-  SECTION("another answer changes its lines only, after a yes") {
+  SECTION("another answer changes only its lines, after a yes") {
     s.person.lines = {"rises", "", "", "", "", "", "", "", "", "", "yes"};
     CHECK(write_files(s.all) == Outcome::done);
     std::string wanted = live;
@@ -323,7 +326,7 @@ TEST_CASE("a file that is there keeps what setup did not write", "[setup]") {
     CHECK(tests::read_file(s.all.loop_file()) == wanted);
     CHECK(s.person.told("-   action: direct"));
     CHECK(s.person.told("+   action: reverse"));
-    // What was shown with the file before is shown anew.
+    // The stroke test made with the earlier file is repeated.
     CHECK(s.state.step("stroke").empty());
   }
   SECTION("no yes, no change") {
@@ -331,7 +334,7 @@ TEST_CASE("a file that is there keeps what setup did not write", "[setup]") {
     CHECK(write_files(s.all) == Outcome::left);
     CHECK(tests::read_file(s.all.loop_file()) == live);
   }
-  SECTION("an answer against a line of a person") {
+  SECTION("an answer that conflicts with a person's line") {
     s.person.lines = {"", "0.2", "", "", "", "", "", "", ""};
     const bool terminal = GENERATE(true, false);
     s.person.keys = terminal;
@@ -357,7 +360,7 @@ TEST_CASE("a file that setup did not write is not replaced without a yes", "[set
   CHECK(tests::read_file(s.all.loop_file()) == live);
 }
 
-TEST_CASE("a link is found by its address, whatever its other settings", "[setup]") {
+TEST_CASE("a link is found by its address, with any other settings", "[setup]") {
   ScriptedSetup s;
   const std::string daemon =
       "links:\n  plc: {transport: tcp, host: localhost, port: 1502, response_timeout: 1}\n";
@@ -373,12 +376,12 @@ TEST_CASE("a link is found by its address, whatever its other settings", "[setup
         "plc");
 }
 
-TEST_CASE("an answer that the file would refuse is refused when it is said", "[setup]") {
+TEST_CASE("an answer that the file would refuse is refused at once", "[setup]") {
   ScriptedSetup s;
   s.dialogue.check_by([&](const std::string& id, const std::string& answer) {
     return why_refused(s.all, id, answer);
   });
-  SECTION("each of a good file is taken") {
+  SECTION("each answer of a valid file is accepted") {
     for (const std::string& id : question_ids()) {
       const auto answer = kControlled.find(id);
       if (answer == kControlled.end()) continue;
@@ -387,7 +390,7 @@ TEST_CASE("an answer that the file would refuse is refused when it is said", "[s
       s.state.answer(id, answer->second);
     }
   }
-  SECTION("each that does not fit those before it is refused") {
+  SECTION("each answer that conflicts with earlier ones is refused") {
     answer_all(s, kControlled);
     const std::vector<std::pair<std::string, std::string>> wrong{
         {"stop.bad_pv", "150"},          {"stop.end", "-5"},
@@ -399,7 +402,7 @@ TEST_CASE("an answer that the file would refuse is refused when it is said", "[s
       INFO(id << ": " << answer);
       CHECK_FALSE(s.dialogue.why_refused(id, answer).empty());
     }
-    // Those behind are asked anew instead.
+    // The later questions are asked again instead.
     CHECK(s.dialogue.why_refused("pv.range", "0 10").empty());
     s.state.answer("pv.range", "0 10");
     s.state.answer("pv.scale", "0 10000 0 10");
@@ -407,7 +410,7 @@ TEST_CASE("an answer that the file would refuse is refused when it is said", "[s
     CHECK(write_files(s.all) == Outcome::done);
     CHECK(s.state.answers().at("sp.limits") == "1 9");
   }
-  SECTION("and asked for once more") {
+  SECTION("and the question is repeated") {
     answer_all(s, kControlled);
     s.state.forget_answer("stop.bad_pv");
     s.person.lines = {"150", "20 %"};
@@ -416,7 +419,7 @@ TEST_CASE("an answer that the file would refuse is refused when it is said", "[s
   }
 }
 
-TEST_CASE("a register whose value is outside of the range is asked for once more", "[setup]") {
+TEST_CASE("a register whose value is out of range is asked for again", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   s.state.answer("stem.register", "none");
@@ -431,13 +434,13 @@ TEST_CASE("a register whose value is outside of the range is asked for once more
     CHECK(s.state.answers().at("pv.register") == "1 input 14 u16");
     CHECK(s.state.answers().at("pv.scale") == "0 10000 0 25");
   }
-  SECTION("the same once more is kept") {
+  SECTION("the same register twice is accepted") {
     wrong = {65000.0};
     s.person.lines = {"", ""};
     CHECK(find_devices(s.all) == Outcome::done);
     CHECK(s.state.answers().at("pv.register") == "1 input 12 u16");
   }
-  SECTION("a floating-point number that nobody measures, before it is scaled") {
+  SECTION("an implausible floating-point number, before it is scaled") {
     s.state.answer("pv.register", "1 input 12 f32");
     s.state.forget_answer("pv.scale");
     wrong = {8.77e-41};
@@ -447,7 +450,7 @@ TEST_CASE("a register whose value is outside of the range is asked for once more
     CHECK(s.person.told("is no measured value"));
     CHECK(s.state.answers().at("pv.register") == "1 input 14 f32");
   }
-  SECTION("what the display can't show in this range is refused") {
+  SECTION("a displayed value out of range is refused") {
     s.state.answer("pv.scale", "live");
     wrong = {4000.0};
     s.person.lines = {"522.3", "10 m3/h", ""};

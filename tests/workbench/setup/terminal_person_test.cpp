@@ -53,7 +53,7 @@ std::optional<char> read_back(char key) {
 
 }  // namespace
 
-TEST_CASE("keys that stop or kill a program are keys like others while a valve moves", "[setup]") {
+TEST_CASE("keys that stop or kill a program are ordinary keys while a valve moves", "[setup]") {
   constexpr char kControlBackslash = '\x1c';
   constexpr char kControlZ = '\x1a';
   constexpr char kControlS = '\x13';

@@ -22,7 +22,7 @@ std::string change_of(const json& changes, const std::string& tag) {
   return {};
 }
 
-TEST_CASE("what changed since an earlier survey", "[survey][changes]") {
+TEST_CASE("changes since an earlier survey are listed", "[survey][changes]") {
   json held = valve_loop("H", 4.0);
   held["held_back"] = true;
   const json before =
@@ -45,7 +45,7 @@ TEST_CASE("what changed since an earlier survey", "[survey][changes]") {
   CHECK(change_of(changes, "G") == "new");
   CHECK(change_of(changes, "H") == "rejected");
   CHECK(change_of(changes, "I") == "unknown");
-  CHECK(change_of(changes, "J") == "unknown");  // not surveyed any more
+  CHECK(change_of(changes, "J") == "unknown");  // no longer surveyed
   CHECK(change_of(changes, "K").empty());
   CHECK(change_of(changes, "L") == "same");  // the valve, by another name
   CHECK(change_of(changes, "M") == "new");
@@ -61,7 +61,7 @@ TEST_CASE("what changed since an earlier survey", "[survey][changes]") {
   CHECK_THAT(text,
              Catch::Contains("new 3, worse 2, better 1, gone 1, rejected 1, unknown 2, same 2"));
   CHECK_THAT(text, Catch::Contains("not in this survey"));
-  // One page that needs no other file.
+  // The page needs no other file.
   const std::string page = changes_page(changes);
   CHECK(page.find("href=") == std::string::npos);
   CHECK(page.find("src=") == std::string::npos);
@@ -114,7 +114,7 @@ TEST_CASE("criticality and cost order the loops and sum up by area", "[survey][c
   CHECK_THAT(changes_page(changes), Catch::Contains("<th>Cost /h</th>"));
 }
 
-TEST_CASE("what is wrong in the loops' file is said with its place", "[survey][changes]") {
+TEST_CASE("errors of the loops' file are reported with their place", "[survey][changes]") {
   const TemporaryFolder folder;
   const auto error_of = [&](const std::string& text) {
     write_file(folder / "l.csv", text);
@@ -136,7 +136,7 @@ TEST_CASE("what is wrong in the loops' file is said with its place", "[survey][c
   CHECK(error_of("tag,criticality\nF1,high\nF2,2\nF3,\n").empty());
 }
 
-TEST_CASE("only a survey.json is taken for one", "[survey][changes]") {
+TEST_CASE("only a survey.json is accepted as one", "[survey][changes]") {
   const TemporaryFolder folder;
   for (const char* text : {"", "[]", "{}", "{\"loops\": 3}", "{\"loops\": [{\"tag\": \"F1\"}]}"}) {
     INFO(text);

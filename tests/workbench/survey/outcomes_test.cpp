@@ -34,7 +34,7 @@ std::string error_of(const std::filesystem::path& path, const std::string& text)
   return {};
 }
 
-TEST_CASE("an answer is read as it was kept, with what the survey had said", "[outcome]") {
+TEST_CASE("an answer is read back unchanged, with the survey's finding", "[outcome]") {
   const TemporaryFolder folder;
   const auto path = folder / kOutcomesFile;
   CHECK(read_outcomes(path).empty());
@@ -55,7 +55,7 @@ TEST_CASE("an answer is read as it was kept, with what the survey had said", "[o
   CHECK(read[0].answered.size() == 20);
   CHECK(read[1].effect.empty());
   CHECK_FALSE(read[1].percent_of_span);
-  // Of one finding the last word counts; another size is another finding.
+  // The last answer to a finding counts. Another size is another finding.
   keep_outcome(path, answer(loop, AtValve::nothing));
   loop["effects"][0]["percent_of_span"] = 5.0;
   keep_outcome(path, answer(loop, AtValve::backlash));
@@ -65,7 +65,7 @@ TEST_CASE("an answer is read as it was kept, with what the survey had said", "[o
   CHECK(later[2].found == AtValve::backlash);
 }
 
-TEST_CASE("answers of several at once all stand in the file, each whole", "[outcome]") {
+TEST_CASE("answers of several users at once are all complete in the file", "[outcome]") {
   const TemporaryFolder folder;
   const auto path = folder / kOutcomesFile;
   std::vector<std::thread> fitters;
@@ -77,7 +77,7 @@ TEST_CASE("answers of several at once all stand in the file, each whole", "[outc
   }
   for (std::thread& fitter : fitters) fitter.join();
   CHECK(read_outcomes(path).size() == 80);
-  // What a power failure cut short does not run into the next answer.
+  // An answer cut short by a power failure does not merge with the next one.
   const std::string all = read_file(path);
   write_file(path, all.substr(0, all.size() - 10));
   keep_outcome(path, answer(valve_loop("F100", 3.0), AtValve::air));
@@ -85,7 +85,7 @@ TEST_CASE("answers of several at once all stand in the file, each whole", "[outc
   CHECK(read_outcomes(path).back().tag == "F100");
 }
 
-TEST_CASE("what is wrong in the file of answers is said with its place", "[outcome]") {
+TEST_CASE("errors of the file of answers are reported with their place", "[outcome]") {
   const TemporaryFolder folder;
   const auto path = folder / "o.csv";
   using Catch::Contains;
@@ -99,14 +99,14 @@ TEST_CASE("what is wrong in the file of answers is said with its place", "[outco
              Contains("o.csv:2:8: 'much' is not a number"));
   CHECK_THAT(error_of(path, "tag,found\n\"F1,air\n"), Contains("o.csv:2:1: no closing quote"));
   CHECK_THAT(error_of(path, ""), Contains("no column 'tag'"));
-  // As a spreadsheet saves it: to be read, not to be gone on with.
+  // A file saved by a spreadsheet can be read, but not continued.
   CHECK(error_of(path, "\xef\xbb\xbftag;found;percent_of_span\r\nF1;Air;4,5\r\n").empty());
   CHECK(read_outcomes(path).front().percent_of_span == 4.5);
   CHECK_THROWS_AS(keep_outcome(path, answer(valve_loop("F1", 4.0), AtValve::air)), CommandError);
   CHECK(read_outcomes(path).size() == 1);
 }
 
-TEST_CASE("a rejected finding stands below the others until its size has grown by half",
+TEST_CASE("a rejected finding is ranked below the others until its size has grown by half",
           "[outcome]") {
   const std::vector<FitterAnswer> rejected{answer(valve_loop("F1", 4.0), AtValve::nothing)};
   const auto first_of = [&](const json& loop) {
@@ -122,7 +122,7 @@ TEST_CASE("a rejected finding stands below the others until its size has grown b
   CHECK(first_of(valve_loop("F1", 5.9)) == "F2");
   CHECK(first_of(valve_loop("F1", 6.0)) == "F1");
   CHECK(first_of(valve_loop("F1", 4.0, "backlash")) == "F1");
-  // Where something was found nothing is held back.
+  // A confirmed finding is not held back.
   const json survey = join_survey({valve_loop("F1", 4.0)}, json::array(),
                                   {answer(valve_loop("F1", 4.0), AtValve::stiction)});
   CHECK(survey["loops"][0]["held_back"] == false);
@@ -131,7 +131,7 @@ TEST_CASE("a rejected finding stands below the others until its size has grown b
   CHECK_THAT(csv, Catch::Contains("next,found,held_back\n") && Catch::Contains(",stiction,0\n"));
 }
 
-TEST_CASE("what is seen stands before what is likely, and that before what only swings",
+TEST_CASE("seen effects are ranked before likely ones, and those before mere oscillation",
           "[survey]") {
   json likely = valve_loop("F1", 4.0, "stiction", "likely");
   likely["variability"] = 1.0;  // enough for a higher score

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops as survey.json has them.
+// Loops in the form of survey.json.
 #pragma once
 
 #include <nlohmann/json.hpp>

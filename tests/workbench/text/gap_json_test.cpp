@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 using workbench::gap_json;
 
-TEST_CASE("gap.json holds what its contract names", "[gap][json]") {
+TEST_CASE("gap.json contains the fields of its contract", "[gap][json]") {
   const json j = gap_json(complete_gap_result());
   CHECK(j.at("verdict") == "missing_effect");
   CHECK(j.at("corrected_model") == "model.corrected.yaml");
@@ -65,7 +65,7 @@ TEST_CASE("gap.json holds what its contract names", "[gap][json]") {
                                 {"quiet_rmse", 0.014}}));
 }
 
-TEST_CASE("shares add up as the result has them", "[gap][json]") {
+TEST_CASE("shares add up as in the result", "[gap][json]") {
   const json j = gap_json(complete_gap_result());
   std::map<std::string, double> sums;
   for (const json& located : j.at("located")) {
@@ -75,7 +75,7 @@ TEST_CASE("shares add up as the result has them", "[gap][json]") {
   for (const auto& [by, sum] : sums) CHECK(sum == Approx(1.0));
 }
 
-TEST_CASE("what is not finite is null", "[gap][json]") {
+TEST_CASE("a value that is not finite is null", "[gap][json]") {
   gap::Result result = complete_gap_result();
   result.before.fit_percent = gap::kNone;
   result.after.holdout_rmse = std::numeric_limits<double>::infinity();

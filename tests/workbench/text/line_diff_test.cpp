@@ -24,7 +24,7 @@ std::string marked(std::string_view before, std::string_view after) {
 
 }  // namespace
 
-TEST_CASE("lines that were removed and added, around those that stayed", "[workbench][diff]") {
+TEST_CASE("removed and added lines are shown around unchanged lines", "[workbench][diff]") {
   CHECK(marked("a\nb\nc\n", "a\nx\nc\n") == " a\n-b\n+x\n c\n");
   CHECK(marked("a\nc\n", "a\nb\nc\n") == " a\n+b\n c\n");
   CHECK(marked("a\nb\nc\n", "b\nc\nd\n") == "-a\n b\n c\n+d\n");
@@ -39,7 +39,7 @@ TEST_CASE("equal texts, empty texts, other line ends", "[workbench][diff]") {
   CHECK(marked("a\n", "") == "-a\n");
 }
 
-TEST_CASE("long texts that differ throughout end in reasonable memory", "[workbench][diff]") {
+TEST_CASE("long texts that differ throughout are compared in bounded memory", "[workbench][diff]") {
   std::string before;
   std::string after;
   for (int i = 0; i < 20'000; ++i) {

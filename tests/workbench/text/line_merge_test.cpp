@@ -14,19 +14,19 @@ using loopwarden::workbench::common_lines;
 using loopwarden::workbench::LineMerge;
 using loopwarden::workbench::merge_lines;
 
-TEST_CASE("lines that only one of both has changed are in the merged text", "[workbench][diff]") {
+TEST_CASE("lines that only one side changed are in the merged text", "[workbench][diff]") {
   const LineMerge merged = merge_lines("a\nb\nc\nd\n", "a\nb2\nc\nd\nmine\n", "a\nb\nc2\nd\n");
   CHECK(merged.conflicts.empty());
   CHECK(merged.with_mine == "a\nb2\nc2\nd\nmine\n");
   CHECK(merged.with_other == merged.with_mine);
-  // What goes at the end of one stays behind a last line that the other changes.
+  // A line added at the end by one side stays after a last line that the other side changed.
   CHECK(merge_lines("a\nb\n", "a\nb\nmine\n", "a\nx\ny\n").with_mine == "a\nx\ny\nmine\n");
   CHECK(merge_lines("a\nb\nc\n", "a\nc\n", "a\nb\nc\nd\n").with_mine == "a\nc\nd\n");
   CHECK(merge_lines("", "", "a\n").with_mine == "a\n");
   CHECK(merge_lines("a\n", "a\n", "").with_mine.empty());
 }
 
-TEST_CASE("lines that both have changed are a conflict, unless they became the same",
+TEST_CASE("lines that both sides changed are a conflict, unless they are equal now",
           "[workbench][diff]") {
   CHECK(merge_lines("a\nb\n", "a\nc\n", "a\nc\n").conflicts.empty());
   const LineMerge merged = merge_lines("a\nb\nc\n", "a\nmine\nc\n", "a\nother\nc\n");
@@ -37,7 +37,7 @@ TEST_CASE("lines that both have changed are a conflict, unless they became the s
   CHECK(merged.with_other == "a\nother\nc\n");
 }
 
-TEST_CASE("where the base is not known, lines that differ are a conflict", "[workbench][diff]") {
+TEST_CASE("without a base, different lines are a conflict", "[workbench][diff]") {
   const std::string mine = "a\nkc: 1\nc\nalarms\n";
   const std::string other = "a\nkc: 2\nc\n";
   const LineMerge merged = merge_lines(common_lines(mine, other), mine, other);
@@ -46,13 +46,14 @@ TEST_CASE("where the base is not known, lines that differ are a conflict", "[wor
   CHECK(merged.with_other == "a\nkc: 2\nc\nalarms\n");
 }
 
-TEST_CASE("changed lines stand with what is around them", "[workbench][diff]") {
+TEST_CASE("changed lines are shown with their context", "[workbench][diff]") {
   CHECK(changed_lines("a\n", "a\n").empty());
   CHECK(changed_lines("1\n2\n3\n4\n5\n6\n7\n8\n9\n", "1\n2\n3\n4\nx\n6\n7\n8\n9\n10\n") ==
         "  3\n  4\n- 5\n+ x\n  6\n  7\n  8\n  9\n+ 10\n");
 }
 
-TEST_CASE("a merge loses nothing of a text that the other left alone", "[workbench][diff]") {
+TEST_CASE("a merge keeps all lines of a text if the other side did not change it",
+          "[workbench][diff]") {
   using namespace loopwarden::tests;
   const auto text = [] {
     std::string lines;

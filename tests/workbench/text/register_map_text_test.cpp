@@ -45,7 +45,7 @@ nlohmann::json node_of(const std::string& flow, const std::string& id) {
 
 }  // namespace
 
-TEST_CASE("docs/modbus-map.md and .csv say what the table says", "[register_map]") {
+TEST_CASE("docs/modbus-map.md and .csv match the table", "[register_map]") {
   const std::string folder = LOOPWARDEN_SOURCE_DIR "/docs/";
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
     tests::write_file(folder + "modbus-map.md", map_markdown());
@@ -69,7 +69,7 @@ TEST_CASE("every register of every loop is in each list", "[register_map]") {
   CHECK(count(node_of(map_node_red(options), "lw-decode").at("func"), "],[") == all - 1);
 }
 
-TEST_CASE("an address is written as each master counts", "[register_map]") {
+TEST_CASE("an address is written as each master counts it", "[register_map]") {
   const MapOptions options{
       .host = "10.0.0.9", .port = 502, .unit = 7, .loops = {"FIC-101", "FIC-102"}};
   CHECK(map_csv(options).find("input register,136,300137,FIC-102,pv,f32,2,1,PV,r,") !=
@@ -84,7 +84,7 @@ TEST_CASE("an address is written as each master counts", "[register_map]") {
   CHECK(map_javascript(options).find(
             "\n  [\"input register\", 136, 2, \"f32\", 1, \"FIC-102.pv\"],\n") !=
         std::string::npos);
-  // Node-red fetches the second and third blocks as well.
+  // Node-RED reads the second and third blocks as well.
   CHECK(map_node_red(options).find(R"("adr": "57352")") != std::string::npos);
   CHECK(map_node_red(options).find(R"("adr": "32800")") != std::string::npos);
   CHECK(map_csv(options).find("holding register,32804,432805,FIC-102,compensator,f32,2,1,CO,r,") !=
@@ -100,8 +100,7 @@ TEST_CASE("an address is written as each master counts", "[register_map]") {
 }
 
 TEST_CASE(
-    "a flow of Node-RED stands on one tab, each node at a place of its own, each wire to a node of "
-    "it",
+    "a Node-RED flow is on one tab, with separate places for its nodes and wires only between them",
     "[register_map]") {
   const std::string text = map_node_red({.loops = {"FIC-101", "FIC-102"}});
   const nlohmann::json flow = nlohmann::json::parse(text);
@@ -127,11 +126,11 @@ TEST_CASE(
         R"($lookup($lookup($flowContext("loopwarden"), "FIC-102"), "set/sp"))");
 }
 
-TEST_CASE("a tag may have what a shell takes for its own", "[register_map]") {
+TEST_CASE("a tag can contain special characters of a shell", "[register_map]") {
   CHECK(map_mbpoll({.loops = {"a'b"}}).find(R"('input register:a'\''b.pv')") != std::string::npos);
 }
 
-TEST_CASE("the word order reaches every list", "[register_map]") {
+TEST_CASE("the word order is used in every list", "[register_map]") {
   using hal::modbus::ByteOrder;
   MapOptions options;
   options.word_order = ByteOrder::cdab;
@@ -144,7 +143,7 @@ TEST_CASE("the word order reaches every list", "[register_map]") {
   options.word_order = ByteOrder::badc;
   CHECK(map_pymodbus(options).find("WORDS_REVERSED, BYTES_SWAPPED = False, True") !=
         std::string::npos);
-  // mbpoll can't read it: what it would misread is left out.
+  // mbpoll would misread this register, so it is left out.
   CHECK(map_mbpoll(options).find(":float") == std::string::npos);
   CHECK(map_mbpoll(options).find("left out") != std::string::npos);
 }

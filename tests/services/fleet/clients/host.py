@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""A Sparkplug host of paho-mqtt and the classes that protoc makes of sparkplug_b.proto: reads births, asks for a
-rebirth, gets it, reads data by alias.  Usage: host.py FOLDER_OF_sparkplug_b_pb2 PORT GROUP EDGE"""
+"""A Sparkplug host made of paho-mqtt and the classes that protoc generates from sparkplug_b.proto.
+
+It reads births, requests and receives a rebirth, and reads data by alias.
+Usage: host.py FOLDER_OF_sparkplug_b_pb2 PORT GROUP EDGE"""
 import json
 import sys
 import threading

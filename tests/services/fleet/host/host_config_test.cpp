@@ -66,7 +66,7 @@ TEST_CASE("errors name file, place, key, what was expected, and the nearest key"
   CHECK_THAT(errors_of("password: {}\n"), Catch::Contains("either `credential` or `file`"));
 }
 
-TEST_CASE("passwords have no place in URLs") {
+TEST_CASE("passwords in URLs are refused") {
   CHECK_THAT(errors_of("database: postgresql://u:secret@h/d\n"),
              Catch::Contains("holds a password"));
   CHECK_THAT(errors_of("database: 'postgresql://u@h/d?password=secret'\n"),
@@ -75,7 +75,7 @@ TEST_CASE("passwords have no place in URLs") {
   CHECK(errors_of("database: postgresql://[::1]:5433/d\n").empty());
 }
 
-TEST_CASE("the command line counts before the file") {
+TEST_CASE("the command line takes precedence over the file") {
   const tests::TemporaryFolder folder;
   tests::write_file(folder / "fleet.yaml", "broker: mqtt://file\ngroups: [A]\n");
   fleet::CommandLine line{
@@ -88,7 +88,7 @@ TEST_CASE("the command line counts before the file") {
   CHECK_FALSE(fleet::read_host_config(line));
 }
 
-TEST_CASE("the program checks, and says what it does not know") {
+TEST_CASE("the program checks its file, and reports unknown words") {
   const std::string program = LOOPWARDEN_BIN_DIR "/loopwarden-fleet ";
   auto outcome = tests::run(program + "--check --broker mqtt://h --database postgresql:///d 2>&1");
   CHECK(outcome.exit_code == 0);

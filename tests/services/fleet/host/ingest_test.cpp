@@ -51,12 +51,12 @@ TEST_CASE("births and data become rows that name metric, time and value") {
   CHECK(batch.ask_rebirth.empty());
 }
 
-TEST_CASE("of a group as many edge nodes are taken as may be, and each counts once") {
+TEST_CASE("edge nodes of a group are accepted up to the limit, and each counts once") {
   Ingest ingest({}, 3);
   std::vector<EdgeMessages> edges;
   for (const char* name : {"1", "2", "3", "4"}) edges.emplace_back(name);
   taken(ingest, {edges[0].nbirth(), edges[1].nbirth()});
-  // Those that are known and say something leave room for the third; there is none for a fourth.
+  // Two known nodes that publish leave room for a third, and not for a fourth.
   const Batch batch = taken(ingest, {edges[0].nbirth(), edges[1].nbirth(), edges[2].nbirth(),
                                      edges[2].dbirth(), edges[3].nbirth()});
   CHECK(batch.counts.garbage == 1);
@@ -64,7 +64,7 @@ TEST_CASE("of a group as many edge nodes are taken as may be, and each counts on
   CHECK(ingest.edges().contains({"A", "3"}));
 }
 
-TEST_CASE("an alarm was raised when the box says so, and not when the box was born") {
+TEST_CASE("an alarm has the time of its raising, not that of the birth") {
   EdgeMessages edge;
   Ingest ingest;
   const std::uint64_t since = tests::kNoon - 600'000;
@@ -85,14 +85,14 @@ TEST_CASE("an alarm was raised when the box says so, and not when the box was bo
         Rows{{"unacknowledged", -600'000}, {"acknowledged", 1}});
   CHECK(rows({edge.birth_of(alarm("unacknowledged", since))}) ==
         Rows{{"unacknowledged", -600'000}, {"unacknowledged", 2}});
-  // Long gone, or of a clock that was wrong, or never raised.
+  // Cleared long ago, raised by a wrong clock, or never raised.
   CHECK(rows({edge.birth_of(alarm("normal", since))}) == Rows{{"normal", 3}});
   CHECK(rows({edge.birth_of(alarm("acknowledged", tests::kNoon + 600'000))}) ==
         Rows{{"acknowledged", 4}});
   CHECK(rows({edge.birth_of(alarm("suppressed", {}))}) == Rows{{"suppressed", 5}});
 }
 
-TEST_CASE("a box that refuses to send evidence says of what, and why") {
+TEST_CASE("a box that refuses to send evidence names the evidence and the reason") {
   EdgeMessages edge;
   Ingest ingest;
   const auto said = [&](const char* text) {
@@ -109,7 +109,7 @@ TEST_CASE("a box that refuses to send evidence says of what, and why") {
   CHECK(batch.rows.refusals[0].why == "there is none");
 }
 
-TEST_CASE("a batch that is not committed leaves no trace") {
+TEST_CASE("a batch that is not committed has no effect") {
   EdgeMessages edge;
   Ingest ingest;
   taken(ingest, {edge.nbirth(), edge.dbirth()});
@@ -120,14 +120,14 @@ TEST_CASE("a batch that is not committed leaves no trace") {
   CHECK(taken(ingest, {value}).counts.duplicates == 1);
 }
 
-TEST_CASE("a device without a birth, an alias nobody gave and a lost message ask for a rebirth") {
+TEST_CASE("a device without a birth, an unknown alias and a lost message request a rebirth") {
   EdgeMessages edge;
   Ingest ingest;
   const Arrival birth = edge.nbirth();
   Batch batch = taken(ingest, {birth, edge.pv(1.0)});
-  CHECK(batch.rows.values.size() == 2);  // the box's own
+  CHECK(batch.rows.values.size() == 2);  // the metrics of the box
   CHECK(batch.ask_rebirth.size() == 1);
-  // The rebirth says what it was; the next connection's would not.
+  // A rebirth resolves the earlier message. A birth of the next connection would not.
   batch = taken(ingest, {edge.nbirth(), edge.dbirth(3.0)});
   CHECK(batch.counts.unborn == 0);
   const auto pv = std::find_if(batch.rows.values.begin(), batch.rows.values.end(),
@@ -151,7 +151,7 @@ TEST_CASE("a device without a birth, an alias nobody gave and a lost message ask
   taken(third, {lossy.nbirth(), lossy.dbirth()});
   lossy.skip();
   CHECK(taken(third, {lossy.pv(1.0)}, kNow).ask_rebirth.empty());
-  // Nothing comes any more: the timeout alone gives up.
+  // No message arrives any more. Only the time-out ends the wait.
   batch = taken(third, {}, kNow + 2000);
   CHECK(batch.rows.values.size() == 1);
   CHECK(batch.counts.missing == 1);
@@ -174,7 +174,7 @@ TEST_CASE("a host follows a node from birth to death") {
   CHECK_FALSE(known().books.contains("FIC-101"));
   CHECK(taken(ingest, {edge.pv(1.0)}).ask_rebirth.size() == 1);
   taken(ingest, {edge.nbirth(), edge.dbirth()});
-  // The will of an older connection: this one lives.
+  // The will is of an older connection, so this one stays alive.
   edge.bd_seq = 2;
   CHECK(taken(ingest, {edge.ndeath()}).counts.old_deaths == 1);
   CHECK(known().tracker.born());
@@ -199,7 +199,7 @@ TEST_CASE("a value has the type that the birth gave its metric") {
   CHECK(batch.rows.values[0].number == -1.0);
 }
 
-TEST_CASE("what a birth can't mean is left out: no name, no type, a name or an alias twice") {
+TEST_CASE("invalid metrics of a birth are left out: no name, no type, a name or an alias twice") {
   const auto book = fleet::book_of(
       "d", {metric("a", DataType::int8, {}, {}, 1), metric("", DataType::int8, {}, {}, 2),
             metric("b", DataType::unknown, {}, {}, 3), metric("c", DataType::int8, {}, {}, 1),
@@ -215,7 +215,7 @@ TEST_CASE("what a birth can't mean is left out: no name, no type, a name or an a
   CHECK(book->find(metric("", DataType::unknown, {})) == nullptr);
 }
 
-TEST_CASE("who does not answer is asked less and less often") {
+TEST_CASE("a node that does not answer is asked less and less often") {
   EdgeMessages edge;
   Ingest ingest;
   std::vector<std::int64_t> asked;
@@ -225,7 +225,7 @@ TEST_CASE("who does not answer is asked less and less often") {
   CHECK(asked == std::vector<std::int64_t>{0, 5'000, 15'000, 35'000, 75'000});
 }
 
-TEST_CASE("a plant whose births are all missing is asked only as fast as it bears") {
+TEST_CASE("missing births of a whole plant are requested at a limited rate") {
   Ingest ingest;
   std::vector<Arrival> arrivals;
   for (int i = 0; i < 500; ++i) {
@@ -249,7 +249,7 @@ TEST_CASE("garbage is counted and dropped") {
   CHECK(batch.rows.values.empty());
 }
 
-TEST_CASE("times that are none are those of receipt") {
+TEST_CASE("invalid times are replaced by the time of receipt") {
   EdgeMessages edge;
   Ingest ingest;
   taken(ingest, {edge.nbirth(), edge.dbirth()});
@@ -260,7 +260,7 @@ TEST_CASE("times that are none are those of receipt") {
   CHECK(batch.rows.values[0].time_ms == 1'795'521'777'000);
 }
 
-TEST_CASE("alarms, explanations and files have rows of their own") {
+TEST_CASE("alarms, explanations and files have separate rows") {
   EdgeMessages edge;
   Ingest ingest;
   taken(ingest, {edge.nbirth(), edge.dbirth()});
@@ -296,14 +296,16 @@ TEST_CASE("a part of a file that contradicts itself is dropped") {
   CHECK(taken(ingest, {edge.data({file})}).rows.file_parts.empty());
 }
 
-TEST_CASE("what an earlier run left goes on where the database stands, and overtakes nothing") {
+TEST_CASE(
+    "messages left by an earlier run continue at the database's position, and replace no newer "
+    "value") {
   EdgeMessages edge;
   Ingest ingest;
   const Batch first = taken(ingest, {edge.nbirth(), edge.dbirth(), edge.pv(1.0)});
   const fleet::EdgeState& state = first.edges.begin()->second;
   Ingest next;
   fleet::Position position = state.position;
-  position.received_ms += 1'000'000;  // another host went on meanwhile
+  position.received_ms += 1'000'000;  // another host continued meanwhile
   next.know({"A", "box1"}, 5, position, state.books);
   Arrival left = edge.pv(2.0);
   left.left_over = true;
@@ -313,7 +315,7 @@ TEST_CASE("what an earlier run left goes on where the database stands, and overt
   CHECK(batch.edges.begin()->second.id == 5);
 }
 
-TEST_CASE("after another host had the group births count anew") {
+TEST_CASE("after another host had the group, births are counted again") {
   EdgeMessages edge;
   Ingest ingest;
   taken(ingest, {edge.nbirth(), edge.dbirth()});
@@ -323,14 +325,14 @@ TEST_CASE("after another host had the group births count anew") {
   CHECK(batch.ask_rebirth.size() == 1);
 }
 
-TEST_CASE("any bytes on any topic are taken without harm") {
+TEST_CASE("any bytes on any topic are handled without harm") {
   property::for_all("any bytes", 300, [] {
     EdgeMessages edge;
     Ingest ingest;
     std::vector<Arrival> arrivals{edge.nbirth(), edge.dbirth()};
     for (std::size_t i = property::one_of(20); i > 0; --i) {
       Arrival one = edge.pv(property::number(-1e300, 1e300));
-      // Some bytes of it are others.
+      // Some bytes of it differ.
       for (std::size_t k = property::one_of(4); k > 0 && !one.payload.empty(); --k) {
         one.payload[property::one_of(one.payload.size())] = static_cast<char>(property::bits());
       }
@@ -345,7 +347,7 @@ TEST_CASE("any bytes on any topic are taken without harm") {
   });
 }
 
-TEST_CASE("columns are arrays that PostgreSQL reads back as they were") {
+TEST_CASE("columns are arrays that PostgreSQL reads back unchanged") {
   fleet::ArrayText texts;
   texts.add(std::string("a\"b\\c,{}"));
   texts.add(std::optional<std::string>());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages of a simulated edge node, as payloads and as what a broker delivers.
+// Messages of a simulated edge node, as payloads and as delivered by a broker.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ inline sparkplug::Metric metric(std::string name, sparkplug::DataType type, spar
   return made;
 }
 
-// A box A/box1 with one loop FIC-101, whose messages it numbers.
+// A box A/box1 with one loop FIC-101. It numbers its messages.
 class EdgeMessages {
  public:
   explicit EdgeMessages(std::string edge = "box1") : edge_(std::move(edge)) {}
@@ -47,8 +47,8 @@ class EdgeMessages {
     payload.metrics = {bd_seq_metric()};
     return arrival(sparkplug::MessageType::ndeath, "", payload);
   }
-  // pv (alias 1), mode (2), an alarm's state (3) and severity (4), a process alarm's state (7), tag.
-  // Values carry the time at which they were taken, in a birth too.
+  // pv (alias 1), mode (2), an alarm's state (3) and severity (4), a process alarm's state (7),
+  // tag. Values carry the time of their measurement, also in a birth.
   fleet::Arrival dbirth(double pv = 1.0, std::uint64_t taken_ms = 0) {
     using sparkplug::DataType;
     sparkplug::Metric with_range =
@@ -79,7 +79,7 @@ class EdgeMessages {
     one.historical = historical;
     return data({one});
   }
-  void skip() { ++seq_; }  // a message that is lost
+  void skip() { ++seq_; }  // loses a message
 
  private:
   sparkplug::Metric bd_seq_metric() const {

@@ -19,7 +19,7 @@ std::string answer(const MetricsEndpoint& endpoint, const std::string& line) {
   return client.rest();
 }
 
-TEST_CASE("/metrics is what Prometheus reads, anew each time; nothing else is there") {
+TEST_CASE("/metrics is in Prometheus' format, made for each request, and the only page") {
   int asked = 0;
   const MetricsEndpoint endpoint("127.0.0.1", 0, [&asked] {
     ++asked;
@@ -36,7 +36,7 @@ TEST_CASE("/metrics is what Prometheus reads, anew each time; nothing else is th
   CHECK_THAT(answer(endpoint, "POST /metrics"), Catch::StartsWith("HTTP/1.1 405"));
 }
 
-TEST_CASE("metrics that can't be had are said to be, and the next ones are") {
+TEST_CASE("unavailable metrics are reported as such, and the next ones are sent") {
   bool broken = true;
   const MetricsEndpoint endpoint("127.0.0.1", 0, [&broken]() -> std::string {
     if (broken) throw std::runtime_error("none");
@@ -47,7 +47,7 @@ TEST_CASE("metrics that can't be had are said to be, and the next ones are") {
   CHECK_THAT(answer(endpoint, "GET /metrics"), Catch::EndsWith("all\n"));
 }
 
-TEST_CASE("a port that is taken is an error") {
+TEST_CASE("a port in use is an error") {
   const auto text = [] { return std::string(); };
   const MetricsEndpoint first("127.0.0.1", 0, text);
   CHECK_THROWS_WITH(MetricsEndpoint("127.0.0.1", first.port(), text),

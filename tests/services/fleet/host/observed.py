@@ -1,8 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The Grafana dashboard's queries against a database that a host filled, and a real Prometheus that scrapes the host.
+"""Runs the Grafana dashboard's queries on a database filled by a host, and lets a real Prometheus
+scrape the host.
 
-Grafana is not in Debian: its macros are put in as it does. Exit code 77 where Prometheus is not installed.
+Grafana is not in Debian, so this program replaces its macros. Exit code 77: Prometheus is not
+installed.
 """
 import datetime
 import json
@@ -19,7 +21,8 @@ from plant import Plant, free_port, wait_for  # noqa: E402
 
 DASHBOARD = ROOT / 'services/fleet/grafana/loopwarden-fleet.json'
 RULES = ROOT / 'services/fleet/prometheus'
-# What simulated boxes don't have: an alarm with its course, an explanation, evidence, a history of weeks.
+# Data that simulated boxes lack: an alarm with its course, an explanation, evidence and a history
+# of weeks.
 PLANT = """
 INSERT INTO alarm SELECT device_id, 'stiction', now() - n * interval '7 hours' + CASE WHEN s.state = 'normal' THEN interval '1 hour' ELSE interval '0' END, s.state, 6.1
   FROM loop, generate_series(0, 20) n, (VALUES('unacknowledged'), ('normal')) s(state) WHERE device = 'FIC-101' AND NOT (n = 0 AND s.state = 'normal');
@@ -34,7 +37,7 @@ UPDATE edge SET online = false, since = now() WHERE name = 'box0001';
 
 
 def expanded(query, plant):
-    """As Grafana's PostgreSQL data source does it."""
+    """Replaces the macros as Grafana's PostgreSQL data source does."""
     end = datetime.datetime.now(datetime.timezone.utc)
     begin = end - datetime.timedelta(days=7)
     for name, sql in (('$group', 'SELECT DISTINCT group_name FROM edge'), ('$loop', 'SELECT tag FROM loop')):
@@ -69,7 +72,7 @@ def check_prometheus(plant, metrics_port):
                   ['test', 'rules', 'loopwarden-fleet.test.yml']):
         subprocess.run(['promtool', *words], cwd=RULES, check=True, stdout=subprocess.DEVNULL)
     with urllib.request.urlopen(f'http://127.0.0.1:{metrics_port}/metrics', timeout=10) as answer:
-        # Notes on style, such as a help text that is missing, end with another code as errors do.
+        # Style notes, such as a missing help text, give another exit code, as errors do.
         subprocess.run(['promtool', 'check', 'metrics'], input=answer.read(), check=True)
     config = plant.folder / 'prometheus.yml'
     shutil.copy(RULES / 'loopwarden-fleet.rules.yml', plant.folder)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-fleet with a real Mosquitto and a real PostgreSQL, both of the test's own; the edges are simulated. Left
-// out, with a word, where one of them is not installed.
+// loopwarden-fleet with a real Mosquitto and a real PostgreSQL, started by the test, and simulated
+// edges. If one of them is not installed, the tests are left out with a notice.
 #include <catch2/catch.hpp>
 
 #include <atomic>
@@ -75,7 +75,7 @@ class HostProcess {
   std::optional<tests::Program> program_;
 };
 
-// Sends what the test says and keeps what comes.
+// Sends the messages of the test and keeps the received ones.
 class Wire {
  public:
   explicit Wire(int port, const std::string& id = "edge") : client_(settings(port, id)) {
@@ -93,7 +93,7 @@ class Wire {
     const auto state = sparkplug::parse_host_state(newest_["spBv1.0/STATE/loopwarden-A"]);
     return state && state->online;
   }
-  // Messages on the topic since the last call.
+  // Returns the messages on the topic since the last call.
   std::size_t count(const std::string& topic) {
     poll();
     return std::exchange(counts_[topic], 0);
@@ -143,7 +143,7 @@ struct Plant {
   tests::Postgres database;
 };
 
-// A plant whose host is online, and an edge that is not born yet.
+// A plant whose host is online, with an edge before its birth.
 struct Served : Plant {
   explicit Served(const std::string& groups = "A", const std::string& more = "")
       : host(database, broker.port(), groups, more) {
@@ -172,7 +172,7 @@ struct Served : Plant {
 
 const std::string kNewestPv = "SELECT number FROM value_now WHERE name = 'pv'";
 
-TEST_CASE("a box that is born, says values and an alarm, and dies, is in the database", "[plant]") {
+TEST_CASE("a box's birth, values, alarm and death are in the database", "[plant]") {
   if (!installed()) return;
   Served plant("A", "evidence: {delay: 0}\n");
   plant.bear();
@@ -193,7 +193,8 @@ TEST_CASE("a box that is born, says values and an alarm, and dies, is in the dat
   CHECK(database.ask("SELECT parts ->> 'effect' FROM explanation ORDER BY time DESC") ==
         "stiction");
   CHECK(database.ask("SELECT raised FROM alarm_rate") == "2");
-  // The evidence of the valve's alarm is asked for, and comes in two parts. A process alarm leaves none.
+  // The host requests the evidence of the valve's alarm, which arrives in two parts. A process
+  // alarm has no evidence.
   CHECK(database.ask("SELECT string_agg(value, ' ') FROM request") == "stiction");
   const std::string asked = "spBv1.0/A/DCMD/box1/FIC-101";
   CHECK(eventually([&] { return plant.wire.count(asked) == 1; }, 30s));
@@ -219,7 +220,7 @@ TEST_CASE("a box that is born, says values and an alarm, and dies, is in the dat
   CHECK(database.ask("SELECT count(*) FROM lease") == "0");
 }
 
-TEST_CASE("what comes twice counts once, by whatever message it comes", "[plant]") {
+TEST_CASE("a value received twice counts once, in any kind of message", "[plant]") {
   if (!installed()) return;
   Served plant;
   plant.bear(1.0);
@@ -227,7 +228,7 @@ TEST_CASE("what comes twice counts once, by whatever message it comes", "[plant]
   const Arrival value = plant.edge.pv(2.0);
   plant.wire.send(value);
   plant.wire.send(value);
-  // From the edge's store, after a new connection: other bdSeq, other seq, the same time.
+  // The same values from the edge's store, after a new connection, with another bdSeq and seq.
   ++plant.edge.bd_seq;
   plant.wire.send(plant.edge.nbirth());
   plant.wire.send(plant.edge.dbirth(2.0, taken_ms));
@@ -238,8 +239,7 @@ TEST_CASE("what comes twice counts once, by whatever message it comes", "[plant]
   CHECK(plant.database.ask(kNewestPv) == "3");
 }
 
-TEST_CASE("a lost birth and a gap make the host ask for a rebirth, not more often than it may",
-          "[plant]") {
+TEST_CASE("after a lost birth or a gap the host requests a rebirth, at a limited rate", "[plant]") {
   if (!installed()) return;
   Served plant;
   for (int i = 0; i < 20; ++i) plant.wire.send(plant.edge.pv(1.0));
@@ -254,7 +254,7 @@ TEST_CASE("a lost birth and a gap make the host ask for a rebirth, not more ofte
   CHECK(plant.has(kPvRows, "2"));
 }
 
-TEST_CASE("garbage changes nothing", "[plant]") {
+TEST_CASE("garbage has no effect", "[plant]") {
   if (!installed()) return;
   Served plant;
   plant.bear();
@@ -269,7 +269,7 @@ TEST_CASE("garbage changes nothing", "[plant]") {
   CHECK(plant.database.ask("SELECT count(*) FROM edge") == "1");
 }
 
-TEST_CASE("while the database is away the spool keeps what comes, also over kill -9", "[plant]") {
+TEST_CASE("while the database is away the spool keeps all messages, also over kill -9", "[plant]") {
   if (!installed()) return;
   Served plant;
   plant.bear(0.0);
@@ -290,7 +290,7 @@ TEST_CASE("while the database is away the spool keeps what comes, also over kill
   CHECK(eventually([&] { return std::filesystem::is_empty(plant.host.state() / "spool/A"); }, 30s));
 }
 
-TEST_CASE("edges are told to keep what they have before the spool is full", "[plant]") {
+TEST_CASE("edges are asked to store their messages before the spool is full", "[plant]") {
   if (!installed()) return;
   Served plant("A", "spool: 16\n");
   plant.database.stop();
@@ -305,7 +305,7 @@ TEST_CASE("edges are told to keep what they have before the spool is full", "[pl
 }
 
 TEST_CASE(
-    "the host's state is retained; its will has the time of its birth, its goodbye a newer one",
+    "the host's STATE is retained; its will has the time of its birth, its goodbye a newer time",
     "[plant]") {
   if (!installed()) return;
   Served plant;
@@ -327,7 +327,7 @@ TEST_CASE(
   CHECK(sparkplug::parse_host_state(wire.newest(topic))->time_ms > next->time_ms);
 }
 
-TEST_CASE("a state of a later time at the broker makes the host connect anew with one still later",
+TEST_CASE("a later STATE at the broker makes the host reconnect with a still later time",
           "[plant]") {
   if (!installed()) return;
   Plant plant;
@@ -339,12 +339,12 @@ TEST_CASE("a state of a later time at the broker makes the host connect anew wit
   REQUIRE(eventually([&] { return wire.host_online(); }, 60s));
   CHECK(eventually([&] { return sparkplug::parse_host_state(wire.newest(topic))->time_ms > later; },
                    60s));
-  // The late will of an older connection does not stand.
+  // The host replaces the late will of an older connection.
   wire.send_retained(topic, to_text(sparkplug::HostState{false, later - 5}));
   CHECK(eventually([&] { return wire.host_online(); }, 30s));
 }
 
-TEST_CASE("a state of a time that can have no later one does not keep the host from its group",
+TEST_CASE("a STATE with the greatest possible time doesn't keep the host from its group",
           "[plant]") {
   if (!installed()) return;
   Plant plant;
@@ -371,8 +371,7 @@ TEST_CASE("a group has one owner; a second host takes over within 10 s of its de
   CHECK_THAT(second.log(), Catch::Contains("served from now on"));
 }
 
-TEST_CASE("an owner that was stopped for long finds its group with another and lets it be",
-          "[plant]") {
+TEST_CASE("an owner that was stopped for long leaves its group to the new owner", "[plant]") {
   if (!installed()) return;
   Served plant;
   const HostProcess second(plant.database, plant.broker.port());
@@ -387,7 +386,7 @@ TEST_CASE("an owner that was stopped for long finds its group with another and l
   CHECK(plant.owner() != owner);
 }
 
-// Stores while its primary host is away, and says once more what it said shortly before, as loopwarden-edge does.
+// Stores while its primary host is away, and sends recent messages again, as loopwarden-edge does.
 class StoringEdge {
  public:
   explicit StoringEdge(Served& plant) : plant_(plant) {}
@@ -425,8 +424,7 @@ class StoringEdge {
   bool online_ = false;
 };
 
-TEST_CASE("a host that begins later gets its share of the groups, and nothing is lost by it",
-          "[plant]") {
+TEST_CASE("a host that starts later gets its share of the groups, without losses", "[plant]") {
   if (!installed()) return;
   Served plant("B,A");
   StoringEdge edge(plant);
@@ -451,12 +449,12 @@ TEST_CASE("a host that begins later gets its share of the groups, and nothing is
   CHECK(plant.database.ask(kPvRows) == std::to_string(edge.said()));
   CHECK_THAT(plant.host.log(), Catch::Contains("group A: handed over to another host"));
   CHECK(plant.database.ask("SELECT owner FROM lease WHERE group_name = 'B'") == first);
-  // Now even, so nothing moves any more, until one of them goes.
+  // The shares are even, so no group moves until one of the hosts stops.
   CHECK(second.end(SIGTERM) == 0);
   CHECK(plant.has("SELECT count(*) FROM lease WHERE owner = '" + first + "'", "2"));
 }
 
-TEST_CASE("migrations are applied once, whoever begins", "[plant]") {
+TEST_CASE("migrations are applied once, whichever host starts first", "[plant]") {
   if (!installed()) return;
   const tests::Postgres database;
   std::vector<std::thread> programs;
@@ -473,7 +471,7 @@ TEST_CASE("migrations are applied once, whoever begins", "[plant]") {
   CHECK_THROWS_WITH(fleet::migrate(*connection), Catch::Contains("newer"));
 }
 
-TEST_CASE("the state with the newest time decides, in whichever order messages arrive", "[plant]") {
+TEST_CASE("the state with the newest time decides, in any order of arrival", "[plant]") {
   if (!installed()) return;
   using sparkplug::DataType;
   const tests::Postgres database;
@@ -487,7 +485,7 @@ TEST_CASE("the state with the newest time decides, in whichever order messages a
     writer.write(batch);
     ingest.commit(std::move(batch));
   };
-  // Of a stored message: an older time than that of the birth.
+  // Makes a stored message with an older time than the birth.
   const auto alarm = [&](std::uint64_t state, std::uint64_t time_ms) {
     sparkplug::Metric metric = tests::metric("", DataType::unknown, state, time_ms, 3);
     metric.historical = true;
@@ -499,27 +497,30 @@ TEST_CASE("the state with the newest time decides, in whichever order messages a
   write(edge.nbirth());
   edge.time_ms += 1'800'000;
   const std::uint64_t born_ms = edge.time_ms;
-  write(edge.dbirth(5.0));  // normal, as an alarm begins: no change
+  write(edge.dbirth(5.0));  // normal, the first state of an alarm: no change
   write(alarm(1, born_ms - 1'200'000));
   CHECK(now() == "normal");
   CHECK(database.ask("SELECT count(*) FROM alarm WHERE name = 'stiction'") == "2");
-  // The end in between comes last.
+  // The clearing between both arrives last.
   write(alarm(0, born_ms - 600'000));
   CHECK(now() == "normal");
-  // A stored value of before the birth is not the newest either, though the birth changed nothing.
+  // A stored value from before the birth is not the newest either, although the birth has the same
+  // value.
   write(edge.dbirth(5.0));
   write(edge.pv(7.0, true, born_ms - 300'000));
   CHECK(database.ask("SELECT number FROM value_now WHERE name = 'pv'") == "5");
 
-  // The other way round: still active at the newest time, though an end of before comes later.
+  // The reverse case: active at the newest time, although an earlier clearing arrives later.
   write(alarm(1, born_ms + 60'000));
   write(alarm(1, born_ms + 180'000));
   write(alarm(0, born_ms + 120'000));
   CHECK(now() == "unacknowledged");
 }
 
-TEST_CASE("partitions are made ahead, take in what lay outside, and go when they are old",
-          "[plant]") {
+TEST_CASE(
+    "partitions are made in advance, take over rows from outside, and are dropped when they are "
+    "old",
+    "[plant]") {
   if (!installed()) return;
   const tests::Postgres database;
   const auto connection = fleet::open_database({database.url(), {}});
@@ -539,7 +540,7 @@ TEST_CASE("partitions are made ahead, take in what lay outside, and go when they
   CHECK(database.ask("SELECT count(*) FROM value") == "1");
 }
 
-TEST_CASE("the decimated history is that of the values, also of those that come late", "[plant]") {
+TEST_CASE("the decimated history matches the values, also late ones", "[plant]") {
   if (!installed()) return;
   const tests::Postgres database;
   const auto connection = fleet::open_database({database.url(), {}});
@@ -562,7 +563,7 @@ TEST_CASE("the decimated history is that of the values, also of those that come 
   CHECK(database.ask("SELECT (count, high, last)::text FROM history_decimated") == "(11,100,100)");
 }
 
-TEST_CASE("an alarm is now what its newest change says, also where an older one comes later",
+TEST_CASE("the newest change gives the state of an alarm, also if an older one arrives later",
           "[plant]") {
   if (!installed()) return;
   const tests::Postgres database;
@@ -591,7 +592,7 @@ TEST_CASE("an alarm is now what its newest change says, also where an older one 
   CHECK(database.ask("SELECT count(*) FROM worst_valve") == "0");
 }
 
-// What a batch of messages makes of a database of its own.
+// Writes batches of messages to a separate database.
 struct Written {
   tests::Postgres database;
   std::unique_ptr<pqxx::connection> connection = fleet::open_database({database.url(), {}});
@@ -612,7 +613,7 @@ struct Written {
   }
 };
 
-TEST_CASE("an alarm that comes and goes within one batch has gone", "[plant]") {
+TEST_CASE("an alarm raised and cleared within one batch is cleared", "[plant]") {
   if (!installed()) return;
   using alarm::AlarmState;
   const auto code = [](AlarmState state) { return static_cast<std::uint64_t>(state); };
@@ -628,11 +629,11 @@ TEST_CASE("an alarm that comes and goes within one batch has gone", "[plant]") {
     CHECK(plant.states() == "unacknowledged normal");
     CHECK(plant.database.ask("SELECT count(*) FROM request") == "1");
   }
-  SECTION("the newer message first: the alarm's own time decides") {
+  SECTION("the newer message first: the time of the alarm decides") {
     plant.write({plant.alarm(normal, start + 300), plant.alarm(raised, start + 100)});
     CHECK(plant.states() == "unacknowledged normal");
   }
-  SECTION("around a change that is there already") {
+  SECTION("around an existing change") {
     plant.write({plant.alarm(seen, start + 200)});
     plant.write({plant.alarm(raised, start + 100), plant.alarm(normal, start + 300),
                  plant.alarm(raised, start + 400), plant.alarm(normal, start + 500)});
@@ -647,7 +648,8 @@ TEST_CASE("an alarm that comes and goes within one batch has gone", "[plant]") {
   CHECK(plant.database.ask("SELECT state FROM alarm_now") == "normal");
 }
 
-TEST_CASE("an alarm that was suppressed before it came is counted, as on the box", "[plant]") {
+TEST_CASE("an alarm that was suppressed before it was raised is counted, as on the box",
+          "[plant]") {
   if (!installed()) return;
   using alarm::AlarmState;
   Written plant;
@@ -665,7 +667,7 @@ TEST_CASE("an alarm that was suppressed before it came is counted, as on the box
   CHECK(raised_after(AlarmState::acknowledged) == "f");
 }
 
-TEST_CASE("a birth that takes a value back within one batch is the newest", "[plant]") {
+TEST_CASE("a birth that resets a value within one batch is the newest", "[plant]") {
   if (!installed()) return;
   Written plant;
   plant.write({plant.edge.nbirth(), plant.edge.dbirth(5.0)});
@@ -674,7 +676,7 @@ TEST_CASE("a birth that takes a value back within one batch is the newest", "[pl
   CHECK(plant.database.ask(kPvRows) == "3");
 }
 
-TEST_CASE("evidence is asked for until all of it is here, or the box says that there is none",
+TEST_CASE("evidence is requested until it is complete, or until the box reports a lack",
           "[plant]") {
   if (!installed()) return;
   Written plant;
@@ -717,13 +719,13 @@ TEST_CASE("evidence is asked for until all of it is here, or the box says that t
   const auto open = [&] {
     return plant.database.ask("SELECT count(*) FROM request WHERE done IS NULL");
   };
-  // It could not go out: it is still due.
+  // The request could not be sent, so it is still due.
   goes = false;
   CHECK(ask() == 1);
   goes = true;
   CHECK(ask() == 1);
   CHECK(ask() == 0);
-  SECTION("a part was lost: once more, and then it is whole") {
+  SECTION("a part was lost: a second request completes it") {
     plant.write({file("record.csv", "hel", hello, 0), file("twin.yaml", "ab", abc, 0),
                  file("twin.yaml", "c", abc, 1)});
     CHECK(open() == "1");
@@ -735,13 +737,13 @@ TEST_CASE("evidence is asked for until all of it is here, or the box says that t
     CHECK(open() == "0");
     CHECK(plant.database.ask("SELECT count(*) FROM evidence WHERE complete IS NOT NULL") == "2");
   }
-  SECTION("there is none") {
+  SECTION("the box has none") {
     plant.write({plant.edge.data(
         {metric("order/result", DataType::string,
                 std::string("request/evidence stiction: refused: there is none"))})});
     CHECK(plant.database.ask("SELECT answer FROM request") == "there is none");
   }
-  SECTION("no answer at all: given up some day") {
+  SECTION("no answer at all: the requests end") {
     for (int tries = 1; tries < 6; ++tries) {
       later("400");
       CHECK(ask() == 1);
@@ -754,12 +756,13 @@ TEST_CASE("evidence is asked for until all of it is here, or the box says that t
   CHECK(ask() == 0);
 }
 
-TEST_CASE("a box differs from what most of its group have", "[plant]") {
+TEST_CASE("a box that differs from most of its group is listed", "[plant]") {
   if (!installed()) return;
   const tests::Postgres database;
   const auto connection = fleet::open_database({database.url(), {}});
   fleet::migrate(*connection);
-  // A: two of three have one configuration. B: two of four have, which is no rule.
+  // Group A: two of three have one configuration. Group B: two of four have it, which is no
+  // majority.
   pqxx::nontransaction(*connection).exec(R"(
     INSERT INTO edge(group_name, name) SELECT g, g || n FROM (VALUES('A', 3), ('B', 4)) s(g, m), generate_series(1, m) n;
     INSERT INTO device(edge_id, name, tag) SELECT id, '', '' FROM edge;
@@ -776,7 +779,7 @@ TEST_CASE("a box differs from what most of its group have", "[plant]") {
   CHECK(boxes("config") == "A3");
 }
 
-TEST_CASE("a lease belongs to one owner until it runs out or is given back", "[plant]") {
+TEST_CASE("a lease belongs to one owner until it expires or is released", "[plant]") {
   if (!installed()) return;
   const tests::Postgres database;
   const auto connection = fleet::open_database({database.url(), {}});
@@ -794,7 +797,7 @@ TEST_CASE("a lease belongs to one owner until it runs out or is given back", "[p
   CHECK(fleet::hold_lease(*connection, "A", "one"));
 }
 
-TEST_CASE("a host is told of each group how few leases another one has that may serve it",
+TEST_CASE("a host learns for each group the fewest leases of another host that can serve it",
           "[plant]") {
   if (!installed()) return;
   const tests::Postgres database;
@@ -807,7 +810,7 @@ TEST_CASE("a host is told of each group how few leases another one has that may 
   CHECK(fleet::hold_lease(*connection, "B", "one"));
   CHECK(fleet::announce(*connection, "two", {"B", "C"}) == Fewest{{"A", 2}, {"B", 2}});
   CHECK(fleet::announce(*connection, "three", {"B"}) == Fewest{{"A", 2}, {"B", 0}, {"C", 0}});
-  // Of those that have not said a word for as long as a lease lives nothing is expected.
+  // A host that was silent for the time of a lease no longer counts.
   pqxx::nontransaction(*connection).exec("UPDATE host SET until = now() WHERE owner = 'two'");
   CHECK(fleet::announce(*connection, "three", {"B"}) == Fewest{{"A", 2}, {"B", 2}});
   fleet::withdraw(*connection, "one");

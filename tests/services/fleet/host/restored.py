@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The fleet's database is saved while boxes send, lost, and restored, by the commands of docs/fleet.md (Backup and restore).
+"""Saves the fleet's database while boxes send, loses it and restores it, by the commands of
+docs/fleet.md (Backup and restore).
 
-The backup is younger than the edges' resend_window, so that they still have all that came after it: nothing may be lost then,
-and nothing be there twice.
+The backup is younger than the edges' resend_window, so the edges still have all later messages.
+After the restore each value must be in the database exactly once.
 """
 import pathlib
 import shutil

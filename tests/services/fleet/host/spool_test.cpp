@@ -36,7 +36,7 @@ std::vector<std::int64_t> numbers(const std::vector<Arrival>& arrivals) {
   return all;
 }
 
-TEST_CASE("what goes in comes out in order, from memory and from the disk") {
+TEST_CASE("messages are returned in order, from memory and from the disk") {
   const tests::TemporaryFolder folder;
   Spool spool(small(folder));
   for (int n = 0; n < 30; ++n) spool.push(arrival(n));
@@ -53,19 +53,19 @@ TEST_CASE("what goes in comes out in order, from memory and from the disk") {
   CHECK(spool.dropped() == 0);
 }
 
-TEST_CASE("what was peeked and not dropped is there again") {
+TEST_CASE("a message that was peeked and not dropped is returned again") {
   const tests::TemporaryFolder folder;
   Spool spool(small(folder));
   for (int n = 0; n < 5; ++n) spool.push(arrival(n));
   CHECK(spool.peek(3).size() == 3);
   CHECK(numbers(spool.peek(3)) == std::vector<std::int64_t>{0, 1, 2});
-  // The database went away in between.
+  // The database was lost in between.
   spool.to_disk();
   spool.pop();
   CHECK(numbers(spool.peek(1)) == std::vector<std::int64_t>{0});
 }
 
-TEST_CASE("an earlier run's messages come first and are marked") {
+TEST_CASE("an earlier run's messages are returned first and are marked") {
   const tests::TemporaryFolder folder;
   {
     Spool spool(small(folder));
@@ -84,7 +84,7 @@ TEST_CASE("an earlier run's messages come first and are marked") {
   CHECK_FALSE(second.front().left_over);
 }
 
-TEST_CASE("a record that is cut short or damaged ends its file and nothing else") {
+TEST_CASE("a record that is cut short or damaged ends only its file") {
   const tests::TemporaryFolder folder;
   const SpoolSettings settings = small(folder);
   {
@@ -107,7 +107,7 @@ TEST_CASE("a record that is cut short or damaged ends its file and nothing else"
   CHECK(got.back() == 39);
 }
 
-TEST_CASE("beyond the limit the oldest go, and are counted") {
+TEST_CASE("beyond the limit the oldest messages are dropped and counted") {
   const tests::TemporaryFolder folder;
   Spool spool(small(folder));
   for (int n = 0; n < 1000; ++n) spool.push(arrival(n));
@@ -124,7 +124,7 @@ TEST_CASE("beyond the limit the oldest go, and are counted") {
   CHECK(got.back() == 999);
 }
 
-TEST_CASE("a disk that refuses leaves the memory, bounded") {
+TEST_CASE("if the disk refuses, messages stay in memory up to a limit") {
   const tests::TemporaryFolder folder;
   Spool spool(small(folder));
   std::filesystem::remove_all(folder / "spool");
@@ -133,7 +133,8 @@ TEST_CASE("a disk that refuses leaves the memory, bounded") {
   CHECK(numbers(spool.peek(3)) == std::vector<std::int64_t>{0, 1, 2});
 }
 
-TEST_CASE("any mixture of pushing, reading, losing the database and starting again loses nothing") {
+TEST_CASE(
+    "any mixture of pushing, reading, losing the database and restarting keeps all messages") {
   property::for_all("spool", 60, [] {
     const tests::TemporaryFolder folder;
     SpoolSettings settings = small(folder);
@@ -144,7 +145,7 @@ TEST_CASE("any mixture of pushing, reading, losing the database and starting aga
     const auto steps = property::integer(1, 80);
     const auto read = [&](std::size_t most) {
       for (const std::int64_t n : numbers(spool->peek(most))) {
-        // Again after a start is allowed, a gap is not.
+        // A repetition after a restart is allowed, a gap is not.
         property::require(n <= expected, "no gap");
         expected = std::max(expected, n + 1);
       }

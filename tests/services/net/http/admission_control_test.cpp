@@ -10,7 +10,7 @@ using std::chrono::seconds;
 
 const Moment kStart{};
 
-TEST_CASE("where all places are taken who never asked goes first, the oldest") {
+TEST_CASE("if all places are taken, the oldest client without a request is dropped first") {
   AdmissionControl admission({.clients = 3, .per_address = 3});
   const auto asked = admission.admit("10.0.0.1", false, kStart).id;
   const auto silent = admission.admit("10.0.0.2", false, kStart).id;
@@ -23,7 +23,8 @@ TEST_CASE("where all places are taken who never asked goes first, the oldest") {
   CHECK(admission.clients() == 3);
 }
 
-TEST_CASE("then who has been silent for longest, and nobody who is being answered") {
+TEST_CASE(
+    "then the client that was silent for longest is dropped, never one that is being answered") {
   AdmissionControl admission({.clients = 2, .per_address = 2});
   const auto early = admission.admit("10.0.0.1", false, kStart).id;
   const auto late = admission.admit("10.0.0.2", false, kStart).id;
@@ -35,7 +36,7 @@ TEST_CASE("then who has been silent for longest, and nobody who is being answere
   CHECK(admission.admit("10.0.0.3", false, kStart + seconds(7)).displaced == late);
 }
 
-TEST_CASE("one address has a part of the places, this host a greater one") {
+TEST_CASE("one address can take a part of the places, and this host a greater part") {
   AdmissionControl admission({.clients = 10, .per_address = 2, .loopback = 5});
   const auto first = admission.admit("10.0.0.1", false, kStart).id;
   admission.admit("10.0.0.1", false, kStart);
@@ -46,7 +47,7 @@ TEST_CASE("one address has a part of the places, this host a greater one") {
   CHECK(admission.admit("loopback", true, kStart).displaced == local);
 }
 
-TEST_CASE("streams leave places, in all and of one address") {
+TEST_CASE("streams leave places free, in total and per address") {
   AdmissionControl admission({.clients = 12, .per_address = 4, .loopback = 8});
   const auto streams = [&](const std::string& address, bool loopback, int tries) {
     int taken = 0;
@@ -67,7 +68,7 @@ TEST_CASE("streams leave places, in all and of one address") {
   CHECK(admission.admit("10.0.0.1", false, kStart).id != 0);
 }
 
-TEST_CASE("a stream that has gone makes room for another") {
+TEST_CASE("a closed stream makes room for another") {
   AdmissionControl admission({.clients = 4, .per_address = 2});
   const auto first = admission.admit("10.0.0.1", false, kStart).id;
   const auto second = admission.admit("10.0.0.1", false, kStart).id;
@@ -77,7 +78,7 @@ TEST_CASE("a stream that has gone makes room for another") {
   CHECK(admission.stream(second));
 }
 
-TEST_CASE("an address asks in bursts, and then at its rate") {
+TEST_CASE("an address can send a burst of requests, and then requests at its rate") {
   AdmissionControl admission({.requests_per_s = 5.0});
   for (int i = 0; i < 20; ++i) CHECK(admission.retry_after_s("10.0.0.1", kStart) == 0);
   CHECK(admission.retry_after_s("10.0.0.1", kStart) >= 1);
@@ -85,7 +86,7 @@ TEST_CASE("an address asks in bursts, and then at its rate") {
   CHECK(admission.retry_after_s("10.0.0.1", kStart + seconds(1)) == 0);
 }
 
-TEST_CASE("what is kept of addresses is bounded") {
+TEST_CASE("the memory for addresses is bounded") {
   AdmissionControl admission({.requests_per_s = 1.0});
   for (int i = 0; i < 100'000; ++i) admission.retry_after_s("10.0.0." + std::to_string(i), kStart);
   CHECK(admission.retry_after_s("10.9.9.9", kStart) == 0);

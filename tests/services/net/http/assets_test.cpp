@@ -28,7 +28,7 @@ Request wants(std::vector<std::string> path) {
   return request;
 }
 
-TEST_CASE("the site's files by path, type and size") {
+TEST_CASE("the site's files have path, type and size") {
   const Assets assets = some();
   CHECK(assets.answer(wants({})).content_type == "text/html; charset=utf-8");
   CHECK(assets.answer(wants({"lib", "live.js"})).content_type == "text/javascript; charset=utf-8");
@@ -47,7 +47,7 @@ TEST_CASE("a file that the client has is not sent again") {
   CHECK(again.text().empty());
 }
 
-TEST_CASE("gzip only where it is accepted and makes it smaller") {
+TEST_CASE("gzip is used only if it is accepted and makes the file smaller") {
   const Assets assets = some();
   Request request = wants({});
   CHECK(header(assets.answer(request), "Content-Encoding").empty());

@@ -18,7 +18,7 @@ TEST_CASE("a client that does not keep up skips to the newest") {
   CHECK(hub.news(cursor).empty());
 }
 
-TEST_CASE("who comes gets the state and no old change of the description") {
+TEST_CASE("a new client receives the state and no old change of the description") {
   EventHub hub;
   hub.publish(EventKind::daemon, "{\"up\":true}");
   hub.publish(EventKind::describe, "{}");

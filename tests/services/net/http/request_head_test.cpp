@@ -20,7 +20,7 @@ RequestHead with(RequestHead head, const std::string& name, const std::string& v
   return head;
 }
 
-TEST_CASE("a target becomes path and query") {
+TEST_CASE("a target is split into path and query") {
   const Request request =
       request_of(get("/api/loops/FIC%2D101/history?from_ms=5&text=a+b%26c&empty"));
   CHECK(request.path == Strings{"api", "loops", "FIC-101", "history"});
@@ -30,7 +30,7 @@ TEST_CASE("a target becomes path and query") {
   CHECK(request_of(get("/")).path.empty());
 }
 
-TEST_CASE("no path leads out of its folder") {
+TEST_CASE("no path leaves its folder") {
   const char* const target =
       GENERATE("/../etc/passwd", "/a/../../b", "/%2e%2e/x", "/a/%2E%2E", "/a%2fb", "/a/%5c..%5cb",
                "/.", "//etc/passwd", "/a//b", "/a%00b", "/a%0d%0aSet-Cookie:x", "/%", "/%2", "/%zz",
@@ -50,7 +50,7 @@ TEST_CASE("a request names one host") {
   CHECK(status_of(with(get("/"), "host", "other")) == 400);
 }
 
-TEST_CASE("what smuggling lives of is refused") {
+TEST_CASE("requests that allow smuggling are refused") {
   const RequestHead post{"POST", "/api/login", {{"Host", "localhost"}}};
   CHECK(status_of(with(post, "Transfer-Encoding", "chunked")) == 411);
   CHECK(status_of(with(with(post, "Content-Length", "5"), "transfer-encoding", "identity")) == 411);
@@ -67,7 +67,7 @@ TEST_CASE("what smuggling lives of is refused") {
   CHECK(status_of(with(get("/"), "Content-Length", "5")) == 400);
 }
 
-TEST_CASE("cookies and fields are read whatever their case") {
+TEST_CASE("cookies and fields are read in any case of letters") {
   RequestHead head = get("/");
   head = with(head, "COOKIE", "a=1; lw_session=abc ;b=2=3");
   head = with(head, "x-csrf-token", " token ");
@@ -79,13 +79,13 @@ TEST_CASE("cookies and fields are read whatever their case") {
   CHECK(request.content_type == "application/json");
 }
 
-TEST_CASE("a person is whoever is said to be one") {
+TEST_CASE("a request is from a person only if it is marked so") {
   CHECK(request_of(with(get("/"), "X-Loopwarden-Person", "1")).person);
   CHECK_FALSE(request_of(with(get("/"), "X-Loopwarden-Person", "0")).person);
   CHECK_FALSE(request_of(get("/")).person);
 }
 
-TEST_CASE("gzip is taken where it is accepted") {
+TEST_CASE("gzip is used if it is accepted") {
   const auto accepts = [](const std::string& value) {
     return request_of(with(get("/"), "Accept-Encoding", value)).accepts_gzip;
   };

@@ -8,7 +8,7 @@ namespace loopwarden::tests::response_head_test {
 using namespace http;
 using Catch::Matchers::Contains;
 
-TEST_CASE("every answer says what a browser may do with it") {
+TEST_CASE("every answer has the security headers for browsers") {
   const std::string head = head_text(Response(), {});
   CHECK_THAT(head, Contains("Content-Security-Policy: default-src 'none'; script-src 'self';"));
   CHECK_THAT(head, Contains("X-Content-Type-Options: nosniff\r\n"));
@@ -20,7 +20,7 @@ TEST_CASE("every answer says what a browser may do with it") {
   CHECK_THAT(head_text(Response(), {.secure = true}), Contains("Strict-Transport-Security"));
 }
 
-TEST_CASE("a header of the answer's own takes the usual one's place") {
+TEST_CASE("a header of the answer replaces the default one") {
   Response response;
   response.headers.emplace_back("Cache-Control", "no-cache");
   const std::string head = head_text(response, {});
@@ -28,13 +28,13 @@ TEST_CASE("a header of the answer's own takes the usual one's place") {
   CHECK_THAT(head, !Contains("no-store"));
 }
 
-TEST_CASE("a line break in a value makes no header") {
+TEST_CASE("a line break in a value adds no header") {
   Response response;
   response.headers.emplace_back("X-Name", "a\r\nSet-Cookie: lw_session=stolen");
   CHECK_THAT(head_text(response, {}), !Contains("Set-Cookie"));
 }
 
-TEST_CASE("a body's length is told, of a source it is not known") {
+TEST_CASE("the length of a body is sent, that of a source is unknown") {
   Response response;
   response.body = "12345";
   CHECK_THAT(head_text(response, {}), Contains("Content-Length: 5\r\n"));
@@ -42,7 +42,7 @@ TEST_CASE("a body's length is told, of a source it is not known") {
   CHECK_THAT(head_text(response, {}), !Contains("Content-Length"));
 }
 
-TEST_CASE("an error is JSON whatever its bytes") {
+TEST_CASE("an error is JSON with any bytes") {
   CHECK(error_response(400, "bad \xff \" x", "set").body ==
         "{\"error\":\"bad \xef\xbf\xbd \\\" x\",\"field\":\"set\"}");
 }

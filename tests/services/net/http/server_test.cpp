@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real server over loopback, with clients good and hostile.
+// The real server over loopback, with good and hostile clients.
 #include "services/net/http/server.hpp"
 
 #include <catch2/catch.hpp>
@@ -36,7 +36,7 @@ class Numbers final : public Source {
   int n_ = 0;
 };
 
-// Answers by the path's first part.
+// Answers according to the first part of the path.
 class Echo final : public Handler {
  public:
   std::atomic<int> waiting{0};  // rounds of "/wait" that have begun
@@ -81,7 +81,7 @@ class Echo final : public Handler {
     return response;
   }
 
-  // As long as `stay` says so there is another one.
+  // Adds another round while `stay` is true.
   Response round() {
     ++waiting;
     Response response;
@@ -97,7 +97,7 @@ ServerSettings quick() {
   ServerSettings settings;
   settings.limits = {
       .clients = 200, .per_address = 50, .loopback = 100, .requests_per_s = 100'000.0};
-  // Longer than a busy machine holds up a client that is not slow.
+  // Longer than a slow machine delays a normal client.
   settings.timeouts = {.handshake = milliseconds(2000),
                        .header = milliseconds(2000),
                        .next = milliseconds(2000),
@@ -171,7 +171,7 @@ TEST_CASE("requests are answered one after another on one connection") {
   CHECK(client.ended());
 }
 
-TEST_CASE("long texts of a pool are packed for who takes that, and are what they were") {
+TEST_CASE("long texts of a pool are compressed for clients that accept it, and are unchanged") {
   const Running running;
   const std::string body(5000, 'x');
   const std::string ask =
@@ -188,7 +188,7 @@ TEST_CASE("long texts of a pool are packed for who takes that, and are what they
   CHECK_THAT(short_one, !Contains("Content-Encoding") && Catch::EndsWith("hello busy"));
 }
 
-TEST_CASE("a body is sent in pieces while it is made") {
+TEST_CASE("a body is sent in pieces while it is produced") {
   const Running running;
   const std::string all = running.answer(get_line("/pieces", "Connection: close\r\n"));
   CHECK_THAT(all, Contains("Transfer-Encoding: chunked"));
@@ -196,7 +196,7 @@ TEST_CASE("a body is sent in pieces while it is made") {
   CHECK_THAT(all, Catch::Matchers::EndsWith("\r\n0\r\n\r\n"));
 }
 
-TEST_CASE("what is no request is refused and ends the connection") {
+TEST_CASE("an invalid request is refused and ends the connection") {
   const Running running;
   const auto status = [&](const std::string& text) { return running.answer(text).substr(0, 12); };
   CHECK(status("hello\r\n\r\n") == "HTTP/1.1 400");
@@ -208,7 +208,7 @@ TEST_CASE("what is no request is refused and ends the connection") {
   CHECK(status("GET /\r\nX: y HTTP/1.1\r\nHost: x\r\n\r\n") == "HTTP/1.1 400");
 }
 
-TEST_CASE("what could be read as two requests is read as none") {
+TEST_CASE("an ambiguous request is refused, never read as two") {
   const Running running;
   const std::string smuggled = get_line("/admin");
   for (const std::string head :
@@ -231,7 +231,7 @@ TEST_CASE("a body of a gigabyte is refused before it is sent") {
   RawClient client = running.client();
   client.send("POST /a HTTP/1.1\r\nHost: x\r\nContent-Length: 1073741824\r\n\r\n");
   CHECK_THAT(client.until("\r\n"), StartsWith("HTTP/1.1 413"));
-  // Sent all the same, it goes nowhere.
+  // The body is sent all the same, and is ignored.
   const std::string piece(1'000'000, 'x');
   int sent = 0;
   while (sent < 1000 && client.send(piece)) ++sent;
@@ -239,7 +239,7 @@ TEST_CASE("a body of a gigabyte is refused before it is sent") {
   CHECK_THAT(running.answer(get_line("/after", "Connection: close\r\n")), Contains("hello after"));
 }
 
-TEST_CASE("a client that sends five megabytes before it reads gets to read why not") {
+TEST_CASE("a client that sends five megabytes before it reads can read the refusal") {
   const Running running;
   RawClient client = running.client();
   const std::string piece(1'000'000, 'x');
@@ -249,7 +249,7 @@ TEST_CASE("a client that sends five megabytes before it reads gets to read why n
   CHECK_THAT(client.rest(), StartsWith("HTTP/1.1 413"));
 }
 
-TEST_CASE("slow clients are dropped, whichever part they are slow with") {
+TEST_CASE("slow clients are dropped, in every part of a request") {
   const Running running;
   SECTION("the head") {
     RawClient client = running.client();
@@ -257,7 +257,7 @@ TEST_CASE("slow clients are dropped, whichever part they are slow with") {
     client.rest();
     CHECK(client.ended());
   }
-  SECTION("one byte now and then") {
+  SECTION("one byte at long intervals") {
     RawClient client = running.client();
     const std::string text = get_line("/a");
     bool taken = true;
@@ -289,7 +289,7 @@ TEST_CASE("slow clients are dropped, whichever part they are slow with") {
   CHECK(eventually([&] { return running.server.counters().connections == 0; }));
 }
 
-TEST_CASE("another client is answered while as many as may hold their places") {
+TEST_CASE("another client is answered while as many as allowed occupy their places") {
   const Running running(patient());
   std::vector<RawClient> slow;
   for (int i = 0; i < 100; ++i) {
@@ -304,14 +304,14 @@ TEST_CASE("another client is answered while as many as may hold their places") {
   CHECK(running.server.counters().displaced > 0);
 }
 
-TEST_CASE("work that hangs takes its pool's threads and nobody else's") {
+TEST_CASE("work that hangs occupies only its pool's threads") {
   Running running(patient());
   std::vector<RawClient> waiting;
   const auto wait_for_slow = [&] {
     waiting.push_back(running.client());
     waiting.back().send(get_line("/slow"));
   };
-  // The pool's threads first: one that began late would make room in the full queue.
+  // The pool's threads are occupied first, because a late one would make room in the full queue.
   for (int i = 0; i < 2; ++i) wait_for_slow();
   REQUIRE(eventually([&] { return running.echo.hanging == 2; }));
   for (int i = 0; i < 58; ++i) wait_for_slow();
@@ -327,22 +327,22 @@ TEST_CASE("work that hangs takes its pool's threads and nobody else's") {
   CHECK_THAT(waiting.front().until("hello slow"), Contains("hello slow"));
 }
 
-TEST_CASE("an answer that waits in rounds holds no thread of its pool") {
+TEST_CASE("an answer that waits in rounds occupies no thread of its pool") {
   Running running(patient());
   std::vector<RawClient> waiting;
-  // More than its threads, and few enough that one address may have all of them in the queue at once.
+  // More than the pool's threads, and few enough for the limit of one address in the queue.
   for (int i = 0; i < 6; ++i) {
     waiting.push_back(running.client());
     waiting.back().send(get_line("/wait", "Connection: close\r\n"));
   }
-  // Rounds go on, of all of them and not only of as many as the pool has threads.
+  // All requests continue their rounds, not only as many as the pool has threads.
   REQUIRE(eventually([&] { return running.echo.waiting > 100; }));
   CHECK_THAT(running.answer(get_line("/act", "Connection: close\r\n")), Contains("hello act"));
   running.echo.stay = false;
   for (RawClient& client : waiting) CHECK_THAT(client.rest(), Catch::Matchers::EndsWith("waited"));
 }
 
-TEST_CASE("a delayed answer holds no thread") {
+TEST_CASE("a delayed answer occupies no thread") {
   const Running running(patient());
   std::vector<RawClient> late;
   for (int i = 0; i < 90; ++i) {
@@ -353,20 +353,22 @@ TEST_CASE("a delayed answer holds no thread") {
   for (RawClient& client : late) CHECK_THAT(client.until("hello late"), Contains("hello late"));
 }
 
-TEST_CASE("too many requests of one address are told to wait") {
+TEST_CASE("too many requests of one address are refused with a time to wait") {
   ServerSettings settings = patient();
   settings.limits.requests_per_s = 5.0;
   const Running running(settings);
   RawClient client = running.client();
   std::string all;
-  // A burst of twenty; the rest can't be through in time, however long they take.
+  // A burst of twenty is allowed. The other requests can't all be admitted in time.
   for (int i = 0; i < 300; ++i) client.send(get_line("/a"));
   all = client.rest();
   CHECK_THAT(all, Contains("HTTP/1.1 429"));
   CHECK_THAT(all, Contains("Retry-After: "));
 }
 
-TEST_CASE("events go to who listens; who does not read is dropped, and holds nobody") {
+TEST_CASE(
+    "events are sent to all listeners; one that doesn't read is dropped, and doesn't delay "
+    "others") {
   Running running;
   RawClient good = running.client();
   good.send(get_line("/events"));
@@ -387,17 +389,17 @@ TEST_CASE("events go to who listens; who does not read is dropped, and holds nob
   CHECK(eventually([&] { return running.server.counters().streams == 1; }));
   running.server.publish(EventKind::alarms, "[]");
   CHECK_THAT(good.until("event: alarms\ndata: []\n\n"), Contains("event: alarms"));
-  SECTION("a heartbeat while nothing happens") {
+  SECTION("a heartbeat while no event happens") {
     CHECK_THAT(good.until(":\n\n"), Contains(":\n\n"));
   }
-  SECTION("it ends when it may not stay") {
+  SECTION("it ends when its session does") {
     running.echo.stay = false;
     CHECK_THAT(good.rest(), Catch::Matchers::EndsWith("event: ended\ndata: {}\n\n"));
     CHECK(good.ended());
   }
 }
 
-TEST_CASE("a stream whose session ends is told so when somebody says it, not with its heartbeat") {
+TEST_CASE("a stream ends at the notice that its session has ended, before its heartbeat") {
   ServerSettings settings = patient();
   settings.timeouts.heartbeat = settings.timeouts.streams = std::chrono::hours(1);
   Running running(settings);
@@ -420,7 +422,7 @@ TEST_CASE("a stream whose session ends is told so when somebody says it, not wit
   CHECK(eventually([&] { return running.server.counters().streams == 0; }));
 }
 
-TEST_CASE("work that throws is done again the next time, and the server goes on") {
+TEST_CASE("work that throws is repeated for the next request, and the server continues") {
   Echo echo;
   Server server(quick(), echo);
   std::atomic<int> ticks{0};
@@ -444,13 +446,14 @@ TEST_CASE("work that throws is done again the next time, and the server goes on"
   thread.join();
 }
 
-TEST_CASE("whichever allocation fails, the next client is answered") {
+TEST_CASE("after any failed allocation the next client is answered") {
   Running running(patient());
   int answered = 0;
   const int before = allocations_failed;
   for (int n = 0; n < 60; ++n) {
     CAPTURE(n);
-    // The loop's thread has no memory once, n allocations from here: in the answer, or in what comes for the next clients.
+    // One allocation of the loop's thread fails, n allocations later: in the answer, or in the work
+    // for the next clients.
     running.answer(get_line("/starve/" + std::to_string(n), "Connection: close\r\n"));
     for (int i = 0; i < 3; ++i) running.answer(get_line("/a", "Connection: close\r\n"));
     running.answer(get_line("/starve/-1", "Connection: close\r\n"));
@@ -462,7 +465,7 @@ TEST_CASE("whichever allocation fails, the next client is answered") {
   CHECK(eventually([&] { return running.server.counters().connections == 0; }));
 }
 
-TEST_CASE("streams leave places for who only asks") {
+TEST_CASE("streams leave places for plain requests") {
   ServerSettings settings = patient();
   settings.limits.clients = 16;
   settings.limits.loopback = 8;
@@ -477,7 +480,7 @@ TEST_CASE("streams leave places for who only asks") {
   CHECK_THAT(running.answer(get_line("/good", "Connection: close\r\n")), Contains("hello good"));
 }
 
-TEST_CASE("a server ends while clients are in all their states") {
+TEST_CASE("a server ends with clients in all states") {
   std::vector<RawClient> clients;
   {
     Running running(patient());

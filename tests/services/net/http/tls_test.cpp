@@ -26,7 +26,7 @@ TEST_CASE("a certificate on request, with a key that only its owner reads") {
   SSL_CTX* context = make_tls_context(files);
   CHECK(SSL_CTX_get_min_proto_version(context) == TLS1_2_VERSION);
   SSL_CTX_free(context);
-  SECTION("nothing is replaced") {
+  SECTION("no file is replaced") {
     CHECK_THROWS(write_self_signed(make_self_signed({"box"}, 30), folder.path()));
   }
   SECTION("a key of another certificate is refused") {
@@ -35,7 +35,7 @@ TEST_CASE("a certificate on request, with a key that only its owner reads") {
   }
 }
 
-TEST_CASE("what is no host makes no certificate") {
+TEST_CASE("an invalid host gives no certificate") {
   const char* const host = GENERATE("", "a b", "x,IP:1.2.3.4", "a\nb", "*", "section:@x/../");
   CHECK_THROWS(make_self_signed({host}, 30));
 }

@@ -9,7 +9,7 @@ namespace loopwarden::tests::worker_pools_test {
 
 using namespace http;
 
-TEST_CASE("a pool that is full says so, and no client has all of it") {
+TEST_CASE("a full pool refuses work, and one client can't take all of it") {
   std::promise<void> go;
   const std::shared_future<void> open = go.get_future().share();
   std::promise<void> begun;
@@ -28,7 +28,7 @@ TEST_CASE("a pool that is full says so, and no client has all of it") {
   CHECK_FALSE(pools.begin(Pool::disk, "d", [] {}));
   std::promise<void> other;
   CHECK(pools.begin(Pool::daemon, "a", [&] { other.set_value(); }));
-  other.get_future().wait();  // while the disk's pool stands
+  other.get_future().wait();  // while the disk's pool is blocked
   go.set_value();
 }
 

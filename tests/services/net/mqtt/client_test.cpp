@@ -35,7 +35,7 @@ ClientSettings settings(int port, std::string id = "test") {
   return s;
 }
 
-// The next event of that kind; what comes before is passed over.
+// Returns the next event of that kind, and skips other events.
 std::optional<Event> await(Client& client, Kind kind, std::chrono::seconds patience = 30s) {
   const auto end = std::chrono::steady_clock::now() + patience;
   while (std::chrono::steady_clock::now() < end) {
@@ -46,7 +46,7 @@ std::optional<Event> await(Client& client, Kind kind, std::chrono::seconds patie
   return std::nullopt;
 }
 
-TEST_CASE("messages go to the broker and come back", "[mqtt]") {
+TEST_CASE("messages sent to the broker are received again", "[mqtt]") {
   std::signal(SIGPIPE, SIG_IGN);
   MqttBroker broker;
   ClientSettings wanted = settings(broker.port());
@@ -64,8 +64,7 @@ TEST_CASE("messages go to the broker and come back", "[mqtt]") {
   CHECK_FALSE(message->message.retain);
 }
 
-TEST_CASE("the broker publishes the will of who goes without a goodbye, and of nobody else",
-          "[mqtt]") {
+TEST_CASE("the broker publishes the will only of a client that left without a goodbye", "[mqtt]") {
   MqttBroker broker;
   ClientSettings wanted = settings(broker.port(), "watcher");
   wanted.subscriptions = {{"#", Qos::at_least_once}};
@@ -86,7 +85,7 @@ TEST_CASE("the broker publishes the will of who goes without a goodbye, and of n
   CHECK(will->message.payload == "second");
 }
 
-TEST_CASE("a goodbye right after messages to be confirmed is one: they arrive, the will does not",
+TEST_CASE("after a goodbye with unconfirmed messages they arrive, and the will is not published",
           "[mqtt]") {
   MqttBroker broker;
   ClientSettings wanted = settings(broker.port(), "watcher");
@@ -121,7 +120,7 @@ TEST_CASE("a goodbye right after messages to be confirmed is one: they arrive, t
   CHECK(heard["end"] == 1);
 }
 
-TEST_CASE("a broker that dies is noticed, and found again when it is back", "[mqtt]") {
+TEST_CASE("a broker that dies is noticed, and reconnected when it returns", "[mqtt]") {
   MqttBroker broker;
   Client client(settings(broker.port()));
   client.connect(std::nullopt);
@@ -142,7 +141,8 @@ TEST_CASE("a broker that dies is noticed, and found again when it is back", "[mq
   CHECK(back);
 }
 
-TEST_CASE("a broker that accepts and never answers is given up by keep-alive", "[mqtt]") {
+TEST_CASE("the connection to a broker that accepts and never answers ends by keep-alive",
+          "[mqtt]") {
   const tests::SilentBroker silent;
   Client client(settings(silent.port()));
   client.connect(std::nullopt);
@@ -152,7 +152,7 @@ TEST_CASE("a broker that accepts and never answers is given up by keep-alive", "
 }
 
 TEST_CASE(
-    "a broker that hangs makes nobody wait: what it can't take is refused, then it is given up",
+    "a broker that hangs blocks no caller: excess messages are refused, then the connection ends",
     "[mqtt]") {
   MqttBroker broker;
   ClientSettings wanted = settings(broker.port());
@@ -171,7 +171,7 @@ TEST_CASE(
   broker.go_on();
 }
 
-TEST_CASE("a goodbye to a broker that hangs ends too", "[mqtt]") {
+TEST_CASE("a goodbye to a broker that hangs also ends", "[mqtt]") {
   MqttBroker broker;
   Client client(settings(broker.port()));
   client.connect(std::nullopt);
@@ -210,8 +210,8 @@ TEST_CASE("a wrong password is refused, with the reason", "[mqtt]") {
   CHECK_THAT(outcome("none").why, Catch::Contains("can't be read"));
 }
 
-// Mosquitto grants every subscription and filters later; other brokers refuse it.
-TEST_CASE("a subscription that is refused is no connection", "[mqtt]") {
+// Mosquitto grants every subscription and filters later. Other brokers refuse it.
+TEST_CASE("a refused subscription ends the connection", "[mqtt]") {
   const tests::SilentBroker broker;
   ClientSettings wanted = settings(broker.port());
   wanted.subscriptions = {{"secret/#", Qos::at_least_once}};
@@ -237,7 +237,7 @@ TEST_CASE("a subscription that is refused is no connection", "[mqtt]") {
   CHECK(refused->why == "the broker refuses a subscription");
 }
 
-TEST_CASE("TLS: both sides show a certificate, and what the authority did not sign is refused",
+TEST_CASE("TLS: both sides show a certificate, and one that the authority did not sign is refused",
           "[mqtt]") {
   const tests::Certificates certificates;
   MqttBroker broker(certificates.broker_lines());
@@ -251,7 +251,7 @@ TEST_CASE("TLS: both sides show a certificate, and what the authority did not si
     }
   };
   wanted.ca_file = certificates.file("ca.crt");
-  CHECK(outcome(wanted) == Kind::disconnected);  // no certificate of one's own
+  CHECK(outcome(wanted) == Kind::disconnected);  // no client certificate
   wanted.certificate_file = certificates.file("client.crt");
   wanted.key.file = certificates.file("client.key");
   CHECK(outcome(wanted) == Kind::connected);
@@ -260,7 +260,7 @@ TEST_CASE("TLS: both sides show a certificate, and what the authority did not si
   wanted.ca_file = certificates.file("none.crt");
   CHECK(outcome(wanted) == Kind::disconnected);
   wanted.ca_file = certificates.file("ca.crt");
-  wanted.broker.host = "localhost";  // a name that the server's certificate does not hold
+  wanted.broker.host = "localhost";  // a name that is not in the server's certificate
   CHECK(outcome(wanted) == Kind::disconnected);
 }
 

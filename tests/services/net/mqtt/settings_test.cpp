@@ -9,7 +9,7 @@ namespace settings_test {
 
 using namespace loopwarden::mqtt;
 
-TEST_CASE("a broker's URL", "[mqtt]") {
+TEST_CASE("a broker's URL is read or refused", "[mqtt]") {
   CHECK(parse_broker_url("mqtt://broker") == BrokerUrl{"broker", 1883, false});
   CHECK(parse_broker_url("mqtts://broker") == BrokerUrl{"broker", 8883, true});
   CHECK(parse_broker_url("mqtt://10.0.0.1:1884/") == BrokerUrl{"10.0.0.1", 1884, false});

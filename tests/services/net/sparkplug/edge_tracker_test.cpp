@@ -62,7 +62,7 @@ Feed born() {
   return feed;
 }
 
-TEST_CASE("data before a birth are dropped and a rebirth is wanted, once a birth came no more") {
+TEST_CASE("data before a birth are dropped and request a rebirth, and after the birth no more") {
   Feed feed;
   CHECK(feed.take(data(5, 100)) == Verdict::unborn);
   CHECK(feed.ready.empty());
@@ -72,7 +72,7 @@ TEST_CASE("data before a birth are dropped and a rebirth is wanted, once a birth
   CHECK(feed.take(data(1, 300)) == Verdict::taken);
 }
 
-TEST_CASE("a message from beyond a gap waits for those before it") {
+TEST_CASE("a message after a gap waits for the missing ones") {
   Feed feed = born();
   CHECK(feed.take(data(2, 12)) == Verdict::held);
   CHECK(feed.take(data(3, 13)) == Verdict::held);
@@ -83,7 +83,7 @@ TEST_CASE("a message from beyond a gap waits for those before it") {
   CHECK_FALSE(feed.tracker.waits());
 }
 
-TEST_CASE("a gap is given up after the reorder timeout, and a rebirth wanted") {
+TEST_CASE("after the reorder timeout a gap counts as lost, and a rebirth is requested") {
   Feed feed = born();
   CHECK(feed.take(data(3, 13)) == Verdict::held);
   CHECK_FALSE(feed.tracker.give_up_late(1999, feed.ready));
@@ -91,7 +91,7 @@ TEST_CASE("a gap is given up after the reorder timeout, and a rebirth wanted") {
   CHECK(feed.times() == std::vector<std::uint64_t>{1, 13});
   CHECK(feed.tracker.wants_rebirth());
   CHECK(feed.tracker.missing() == 2);
-  // What is late is not lost.
+  // A late message is not lost.
   CHECK(feed.take(data(1, 11)) == Verdict::late);
   CHECK(feed.take(data(4, 14)) == Verdict::taken);
 }
@@ -103,7 +103,7 @@ TEST_CASE("a clock that is set back ends the wait for a gap") {
   CHECK(feed.tracker.give_up_late(0, feed.ready));
 }
 
-TEST_CASE("a full window gives the gap up at once, a far jump too") {
+TEST_CASE("a full window ends the wait for a gap at once, as does a far jump") {
   Feed feed = born();
   for (std::uint64_t seq = 2; seq < 18; ++seq) feed.take(data(seq, 10 + seq));
   CHECK(feed.ready.size() == 17);
@@ -114,7 +114,7 @@ TEST_CASE("a full window gives the gap up at once, a far jump too") {
   CHECK(jumping.tracker.wants_rebirth());
 }
 
-TEST_CASE("the same message once more is dropped; another one of its number is a conflict") {
+TEST_CASE("a repeated message is dropped; a different one with its number is a conflict") {
   Feed feed = born();
   feed.take(data(1, 11));
   feed.take(data(2, 12));
@@ -130,13 +130,13 @@ TEST_CASE("the will of an older connection doesn't end a newer one") {
   CHECK(feed.tracker.born());
   CHECK(feed.take(with_bd_seq(MessageType::ndeath, 7, 6)) == Verdict::taken);
   CHECK_FALSE(feed.tracker.born());
-  // The will after the edge's own death.
+  // The will arrives after the edge's own death.
   CHECK(feed.take(with_bd_seq(MessageType::ndeath, 7, 6)) == Verdict::duplicate);
   CHECK_FALSE(feed.tracker.wants_rebirth());
 }
 
 TEST_CASE(
-    "a death whose bdSeq can't be read ends the connection in force, and a rebirth is wanted") {
+    "a death with an unreadable bdSeq ends the present connection, and a rebirth is requested") {
   const auto death = [](std::vector<sparkplug::Metric> metrics) {
     Message message = with_bd_seq(MessageType::ndeath, 7, 6);
     message.payload.metrics = std::move(metrics);
@@ -153,7 +153,7 @@ TEST_CASE(
   nameless.alias = 9;
   const std::vector<std::vector<sparkplug::Metric>> unreadable{
       {},
-      {nameless},  // the birth had no alias for it
+      {nameless},  // the birth gave it no alias
       {bd_seq(std::string("7"))},
       {bd_seq(7.0)},
       {bd_seq(true)},
@@ -172,7 +172,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a death may name bdSeq by the alias of the birth") {
+TEST_CASE("a death can name bdSeq by the alias of the birth") {
   Message birth = with_bd_seq(MessageType::nbirth, 7, 1);
   birth.payload.metrics[0].alias = 9;
   const auto death = [](std::uint64_t bd_seq) {
@@ -189,7 +189,7 @@ TEST_CASE("a death may name bdSeq by the alias of the birth") {
   CHECK_FALSE(feed.tracker.born());
 }
 
-TEST_CASE("a birth without seq 0 or bdSeq is none") {
+TEST_CASE("a birth without seq 0 or bdSeq is invalid") {
   Feed feed;
   Message without = with_bd_seq(MessageType::nbirth, 1, 1);
   without.payload.metrics.clear();
@@ -202,17 +202,18 @@ TEST_CASE("a birth without seq 0 or bdSeq is none") {
   CHECK(feed.take(huge) == Verdict::malformed);
 }
 
-TEST_CASE("a tracker that is resumed goes on behind what is in the database") {
+TEST_CASE("a resumed tracker continues after the position in the database") {
   Feed feed;
   feed.tracker.resume(9, 254);
   CHECK(feed.take(data(255, 20)) == Verdict::taken);
   CHECK(feed.take(data(0, 21)) == Verdict::taken);
-  // Read from the spool once more: the tables' keys tell.
+  // The message is read from the spool again. The keys of the tables show this.
   CHECK(feed.take(data(254, 19)) == Verdict::late);
 }
 
-// What a broker may do to the messages of one connection within the window: hold some back, deliver some twice.
-TEST_CASE("whatever is swapped or doubled within the window comes out once and in order") {
+// Permitted changes by a broker to the messages of one connection within the window: it delays some
+// and delivers some twice.
+TEST_CASE("messages swapped or doubled within the window are returned once and in order") {
   property::for_all("order", 300, [] {
     const auto count = static_cast<std::size_t>(property::integer(1, 600));
     std::vector<std::uint64_t> order(count);
@@ -233,7 +234,7 @@ TEST_CASE("whatever is swapped or doubled within the window comes out once and i
   });
 }
 
-TEST_CASE("whatever is lost, nothing comes out twice and a loss is noticed") {
+TEST_CASE("after any losses no message is returned twice, and a loss is noticed") {
   property::for_all("losses", 300, [] {
     Feed feed = born();
     std::uint64_t lost = 0;
@@ -253,11 +254,12 @@ TEST_CASE("whatever is lost, nothing comes out twice and a loss is noticed") {
     property::require(different.size() == times.size(), "none twice");
     property::require(times.size() == count + 1 - lost, "all that came");
     property::require(feed.tracker.missing() == lost, "each loss counted");
-    property::require(feed.tracker.wants_rebirth() == (lost > 0), "a rebirth wanted where one is");
+    property::require(feed.tracker.wants_rebirth() == (lost > 0),
+                      "a rebirth is requested exactly after a loss");
   });
 }
 
-TEST_CASE("whatever happens, a host that sees every message never misses one") {
+TEST_CASE("a host that receives every message never misses one") {
   using sparkplug::EdgeSession;
   property::for_all("no gap", 200, [] {
     EdgeSession edge(property::coin(), static_cast<std::uint8_t>(property::integer(0, 255)));
@@ -293,8 +295,9 @@ TEST_CASE("whatever happens, a host that sees every message never misses one") {
   });
 }
 
-// Two edge nodes of one name, garbage in seq and bdSeq: nothing but the messages themselves may come out.
-TEST_CASE("arbitrary messages never come out more often than they went in") {
+// Two edge nodes with one name, and garbage in seq and bdSeq. Only the received messages may be
+// returned.
+TEST_CASE("arbitrary messages are never returned more often than they were received") {
   property::for_all("garbage", 500, [] {
     Feed feed;
     std::size_t in = 0;

@@ -34,13 +34,14 @@ std::string hex(const std::string& bytes) {
   return text;
 }
 
-TEST_CASE("bytes on the wire have the specification's field numbers", "[sparkplug]") {
+TEST_CASE("encoded bytes have the specification's field numbers", "[sparkplug]") {
   Payload payload{
       .time_ms = 1, .seq = 2, .metrics = {metric("a", DataType::int8, std::int64_t{-1})}};
   payload.metrics[0].alias = 3;
   payload.metrics[0].time_ms = 4;
   payload.metrics[0].historical = true;
-  // timestamp 1:1, metrics 2:{name 1:"a", alias 2:3, timestamp 3:4, datatype 4:1, is_historical 5:1, int_value
+  // timestamp 1:1, metrics 2:{name 1:"a", alias 2:3, timestamp 3:4, datatype 4:1, is_historical
+  // 5:1, int_value
   // 10:0xFFFFFFFF}, seq 3:2
   CHECK(hex(encode(payload, Types::sent)) ==
         "0801"
@@ -63,7 +64,7 @@ TEST_CASE("bytes on the wire have the specification's field numbers", "[sparkplu
         "1802");
 }
 
-TEST_CASE("every kind of value comes back as it was", "[sparkplug]") {
+TEST_CASE("every kind of value is read back unchanged", "[sparkplug]") {
   constexpr std::int64_t kLow64 = std::numeric_limits<std::int64_t>::min();
   constexpr std::uint64_t kHigh64 = std::numeric_limits<std::uint64_t>::max();
   Payload payload{
@@ -104,7 +105,7 @@ TEST_CASE("every kind of value comes back as it was", "[sparkplug]") {
   CHECK(payload.metrics[0].property("none") == nullptr);
 }
 
-TEST_CASE("integers of a message without types get the type of the birth", "[sparkplug]") {
+TEST_CASE("integers in a message without types get the type of the birth", "[sparkplug]") {
   Payload payload{.time_ms = {},
                   .seq = 1,
                   .metrics = {metric("", DataType::int16, std::int64_t{-2}),
@@ -118,12 +119,11 @@ TEST_CASE("integers of a message without types get the type of the birth", "[spa
   CHECK(retyped(read.metrics[1].value, DataType::uint32) == Value(std::uint64_t{7}));
   CHECK(retyped(read.metrics[2].value, DataType::int64) == Value(std::int64_t{-2}));
   CHECK(retyped(read.metrics[3].value, DataType::float32) == Value(2.5));
-  // A birth that says it is text, and an integer: there is no such value.
+  // The birth states a text, and the value is an integer. Such a value is invalid.
   CHECK(retyped(Value(std::uint64_t{1}), DataType::string) == Value(Opaque{}));
 }
 
-TEST_CASE("a type that contradicts its value is the caller's mistake when it is written",
-          "[sparkplug]") {
+TEST_CASE("writing a type that contradicts its value is an error of the caller", "[sparkplug]") {
   const auto encoded = [](DataType type, Value value) {
     Payload payload{.time_ms = {}, .seq = {}, .metrics = {metric("a", type, std::move(value))}};
     return encode(payload, Types::sent);
@@ -139,7 +139,7 @@ TEST_CASE("a type that contradicts its value is the caller's mistake when it is 
   CHECK_THROWS_AS(encoded(DataType::data_set, Opaque{}), std::logic_error);
 }
 
-TEST_CASE("what is no payload is refused, and what is not kept is told", "[sparkplug]") {
+TEST_CASE("an invalid payload is refused, and unsupported values are marked", "[sparkplug]") {
   CHECK(decode("") == Payload{});
   CHECK_THROWS_AS(decode("\x01"), BadPayload);
   CHECK_THROWS_AS(decode(std::string(kMostPayloadBytes + 1, '\0')), BadPayload);
@@ -148,7 +148,7 @@ TEST_CASE("what is no payload is refused, and what is not kept is told", "[spark
   };
   CHECK_THROWS_WITH(one("\x0a\x01\xff"), Catch::Contains("UTF-8"));          // a lone byte
   CHECK_THROWS_WITH(one("\x0a\x03\xed\xa0\x80"), Catch::Contains("UTF-8"));  // a surrogate
-  CHECK_THROWS_WITH(one("\x0a\x02\xc0\xaf"), Catch::Contains("UTF-8"));      // a long form
+  CHECK_THROWS_WITH(one("\x0a\x02\xc0\xaf"), Catch::Contains("UTF-8"));      // an overlong form
   CHECK_THROWS_WITH(one("\x0a\x04\xf4\x90\x80\x80"), Catch::Contains("UTF-8"));
   CHECK_THROWS_WITH(one(std::string("\x0a\x01\x00", 3)), Catch::Contains("UTF-8"));
   CHECK_THROWS_WITH(one("\x20\x23"), Catch::Contains("no data type 35"));
@@ -156,8 +156,7 @@ TEST_CASE("what is no payload is refused, and what is not kept is told", "[spark
   CHECK(one("\x20\x10\x8a\x01\x02\x08\x01").metrics[0].value == Value(Opaque{}));  // a data set
   CHECK(one("\x20\x0c\x50\x01").metrics[0].value ==
         Value(Opaque{}));  // a String that is an integer
-  CHECK(one("\x20\x0b\x38\x01\x50\x01").metrics[0].value ==
-        Value{});  // null, whatever stands beside it
+  CHECK(one("\x20\x0b\x38\x01\x50\x01").metrics[0].value == Value{});  // null, with any other field
   std::string many;
   for (std::size_t i = 0; i <= kMostMetrics; ++i) many += std::string("\x12\x00", 2);
   CHECK_THROWS_WITH(decode(many), Catch::Contains("metrics"));
@@ -178,7 +177,7 @@ Value drawn_value(DataType type) {
   return text;
 }
 
-TEST_CASE("any payload comes back as it was", "[sparkplug]") {
+TEST_CASE("any payload is read back unchanged", "[sparkplug]") {
   property::for_all("decode(encode(payload)) == payload", 300, [] {
     Payload payload{.time_ms = property::bits(), .seq = property::bits(), .metrics = {}};
     for (std::size_t i = property::one_of(8); i > 0; --i) {
@@ -193,7 +192,7 @@ TEST_CASE("any payload comes back as it was", "[sparkplug]") {
   });
 }
 
-TEST_CASE("any bytes are read or refused, and what was read can be written", "[sparkplug]") {
+TEST_CASE("any bytes are read or refused, and a read payload can be written", "[sparkplug]") {
   property::for_all("decode", 2000, [] {
     std::string bytes;
     for (std::size_t i = property::one_of(60); i > 0; --i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// docs/sparkplug.md (edge) and docs/fleet.md (host) name a test for each statement of the specification: it has to be
-// there.
+// docs/sparkplug.md (edge) and docs/fleet.md (host) name a test for each statement of the
+// specification. The test must exist.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <set>
@@ -15,7 +15,7 @@ namespace statements_test {
 namespace fs = std::filesystem;
 using loopwarden::tests::read_file;
 
-// The text of a literal that begins behind its quote, with those that follow it on more lines.
+// Returns the text of the literal after the quote at `begin`, with the literals on following lines.
 std::string literal_at(const std::string& text, std::size_t begin) {
   std::string whole;
   for (;;) {
@@ -41,7 +41,7 @@ std::set<std::string> test_names() {
   return names;
 }
 
-// What stands between ` in the last column of a line.
+// Returns the texts in backquotes in the last column of a line.
 std::vector<std::string> quoted_in_last_column(const std::string& line) {
   const std::size_t end = line.rfind(" |");
   const std::size_t begin = line.rfind("| ", end - 1);
@@ -53,7 +53,7 @@ std::vector<std::string> quoted_in_last_column(const std::string& line) {
   return quoted;
 }
 
-// How many tests the lines of a page name, all of which must be there.
+// Returns the number of tests named in a page. All of them must exist.
 int tests_named(const std::string& page) {
   static const std::set<std::string> names = test_names();
   std::istringstream lines(page);
@@ -70,7 +70,7 @@ int tests_named(const std::string& page) {
   return found;
 }
 
-TEST_CASE("every test that the tables of Sparkplug's statements name is there",
+TEST_CASE("every test named in the tables of Sparkplug's statements exists",
           "[sparkplug][statements]") {
   CHECK(tests_named(read_file(LOOPWARDEN_SOURCE_DIR "/docs/sparkplug.md")) > 25);
   const std::string fleet = read_file(LOOPWARDEN_SOURCE_DIR "/docs/fleet.md");

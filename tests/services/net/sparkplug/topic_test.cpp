@@ -20,7 +20,7 @@ TEST_CASE("topics of nodes and devices", "[sparkplug]") {
   CHECK(parse_topic("spBv1.0/plant/DDATA/box1/FIC-101") == data);
 }
 
-TEST_CASE("what is no topic of a node or a device", "[sparkplug]") {
+TEST_CASE("other topics than those of a node or a device", "[sparkplug]") {
   for (const char* text :
        {"", "spBv1.0", "spAv1.0/plant/NBIRTH/box1", "spBv1.0/plant/NBIRTH",
         "spBv1.0/plant/BIRTH/box1", "spBv1.0/plant/nbirth/box1", "spBv1.0/plant/NBIRTH/box1/device",
@@ -40,7 +40,7 @@ TEST_CASE("a host's STATE", "[sparkplug]") {
   CHECK_FALSE(parse_state_topic("spBv1.0/plant/NBIRTH/box1"));
 }
 
-TEST_CASE("a tag becomes a name that a topic can hold", "[sparkplug]") {
+TEST_CASE("a tag becomes a valid name for a topic", "[sparkplug]") {
   CHECK(identifier_of("FIC-101") == "FIC-101");
   CHECK(identifier_of("A/B+C#D\n") == "A_B_C_D_");
   CHECK(identifier_of("Dampf 3 °C") == "Dampf 3 °C");
@@ -50,7 +50,7 @@ TEST_CASE("a tag becomes a name that a topic can hold", "[sparkplug]") {
   CHECK_FALSE(is_identifier(std::string(kMostIdentifierBytes + 1, 'a')));
 }
 
-TEST_CASE("whatever the tag, its topic is found again", "[sparkplug]") {
+TEST_CASE("the topic of any tag is found again", "[sparkplug]") {
   property::for_all("parse_topic(to_text(topic)) == topic", 500, [] {
     std::string tag;
     for (std::size_t i = property::one_of(30); i > 0; --i) {

@@ -16,7 +16,7 @@ json session_of(ApiRig& rig) {
   return json::parse(rig.answer(ApiRig::get({"api", "session"})).body);
 }
 
-TEST_CASE("the plant is asked for by group, a valve by its names") {
+TEST_CASE("the plant is requested by group, and a valve by its names") {
   ApiRig rig(true);
   rig.has_fleet = true;
   Request request = rig.get_as("vera", {"api", "fleet"});
@@ -34,7 +34,7 @@ TEST_CASE("the plant is asked for by group, a valve by its names") {
   CHECK(rig.answer(request).status == 400);
 }
 
-TEST_CASE("the plant is for those who have logged in, and never waits for the daemon's pools") {
+TEST_CASE("the plant needs a log-in, and never waits for the daemon's pools") {
   ApiRig rig(true);
   rig.has_fleet = true;
   for (const std::vector<std::string>& path :
@@ -46,7 +46,7 @@ TEST_CASE("the plant is for those who have logged in, and never waits for the da
   CHECK(rig.fleet.asked.empty());
 }
 
-TEST_CASE("a database that is away is 503 with its words, and with the last answer") {
+TEST_CASE("an unavailable database gives 503 with its error, and with the last answer") {
   ApiRig rig(false);
   rig.has_fleet = true;
   rig.fleet.why_down = "no \"route\"";
@@ -62,7 +62,7 @@ TEST_CASE("a database that is away is 503 with its words, and with the last answ
   CHECK(rig.answer(ApiRig::get({"api", "fleet", "valves", "A", "b", "c"})).status == 503);
 }
 
-TEST_CASE("without the section fleet there is none") {
+TEST_CASE("without the section fleet the page shows no fleet") {
   ApiRig rig(false);
   CHECK(rig.answer(ApiRig::get({"api", "fleet"})).status == 404);
   CHECK(session_of(rig)["fleet"] == false);
@@ -70,7 +70,7 @@ TEST_CASE("without the section fleet there is none") {
   CHECK(rig.answer(ApiRig::get({"api", "alarms"})).status == 200);
 }
 
-TEST_CASE("on a machine without a daemon the box's addresses are not there") {
+TEST_CASE("on a machine without a daemon the box's addresses give 404") {
   ApiRig rig(true);
   rig.has_fleet = true;
   rig.settings.box = false;

@@ -16,7 +16,8 @@ namespace {
 constexpr std::int64_t kStart_ms = 1'750'000'000'000;
 constexpr double kPeriod_s = 0.1;
 
-// Rows of one run as the recorder writes them; PV is the number of the period, and the third row has none.
+// Writes rows of one run as the recorder does. PV is the number of the period, and the third row
+// has no PV.
 void write_run(const std::filesystem::path& folder, std::uint64_t sequence, std::int64_t start_ms,
                std::uint64_t first_period, std::size_t count) {
   std::filesystem::create_directories(folder);
@@ -58,7 +59,7 @@ std::string csv_of(ApiRig& rig) {
   return text;
 }
 
-TEST_CASE("what was recorded comes as a CSV record") {
+TEST_CASE("a recorded time is returned as a CSV record") {
   ApiRig rig(false);
   write_run(rig.settings.state_directory / "segments" / "FIC-101", 1, kStart_ms, 100, 5);
   const record::Record read = record::parse_record(csv_of(rig), "history.csv");
@@ -73,7 +74,7 @@ TEST_CASE("what was recorded comes as a CSV record") {
   CHECK(read.automatic.front() == 1.0);
 }
 
-TEST_CASE("behind a restart a CSV record goes on by the clock, in whole periods") {
+TEST_CASE("after a restart a CSV record continues by the clock, in whole periods") {
   ApiRig rig(false);
   const auto folder = rig.settings.state_directory / "segments" / "FIC-101";
   write_run(folder, 1, kStart_ms, 100, 2);
@@ -84,7 +85,7 @@ TEST_CASE("behind a restart a CSV record goes on by the clock, in whole periods"
   CHECK_THAT(text, Catch::Contains("\n1.1,1,5,40,"));
 }
 
-TEST_CASE("a CSV record of nothing has its head line") {
+TEST_CASE("an empty CSV record has its head line") {
   ApiRig rig(false);
   CHECK(csv_of(rig).starts_with("time,pv,sp,co,"));
 }

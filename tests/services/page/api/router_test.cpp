@@ -22,7 +22,7 @@ json set_point(double value, double old) {
           {"confirm", {{"tag", "FIC-101"}, {"old", old}, {"new", value}}}};
 }
 
-// Sections in which an order is confirmed for another loop, or not at all.
+// Declares sections in which an order is confirmed for another loop, or is not confirmed.
 bool spoils_confirmation(json& order) {
   SECTION("another tag") {
     order["confirm"]["tag"] = "FIC-102";
@@ -35,7 +35,7 @@ bool spoils_confirmation(json& order) {
   return false;
 }
 
-TEST_CASE("without users everybody on this host looks and nobody writes") {
+TEST_CASE("without users everybody on this host can view and not write") {
   ApiRig rig(false);
   Request request = ApiRig::get({"api", "session"});
   const json session = json::parse(rig.answer(request).body);
@@ -55,7 +55,7 @@ TEST_CASE("without users everybody on this host looks and nobody writes") {
   CHECK(rig.answer(alarms).status == 401);
 }
 
-TEST_CASE("alarms are asked of a loop or of the box, by name") {
+TEST_CASE("alarms are requested of a loop or of the box, by name") {
   ApiRig rig(true);
   const auto asked = [&](const Request& request) {
     rig.daemon.asked.clear();
@@ -80,7 +80,7 @@ TEST_CASE("alarms are asked of a loop or of the box, by name") {
   CHECK(order["alarm"] == "disk_full");
 }
 
-TEST_CASE("with users nothing is told to who has not logged in, but the session") {
+TEST_CASE("before the log-in, users see only the session") {
   ApiRig rig(true);
   const std::vector<std::vector<std::string>> paths{{"api", "describe"},
                                                     {"api", "events"},
@@ -107,7 +107,7 @@ TEST_CASE("with users nothing is told to who has not logged in, but the session"
   CHECK(rig.daemon.asked.empty());
 }
 
-TEST_CASE("a viewer can't write, an operator can, and the journal will know who") {
+TEST_CASE("a viewer can't write, an operator can, and the journal receives the user") {
   ApiRig rig(true);
   CHECK(rig.answer(rig.post_as("vera", kAlarm, kAcknowledge)).status == 403);
   CHECK(rig.answer(rig.post_as("vera", kOrder, set_point(6.0, 5.0))).status == 403);
@@ -120,7 +120,7 @@ TEST_CASE("a viewer can't write, an operator can, and the journal will know who"
   CHECK(rig.orders.asked[0]["alarm"] == "stiction");
 }
 
-TEST_CASE("a report is asked for by an engineer alone") {
+TEST_CASE("only an engineer can request a report") {
   ApiRig rig(true);
   const std::vector<std::string> path{"api", "loops", "FIC-101", "reports"};
   const json wish{{"kind", "gap"}, {"from_ms", 1'750'000'000'000}, {"to_ms", 1'750'000'060'000}};
@@ -165,7 +165,7 @@ TEST_CASE("a report is asked for by an engineer alone") {
   CHECK(rig.answer(rig.post_as("ella", path, wish)).status == 403);
 }
 
-TEST_CASE("reports that were asked for are told to everybody, with the page's link to each") {
+TEST_CASE("requested reports are shown to everybody, with the page's link to each") {
   ApiRig rig(true);
   write_file(rig.settings.state_directory / "reports/one/report.html", "<title>Gap: x</title>");
   rig.daemon.says = [](const json&) {
@@ -184,7 +184,7 @@ TEST_CASE("reports that were asked for are told to everybody, with the page's li
   CHECK_FALSE(all[2].contains("id"));
 }
 
-TEST_CASE("a loop of a daemon that was never heard of is not known, rather than not there") {
+TEST_CASE("before the daemon's first answer its loops are unknown, not absent") {
   ApiRig rig(true);
   CHECK(rig.answer(rig.get_as("vera", {"api", "loops", "FIC-999"})).status == 404);
   rig.now.state = nullptr;
@@ -193,7 +193,7 @@ TEST_CASE("a loop of a daemon that was never heard of is not known, rather than 
   CHECK(rig.answer(rig.post_as("otto", kAlarm, kAcknowledge)).status == 503);
 }
 
-TEST_CASE("a note on a loop is an operator's, with the time it is about") {
+TEST_CASE("an operator can add a note to a loop, with the time that it concerns") {
   ApiRig rig(true);
   const std::vector<std::string> notes{"api", "loops", "FIC-101", "notes"};
   const json note{{"text", "pump changed"}, {"about_ms", 1'750'000'000'000}};
@@ -211,7 +211,7 @@ TEST_CASE("a note on a loop is an operator's, with the time it is about") {
                                     {"address", "127.0.0.1"}});
 }
 
-TEST_CASE("an incident is acknowledged by its id, and nothing else is done to it") {
+TEST_CASE("an incident is acknowledged by its id, and accepts no other action") {
   ApiRig rig(true);
   const std::vector<std::string> incident{"api", "loops", "FIC-101", "incidents",
                                           "FIC-101-20261124T145805Z"};
@@ -236,7 +236,7 @@ TEST_CASE("a POST needs the session's token, JSON and this origin") {
     request.csrf.clear();
     CHECK(rig.answer(request).status == 403);
   }
-  SECTION("nobody's token") {
+  SECTION("an unknown token") {
     request.csrf = page::fingerprint("nobody");
     CHECK(rig.answer(request).status == 403);
   }
@@ -248,7 +248,7 @@ TEST_CASE("a POST needs the session's token, JSON and this origin") {
     request.content_type = "application/x-www-form-urlencoded";
     CHECK(rig.answer(request).status == 415);
   }
-  SECTION("another site's page") {
+  SECTION("a page of another site") {
     request.fetch_site = GENERATE("cross-site", "same-site");
     CHECK(rig.answer(request).status == 403);
   }
@@ -257,14 +257,14 @@ TEST_CASE("a POST needs the session's token, JSON and this origin") {
         GENERATE("https://evil", "null", "http://localhost:8481", "https://localhost:8480");
     CHECK(rig.answer(request).status == 403);
   }
-  SECTION("our own") {
+  SECTION("the page's own origin") {
     request.fetch_site = "same-origin";
     request.origin = "http://localhost:8480";
     CHECK(rig.answer(request).status == 200);
   }
 }
 
-TEST_CASE("a stranger's name does not lead here") {
+TEST_CASE("a request with a foreign host name is refused") {
   ApiRig rig(false);
   const auto status = [&](const std::string& host) {
     Request request = ApiRig::get({"api", "session"});
@@ -283,7 +283,7 @@ TEST_CASE("a stranger's name does not lead here") {
   }
 }
 
-TEST_CASE("methods and addresses that are not there") {
+TEST_CASE("unknown methods and addresses") {
   ApiRig rig(false);
   Request request = ApiRig::get({"api", "nothing"});
   CHECK(rig.answer(request).status == 404);
@@ -301,7 +301,7 @@ TEST_CASE("methods and addresses that are not there") {
   CHECK(rig.answer(ApiRig::get({"api", "loops", "NONE"})).status == 404);
 }
 
-TEST_CASE("slow work has pools of its own") {
+TEST_CASE("slow work has separate pools") {
   ApiRig rig(false);
   const auto pool = [&](std::vector<std::string> path, Method method = Method::get) {
     Request request = ApiRig::get(std::move(path));
@@ -315,7 +315,7 @@ TEST_CASE("slow work has pools of its own") {
   CHECK(pool({"api", "loops", "x", "order"}, Method::post) == Pool::orders);
 }
 
-TEST_CASE("an order needs the daemon's right, the page's right and a confirmation that fits") {
+TEST_CASE("an order needs the daemon's right, the page's right and a matching confirmation") {
   ApiRig rig(true);
   rig.orders.says = [](const json& request) -> json {
     if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 0.1}};
@@ -351,7 +351,7 @@ TEST_CASE("an order needs the daemon's right, the page's right and a confirmatio
     body["set"]["set_point"] = "6";
     expected = 400;
   }
-  SECTION("a key too many") {
+  SECTION("an extra key") {
     body["force"] = true;
     expected = 400;
   }
@@ -370,7 +370,7 @@ TEST_CASE("an order needs the daemon's right, the page's right and a confirmatio
   CHECK(rig.orders.asked[1] == json{{"request", "order"}, {"loop", "FIC-101"}, {"order", 3}});
 }
 
-TEST_CASE("an output that nobody knows is ordered by who saw that") {
+TEST_CASE("an unknown output is ordered by a user to whom the page showed it as unknown") {
   ApiRig rig(true);
   rig.orders.says = [](const json& request) -> json {
     if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 0.1}};
@@ -378,7 +378,7 @@ TEST_CASE("an output that nobody knows is ordered by who saw that") {
   };
   json body{{"set", {{"output", 3.0}}},
             {"confirm", {{"tag", "FIC-101"}, {"old", nullptr}, {"new", 3.0}}}};
-  SECTION("where the page showed no value") {
+  SECTION("the page showed no value") {
     CHECK(rig.answer(rig.post_as("otto", kOrder, body)).status == 200);
     CHECK(rig.orders.asked.at(0).at("expect") == json{{"output", nullptr}});
   }
@@ -391,7 +391,7 @@ TEST_CASE("an output that nobody knows is ordered by who saw that") {
     CHECK(response.status == 409);
     CHECK(json::parse(response.body).at("now") == 4.5);
   }
-  SECTION("a set point that was not known yet is held to none") {
+  SECTION("a set point that was not known yet is compared with no value") {
     body = {{"set", {{"set_point", 3.0}}},
             {"confirm", {{"tag", "FIC-101"}, {"old", nullptr}, {"new", 3.0}}}};
     CHECK(rig.answer(rig.post_as("otto", kOrder, body)).status == 200);
@@ -399,7 +399,7 @@ TEST_CASE("an output that nobody knows is ordered by who saw that") {
   }
 }
 
-TEST_CASE("gains are set by engineers, where the daemon allows it, with what they have seen") {
+TEST_CASE("engineers set gains if the daemon allows it, with the gains that they have seen") {
   ApiRig rig(true);
   rig.orders.says = [](const json& request) -> json {
     if (request["request"] == "tune") return {{"order", 3}, {"sample_time_s", 0.1}};
@@ -430,7 +430,7 @@ TEST_CASE("gains are set by engineers, where the daemon allows it, with what the
     body["confirm"]["new"]["ki"] = 0.26;
     expected = 400;
   }
-  SECTION("nothing that was seen") {
+  SECTION("no value that was seen") {
     body["confirm"].erase("old");
     expected = 400;
   }
@@ -442,7 +442,7 @@ TEST_CASE("gains are set by engineers, where the daemon allows it, with what the
     body["set"]["kp"] = "3";
     expected = 400;
   }
-  SECTION("a gain too many") {
+  SECTION("an extra gain") {
     body["set"]["kf"] = 1.0;
     expected = 400;
   }
@@ -500,11 +500,11 @@ TEST_CASE("gains are proposed by the twin or by the newest step of the record") 
   http::Request request = rig.get_as("ella", kTuning);
   const auto proposed = [&] { return rig.answer(request); };
 
-  SECTION("operators see none") {
+  SECTION("operators see no proposal") {
     request = rig.get_as("otto", kTuning);
     CHECK(proposed().status == 403);
   }
-  SECTION("the twin, where there is one") {
+  SECTION("the twin, if the loop has one") {
     const json told = json::parse(proposed().body);
     CHECK(told.at("model").at("source") == "twin");
     CHECK(told.at("model").at("process").at("gain") == 1.5);
@@ -530,7 +530,7 @@ TEST_CASE("gains are proposed by the twin or by the newest step of the record") 
     CHECK(told.at("model").at("step_ms") > kRecordStart_ms);
     CHECK(told.at("rules").size() > 3);
   }
-  SECTION("PID where the loop filters its derivative") {
+  SECTION("PID if the loop filters its derivative") {
     request.query["form"] = "pid";
     CHECK(proposed().status == 409);
     filter_s = 0.2;
@@ -538,7 +538,7 @@ TEST_CASE("gains are proposed by the twin or by the newest step of the record") 
     CHECK(std::any_of(told.at("rules").begin(), told.at("rules").end(),
                       [](const json& rule) { return rule.at("gains").at("kd") > 0.0; }));
   }
-  SECTION("what is no such choice") {
+  SECTION("an invalid choice") {
     request.query["model"] = "guess";
     CHECK(proposed().status == 400);
     request.query["model"] = "twin";
@@ -553,16 +553,16 @@ TEST_CASE("gains are proposed by the twin or by the newest step of the record") 
   }
 }
 
-TEST_CASE("what has changed behind the operator's back is told with its value") {
+TEST_CASE("a value that changed meanwhile is reported to the operator") {
   ApiRig rig(true);
   const std::string why = "the set point is now 5.5, 5 was expected";
   json expected{{"error", why}};
-  SECTION("at once, where the daemon knows no value") {
+  SECTION("at once, if the daemon has no value") {
     rig.orders.says = [&](const json&) -> json {
       throw protocol::DaemonError(protocol::DaemonError::Kind::refused, why);
     };
   }
-  SECTION("when the cycle takes it") {
+  SECTION("when the cycle refuses it") {
     rig.orders.says = [&](const json& request) -> json {
       if (request["request"] == "set") return {{"order", 3}, {"sample_time_s", 0.1}};
       return {{"state", "refused"}, {"why", why}, {"now", {{"set_point", 5.5}}}, {"on_disk", true}};
@@ -636,7 +636,7 @@ TEST_CASE("log-in by a directory") {
     return request;
   };
   rig.directory.says = {End::admitted, page::Role::operator_, "uid=nora", ""};
-  SECTION("it gives the role, and the session says where from") {
+  SECTION("it gives the role, and the session shows the source") {
     const auto response = log_in("PLANT\\Nora", "her own");
     REQUIRE(response.status == 200);
     CHECK(rig.directory.asked == std::vector<std::string>{"nora|her own|loopback"});
@@ -659,19 +659,19 @@ TEST_CASE("log-in by a directory") {
       CHECK(rig.answer(with_cookie(response, {"api", "alarms"})).status == 200);
     }
   }
-  SECTION("a name of the file is the file's, whatever the directory says") {
+  SECTION("a name of the file uses the file, whatever the directory answers") {
     CHECK(log_in("otto", "of the directory").status == 401);
     CHECK(log_in("OTTO", "of the directory").status == 401);
     CHECK(log_in("PLANT\\otto", "of the directory").status == 401);
     CHECK(rig.directory.asked.empty());
   }
-  SECTION("it is asked for no empty password, and for no name that it can't have") {
+  SECTION("it receives no empty password, and no name that it can't have") {
     CHECK(log_in("nora", "").status == 401);
     CHECK(log_in("OTHER\\nora", "her own").status == 401);
     CHECK(log_in("*", "her own").status == 401);
     CHECK(rig.directory.asked.empty());
   }
-  SECTION("a refusal says as much, and comes as late, as one of the file's") {
+  SECTION("a refusal has the text and the delay of one by the file") {
     rig.directory.says = {End::wrong, page::Role::none, "", "no such user"};
     const auto of_directory = log_in("nora", "wrong");
     const auto of_file = log_in("otto", "wrong");
@@ -682,7 +682,7 @@ TEST_CASE("log-in by a directory") {
       CHECK(response->delay <= std::chrono::seconds(2));
     }
   }
-  SECTION("nobody gets further than by the file") {
+  SECTION("the limit of attempts is the same as by the file") {
     rig.directory.says = {End::wrong, page::Role::none, "", "no such user"};
     int refused = 0;
     for (const char* user :
@@ -700,10 +700,10 @@ TEST_CASE("log-in by a directory") {
     CHECK(response.delay >= std::chrono::seconds(1));
     CHECK(response.delay <= std::chrono::seconds(2));
   }
-  SECTION("it is away: nobody new by it, the file's users as ever") {
+  SECTION("it is away: new users can't log in by it, the file's users can") {
     rig.directory.says = {End::unavailable, page::Role::none, "", "away"};
     rig.directory.full = GENERATE(false, true);  // or too many wait for it
-    // However often somebody tries: nobody has judged him.
+    // These attempts don't count, because the directory did not check them.
     for (int i = 0; i < 30; ++i) {
       const auto response = log_in("nora", "her own");
       CHECK(response.status == 503);
@@ -712,13 +712,13 @@ TEST_CASE("log-in by a directory") {
     CHECK(log_in("otto", "wrong").status == 401);
     CHECK(log_in("otto", "correct horse").status == 200);
   }
-  SECTION("it is told how long the client waits") {
+  SECTION("it receives the time for which the client waits") {
     const auto now = std::chrono::steady_clock::now();
     CHECK(log_in("nora", "her own").status == 200);
     CHECK(rig.directory.waits_until > now);
     CHECK(rig.directory.waits_until < now + std::chrono::hours(1));
   }
-  SECTION("while it thinks no thread waits") {
+  SECTION("no thread waits for its answer") {
     rig.directory.silent = true;
     http::Response response = rig.router().answer(attempt("nora", "her own"));
     REQUIRE(response.next);
@@ -731,7 +731,7 @@ TEST_CASE("log-in by a directory") {
   }
 }
 
-TEST_CASE("one network has its tries, however many addresses it has") {
+TEST_CASE("one network has one limit of attempts, for all its addresses") {
   ApiRig rig(true);
   const auto refused = [&](const std::string& before) {
     int count = 0;
@@ -747,7 +747,7 @@ TEST_CASE("one network has its tries, however many addresses it has") {
   CHECK(refused("2001:db8:0:1::") >= 10);
 }
 
-TEST_CASE("a person keeps his session, the page by itself does not") {
+TEST_CASE("requests by a person keep the session alive, automatic requests don't") {
   ApiRig rig(true);
   const auto now = std::chrono::steady_clock::now();
   Request request = rig.post_as("otto", kAlarm, kAcknowledge);
@@ -759,14 +759,14 @@ TEST_CASE("a person keeps his session, the page by itself does not") {
   };
   nobody_since_29_minutes();
   bool kept = false;
-  SECTION("what the page asks") { CHECK(rig.answer(request).status == 200); }
+  SECTION("an automatic request") { CHECK(rig.answer(request).status == 200); }
   SECTION("a stream") {
     request.path = {"api", "events"};
     const auto response = rig.answer(request);
     REQUIRE(response.may_stay);
     CHECK(response.may_stay());
   }
-  SECTION("what the page asks while a person is there") {
+  SECTION("an automatic request while a person is active") {
     request.person = true;
     CHECK(rig.answer(request).status == 200);
     kept = true;
@@ -777,7 +777,7 @@ TEST_CASE("a person keeps his session, the page by itself does not") {
     CHECK(rig.answer(request).status == 200);
     kept = true;
   }
-  SECTION("a stream that a person began does not keep it as long as it lasts") {
+  SECTION("a stream that a person began does not keep it alive") {
     request.path = {"api", "events"};
     request.person = true;
     const auto response = rig.answer(request);
@@ -787,7 +787,7 @@ TEST_CASE("a person keeps his session, the page by itself does not") {
   CHECK(rig.holds(cookie, now + std::chrono::minutes(2)) == kept);
 }
 
-TEST_CASE("names of a new certificate are known at once, those of the old one no longer") {
+TEST_CASE("names of a new certificate are valid at once, those of the old one no longer") {
   ApiRig rig(false);
   const auto status = [&](const std::string& host) {
     Request request = ApiRig::get({"api", "session"});
@@ -800,7 +800,7 @@ TEST_CASE("names of a new certificate are known at once, those of the old one no
   CHECK(status("new.plant:8443") == 200);
 }
 
-TEST_CASE("an order of a slow loop is waited for in rounds") {
+TEST_CASE("the page polls for the outcome of an order to a slow loop") {
   ApiRig rig(true);
   int looks = 0;
   std::string last = "done";
@@ -824,7 +824,7 @@ TEST_CASE("an order of a slow loop is waited for in rounds") {
   if (status == 200) CHECK(json::parse(response.body)["state"] == last);
 }
 
-TEST_CASE("the report of one piece of evidence is asked for by its name") {
+TEST_CASE("the report of one piece of evidence is requested by its name") {
   ApiRig rig(false);
   write_file(rig.folder / "state/evidence/20261124T070000000Z-FIC-101-stiction/report.html",
              "<title>Gap: FIC-101</title>");
@@ -849,7 +849,7 @@ TEST_CASE("a stream ends with its session") {
   CHECK_FALSE(response.may_stay());
 }
 
-TEST_CASE("an absent daemon is 503, one that refuses 409 with its words") {
+TEST_CASE("an absent daemon gives 503, and a refusal gives 409 with the daemon's text") {
   ApiRig rig(false);
   rig.daemon.says = [](const json&) -> json {
     throw protocol::DaemonError(protocol::DaemonError::Kind::down, "gone");
@@ -861,7 +861,7 @@ TEST_CASE("an absent daemon is 503, one that refuses 409 with its words") {
   CHECK(rig.answer(ApiRig::get({"api", "journal"})).body == R"({"error":"no"})");
 }
 
-TEST_CASE("setups that are under way are told with the box, where the daemon knows of them") {
+TEST_CASE("setups under way are shown with the box, if the daemon supports them") {
   ApiRig rig(false);
   bool knows = true;
   rig.daemon.says = [&](const json& request) -> json {

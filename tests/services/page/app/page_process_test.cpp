@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real program beside the real daemon on a simulated plant.
+// The real program runs with the real daemon on a simulated plant.
 #include <catch2/catch.hpp>
 
 #include <optional>
@@ -31,7 +31,7 @@ std::string loop_file() {
          "/examples/models/plant1.yaml}\n";
 }
 
-// A page on a port of its own; page.yaml lies in the daemon's folder.
+// A page on a free port, with page.yaml in the daemon's folder.
 class PageProcess {
  public:
   PageProcess(const std::filesystem::path& folder, const std::string& yaml) : port(free_port()) {
@@ -71,7 +71,7 @@ class PageProcess {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
 
-  // Head and body.
+  // Returns head and body.
   std::string answer(const std::string& request) const {
     RawClient client(port);
     client.send(request);
@@ -103,7 +103,7 @@ class PageProcess {
   pid_t child_ = -1;
 };
 
-TEST_CASE("loops, history and events of a running daemon, which goes and comes back", "[process]") {
+TEST_CASE("loops, history and events of a running daemon, which stops and returns", "[process]") {
   DaemonProcess daemon("real_time: {priority: 0, lock_memory: false}\n",
                        {{"loops.d/a.yaml", loop_file()}});
   daemon.start();
@@ -131,7 +131,7 @@ TEST_CASE("loops, history and events of a running daemon, which goes and comes b
   CHECK(page.stop() == 0);
 }
 
-TEST_CASE("an operator acknowledges and sets, as far as both files allow", "[process]") {
+TEST_CASE("an operator acknowledges and sets if both files allow it", "[process]") {
   DaemonProcess daemon(
       "real_time: {priority: 0, lock_memory: false}\npage: {alarms: true, control: true}\n",
       {{"loops.d/a.yaml", loop_file()}});
@@ -167,14 +167,14 @@ TEST_CASE("an operator acknowledges and sets, as far as both files allow", "[pro
   CHECK(eventually([&] { return daemon.loop("FIC-101")["sp"] == 6.0; }));
   const json lines = page.get("/api/journal?loop=FIC-101", cookie)["lines"];
   CHECK_THAT(lines[0]["peer"].get<std::string>(), Contains("otto@127.0.0.1 by page (uid "));
-  SECTION("a user who is removed is out") {
+  SECTION("a removed user is logged out") {
     CHECK(run(kPage + " user remove otto --users " + users).exit_code == 0);
     CHECK(eventually([&] { return page.get("/api/alarms", cookie).contains("error"); }));
   }
   CHECK(page.stop() == 0);
 }
 
-TEST_CASE("a stream ends when its session does, and says so", "[process]") {
+TEST_CASE("a stream ends when its session does, and gives the reason", "[process]") {
   DaemonProcess daemon("real_time: {priority: 0, lock_memory: false}\n",
                        {{"loops.d/a.yaml", loop_file()}});
   daemon.start();
@@ -206,7 +206,7 @@ TEST_CASE("a stream ends when its session does, and says so", "[process]") {
   CHECK(stream.ended());
 }
 
-TEST_CASE("a new certificate brings its names", "[process]") {
+TEST_CASE("a new certificate makes its names valid", "[process]") {
   const TemporaryFolder folder;
   const auto certificate = [&](const std::string& host) {
     std::filesystem::remove(folder / "page.crt");
@@ -232,7 +232,7 @@ TEST_CASE("a new certificate brings its names", "[process]") {
   CHECK(status("old.plant") == "HTTP/1.1 403");
 }
 
-TEST_CASE("a display is a viewer, and the list says which it is", "[process]") {
+TEST_CASE("a display is a viewer, and the list shows which user is one", "[process]") {
   const TemporaryFolder folder;
   const auto user = [&](const std::string& words) {
     return run("echo 'correct horse' | " + kPage + " user " + words + " --users " +
@@ -248,7 +248,7 @@ TEST_CASE("a display is a viewer, and the list says which it is", "[process]") {
   CHECK_THAT(user("list").text, Contains("viewer, display"));
 }
 
-TEST_CASE("a directory lets in, at the page and at the terminal", "[process][slapd]") {
+TEST_CASE("a directory admits users, at the page and at the terminal", "[process][slapd]") {
   if (!Slapd::is_there()) return;
   Slapd slapd;
   const TemporaryFolder folder;
@@ -309,7 +309,7 @@ TEST_CASE("a directory lets in, at the page and at the terminal", "[process][sla
   }
 }
 
-TEST_CASE("what page.yaml must not ask for is exit code 78", "[process]") {
+TEST_CASE("an invalid page.yaml gives exit code 78", "[process]") {
   const TemporaryFolder folder;
   write_file(folder / "page.yaml", "listen: [{address: 0.0.0.0}]\n");
   const auto open = run(kPage + " --config " + (folder / "page.yaml").string() + " --check 2>&1");

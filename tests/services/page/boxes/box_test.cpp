@@ -17,7 +17,7 @@ using namespace page;
 using nlohmann::json;
 using test::eventually;
 
-// The newest event of each kind, and how many there were.
+// The newest event of each kind, and their number.
 struct Heard {
   std::mutex mutex;
   std::array<std::string, http::kEventKinds> newest;
@@ -45,7 +45,7 @@ BoxSettings quick(const std::filesystem::path& socket) {
           .patience = std::chrono::milliseconds(30'000)};
 }
 
-TEST_CASE("a daemon is seen to come, to go and to come back") {
+TEST_CASE("the box reports a daemon that starts, stops and returns") {
   const TemporaryFolder folder;
   std::atomic<int> period{0};
   const auto answer = [&](const json& request) -> json {
@@ -78,7 +78,7 @@ TEST_CASE("a daemon is seen to come, to go and to come back") {
   box.stop();
 }
 
-TEST_CASE("a daemon that restarted between two looks is described anew") {
+TEST_CASE("a daemon that restarted between two looks is described again") {
   const TemporaryFolder folder;
   std::atomic<int> period{1000};
   const FakeDaemon daemon(folder / "status.sock", [&](const json& request) -> json {
@@ -96,7 +96,7 @@ TEST_CASE("a daemon that restarted between two looks is described anew") {
   box.stop();
 }
 
-TEST_CASE("a daemon that is stopped, and whose queue is full, holds nobody") {
+TEST_CASE("a daemon that is stopped, and whose queue is full, blocks no client") {
   const TemporaryFolder folder;
   const std::string path = (folder / "status.sock").string();
   sockaddr_un address{};
@@ -111,7 +111,7 @@ TEST_CASE("a daemon that is stopped, and whose queue is full, holds nobody") {
   ::close(fd);
 }
 
-TEST_CASE("the daemon's refusals are told apart from its absence") {
+TEST_CASE("the daemon's refusals differ from its absence") {
   const TemporaryFolder folder;
   const FakeDaemon daemon(folder / "s", [](const json&) -> json {
     return {{"ok", false}, {"error", "no loop 'x'"}};
@@ -126,7 +126,7 @@ TEST_CASE("the daemon's refusals are told apart from its absence") {
   }
 }
 
-TEST_CASE("of a loop's alarms the one that came first is told") {
+TEST_CASE("the first alarm of each loop is marked as first out") {
   json quiet = alarm_of("A", "hysteresis", "suppressed", 0);
   quiet["active"] = quiet["unacknowledged"] = false;
   const json answer{
@@ -142,7 +142,7 @@ TEST_CASE("of a loop's alarms the one that came first is told") {
   CHECK(shown["alarms"][2]["first_out"] == true);
 }
 
-TEST_CASE("incidents that are on, or wait for the operator, are told") {
+TEST_CASE("incidents that are active, or wait for the operator, are shown") {
   json on{{"id", "A-1"}, {"active", true}, {"unacknowledged", false}};
   json waits{{"id", "B-1"}, {"active", false}, {"unacknowledged", true}};
   json over{{"id", "C-1"}, {"active", false}, {"unacknowledged", false}};

@@ -28,7 +28,7 @@ TEST_CASE("ten minutes in sixty steps, each with its first, least, greatest and 
   CHECK(all["pv"][1][239].is_null());
 }
 
-TEST_CASE("a stretch without values is empty, not what was there an hour ago") {
+TEST_CASE("a stretch without values is empty, without values of an hour ago") {
   Sparklines lines;
   lines.add(kStart, {5.0});
   lines.add(kStart + 100'000, {6.0});
@@ -42,7 +42,7 @@ TEST_CASE("a stretch without values is empty, not what was there an hour ago") {
   CHECK(std::count_if(later.begin(), later.end(), [](const json& v) { return !v.is_null(); }) == 4);
 }
 
-TEST_CASE("another number of loops, or a clock that goes back, begins anew") {
+TEST_CASE("another number of loops, or a clock set back, clears the sparklines") {
   Sparklines lines;
   lines.add(kStart, {5.0});
   lines.add(kStart, {5.0, 6.0});

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reports that are asked for on a loop's page: by an engineer, seen by everybody."""
+"""Tests reports requested on a loop's page by an engineer and seen by all users."""
 import re
 import time
 
@@ -15,17 +15,17 @@ def form_comes(box, browser, tag):
 
 
 def move(box, tag):
-    """Steps of SP, each held until PV has settled: what a model is identified from."""
+    """Makes steps of SP, each held until PV has settled, to identify a model."""
     accelerate = box.ask({"request": "describe"})["accelerate"]
     begin = box.ask({"request": "loop", "loop": tag})["sp"]
     for by in (1, -1, 1, -1, 0):
         box.ask({"request": "set", "loop": tag, "set_point": begin + by})
         time.sleep(60 / accelerate)
-    time.sleep(6)  # the recorder writes each 5 s
+    time.sleep(6)  # the recorder writes every 5 s
 
 
 def ends(box, browser, tag, kind, how):
-    """Its row, once it says `how`."""
+    """Returns its row when the row shows `how`."""
     browser.find(f".asked-reports select option[value={kind}]").click()
     browser.find(".asked-reports button[type=submit]").click()
     browser.until(lambda: browser.all(ROWS), f"{kind} is not in the list: {browser.text('.asked-reports')}")
@@ -37,7 +37,7 @@ def ends(box, browser, tag, kind, how):
 
 
 def opens(browser, link, words):
-    """In a tab of its own, as a reader has it."""
+    """Opens the report in a separate tab, as a reader does."""
     mine = browser.driver.current_window_handle
     browser.driver.switch_to.new_window("tab")
     browser.driver.get(link)
@@ -49,7 +49,8 @@ def opens(browser, link, words):
 
 
 def made_of_the_record(box, browser, tag, still):
-    """`tag`, whose SP moves, has a gap report; `still`, whose SP does not, a commissioning that says what is missing."""
+    """Makes a gap report of `tag`, whose SP moves, and a commissioning of `still`, whose SP does
+    not. The latter reports the missing data."""
     move(box, tag)
     form_comes(box, browser, tag)
     link = ends(box, browser, tag, "gap", "done")
@@ -60,7 +61,8 @@ def made_of_the_record(box, browser, tag, still):
 
 
 def asked(box, browser, tag):
-    """By an operator it is neither offered nor taken; an engineer's is made of what the trend shows, and opens in its sandbox."""
+    """An operator is not offered a report, and a request is refused. An engineer's report covers
+    the time of the trend and opens in its sandbox."""
     path = f"/api/loops/{tag}/reports"
     browser.go(box, f"loop/{tag}")
     browser.until(lambda: "log in as an engineer" in browser.text(".asked-reports"), "an operator is not told who may ask")

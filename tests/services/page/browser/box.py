@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A box of one's own: loopwardend on simulated plants, loopwarden-page before it, segments of other days, a browser."""
+"""A separate box for tests: loopwardend on simulated plants, loopwarden-page, segments of other
+days and a browser."""
 import json
 import math
 import os
@@ -43,7 +44,8 @@ io: {{backend: simulated, model: {model}}}
 
 
 class Box:
-    """Daemon and page in a folder of their own; use with `with`. healthy: how many loops beside FIC-101, which sticks."""
+    """Daemon and page in a separate folder; use with `with`. healthy: number of loops in
+    addition to FIC-101, which sticks."""
 
     def __init__(self, healthy=3, accelerate=5, users=True, control=True, recording=True, twin=None, port=0, sticking=True,
                  time_zone="Africa/Johannesburg"):
@@ -51,7 +53,7 @@ class Box:
         self.port = port or free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self.daemon = self.page = None
-        # For work on the site: from its folder, without building the program.
+        # For work on the site: serves its folder, without building the program.
         self.site = []
         if "LOOPWARDEN_PAGE_SITE" in os.environ:
             shutil.copytree(os.environ["LOOPWARDEN_PAGE_SITE"], self.folder / "site")
@@ -131,8 +133,9 @@ class Box:
         return ask(self.folder / "control.sock", request)
 
     def write_old_segment(self, tag="FIC-101", ago_s=86400, seconds=3600, period_s=0.1, sequence=1):
-        """What the recorder would have left of another day: a sine with one spike to 8.5, in the format of record/segment_format.hpp.
-        Returns when the spike was, UTC ms. Before the daemon starts."""
+        """Writes the recorder's file of another day: a sine with one spike to 8.5, in the format of
+        record/segment_format.hpp. Returns the time of the spike, UTC ms. Call it before the daemon
+        starts."""
         folder = self.state / "segments" / tag
         folder.mkdir(parents=True, exist_ok=True)
         start_ns = int((time.time() - ago_s) * 1e9)

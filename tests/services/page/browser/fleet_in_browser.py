@@ -1,11 +1,18 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The fleet's page in a real browser, before a real PostgreSQL with a plant of 40 boxes: Debian's chromium, headless.
+"""Tests the fleet's page in a real browser (Debian's chromium, headless), on a real PostgreSQL with a
+plant of 40 boxes.
 
 Usage: tests/services/page/browser/fleet_in_browser.py [--keep DIR]
-Log-in on a machine without a daemon; the worst valves, sorted, filtered, searched; silent boxes, versions that differ, alarm
-rates; a valve; a database that stops and comes back; axe-core in both themes, 360 pixels, paper, hostile words; the way to
-the fleet beside a box. --keep: screenshots go there. Exit code 1: something is wrong; 74: no program, browser, database.
+Covers these parts:
+- log-in on a machine without a daemon
+- the worst valves: sorted, filtered, searched
+- silent boxes, different versions, alarm rates
+- a valve
+- a database that stops and returns
+- axe-core in both themes, 360 pixels, paper, hostile words
+- the link to the fleet from a box
+--keep: folder for screenshots. Exit code 1: a check failed. 74: no program, browser or database.
 """
 import argparse
 import os
@@ -36,7 +43,7 @@ def boxes_of(rows):
 
 
 def only_the_fleet(plant, browser):
-    """A machine without a daemon begins with the fleet, and has no way to a box."""
+    """A machine without a daemon begins with the fleet, and has no link to a box."""
     browser.driver.get(plant.url)
     browser.until(lambda: browser.all("form.panel input[name=password]"), "nobody is asked to log in")
     browser.check(not browser.all("main table"), "the fleet is shown to whom is not logged in")
@@ -56,7 +63,7 @@ def worst_shows(browser):
     browser.check(WORST[0] in rows[0] and "Stiction" in rows[0] and "acknowledged" in rows[0], f"the worst says {rows[0]!r}")
     browser.check("41 d" in rows[0], f"the worst is not ill for 41 days: {rows[0]!r}")
     high, low = browser.run("['high', 'low'].map((name) => document.querySelectorAll(`.worst .icon-${name}`).length)")
-    # 5 % and more, and low air, are acted on now.
+    # 5 % and more, and low air, require action now.
     browser.check((high, low) == (sum(s[3] >= 5 for s in SICK), sum(s[3] < 5 for s in SICK)), f"{high} squares, {low} triangles")
     curves = browser.run("[...document.querySelectorAll('.weeks-curve')].map((p) => p.getBBox()).map((b) => [b.width, b.y, b.height])")
     browser.check(len(curves) == len(SICK) and all(width > 50 for width, _, _ in curves), f"curves: {curves}")
@@ -71,7 +78,7 @@ def worst_shows(browser):
 
 
 def worst_used(browser):
-    """Order, group, words, keyboard."""
+    """Tests order, group, search and keyboard."""
     boxes = lambda: [text.split("·")[1].strip() for text in texts(browser, ".worst tbody th small")]
     browser.press(".worst th:nth-child(4) button")
     browser.until(lambda: browser.find(".worst th:nth-child(4)").get_attribute("aria-sort") == "ascending", "a sorted column does not say so")
@@ -94,7 +101,7 @@ def worst_used(browser):
     browser.check(boxes_of(texts(browser, ".pair-of-panels section:nth-child(1) tbody tr")) == ["utilities-04"], "silent boxes of another group")
     browser.run("(() => { const s = document.querySelector('main select'); s.value = ''; s.dispatchEvent(new Event('change')); })()")
     browser.until(lambda: len(boxes()) == len(SICK), "the group stays")
-    # The next answer must not take the reader's place.
+    # The next answer must not move the reader's position.
     browser.run("document.querySelector('.worst tbody tr:nth-child(3) a').focus()")
     before = browser.text(".as-of")
     browser.until(lambda: browser.text(".as-of") != before, "nothing is asked again")
@@ -142,7 +149,8 @@ def valve_shows(plant, browser, source, folder):
 
 
 def away_is_not_known(plant, browser):
-    """A valve of a box that is away has last values, struck out, and no sign that it is well."""
+    """A valve of a box that is away shows its last values struck out, and is not shown as
+    healthy."""
     browser.go(plant, f"valve/Crude/crude-07/{KINDS[50 % len(KINDS)]}-0701")
     browser.until(lambda: "not been heard since" in browser.text(".old-note"), f"nobody says that the box is away: {browser.text('main')[:200]}")
     struck = browser.run("getComputedStyle(document.querySelector('.last-values .value')).textDecorationLine")
@@ -201,7 +209,7 @@ def narrow_and_paper(plant, browser, source, folder):
 
 
 def beside_a_box(plant, browser):
-    """A box's page with a fleet has both ways, also on a phone."""
+    """A box's page with a fleet has links to both, also on a phone."""
     plant.start_page(box=True)
     browser.screen(360, 760)
     browser.driver.get(plant.url)

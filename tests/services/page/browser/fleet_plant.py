@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plant of 40 boxes in the host's database, as months of running would have left it, and loopwarden-page before it.
+"""A plant of 40 boxes in the host's database, as after months of operation, and loopwarden-page on it.
 
-The tables are made by loopwarden-fleet itself; the rows are drawn here from a `seed`, their times counted back
-from now. See them: tests/services/page/browser/fleet_plant.py [--port PORT] [--minutes N].
+loopwarden-fleet makes the tables. The rows are drawn here from a `seed`, with times counted back
+from now. To view the plant, run: tests/services/page/browser/fleet_plant.py [--port PORT] [--minutes N].
 """
 import argparse
 import datetime
@@ -29,7 +29,7 @@ GROUPS = {"Crude": 16, "Reformer": 14, "Utilities": 10}
 LOOPS = 12
 HOSTILE = 'PIC-1<img src=x onerror="document.title=1">'
 KINDS = ["FIC", "FIC", "LIC", "PIC", "TIC"]
-# Where, which fault, its size in % of the CO span today, days since it began, how it came, acknowledged.
+# Place, fault, its size in % of the CO span today, days since it began, its course, acknowledged.
 SICK = [
     ("crude-03", 4, "stiction", 11.4, 41, "grows", True), ("reformer-08", 2, "stiction", 8.9, 26, "grows", True),
     ("utilities-02", 7, "low_air_supply", 7.6, 2, "jumps", False), ("crude-11", 1, "backlash", 6.8, 55, "grows", True),
@@ -45,7 +45,8 @@ EXPLANATION = {"alarm": "stiction", "verdict": "missing_effect", "effect": "stic
 
 
 def alarms_in_10_minutes(group, hours_ago, hour_of_day):
-    """How many are raised in a group on average: a rhythm of the day, and what went wrong on some of them."""
+    """Returns the mean number of raised alarms in a group: a daily rhythm, with disturbances on
+    some days."""
     calm = {"Crude": 0.7, "Reformer": 1.5, "Utilities": 0.25}[group] * (1.0 + 0.5 * math.sin((hour_of_day - 8) / 24 * 2 * math.pi))
     trip = {"Crude": (31.0, 32.2), "Reformer": (9.5, 11.2)}.get(group)
     return calm + (16.0 if trip and trip[0] < hours_ago < trip[1] else 0.0)
@@ -59,7 +60,7 @@ def poisson(dice, mean):
 
 
 def size_at(days_ago, size, began, how):
-    """The severity of a fault, % of the CO span."""
+    """Returns the severity of a fault, % of the CO span."""
     if days_ago > began:
         return 0.0
     if how == "jumps":
@@ -70,7 +71,7 @@ def size_at(days_ago, size, began, how):
 
 
 class FleetPlant:
-    """Database and page in a folder of their own; use with `with`."""
+    """Database and page in a separate folder; use with `with`."""
 
     def __init__(self, seed=7, users=False, box=False, port=0, hostile=False, time_zone="Africa/Johannesburg"):
         self.dice = random.Random(seed)
@@ -106,12 +107,12 @@ class FleetPlant:
         self.plant.close()
 
     def start_page(self, box):
-        """box: loopwardend runs beside it, or is said to."""
+        """box: a daemon runs on the same machine, or is configured to."""
         if "page" in self.plant.processes:
             self.plant.kill("page")
         self.config.write_text(self.yaml + f"box: {str(box).lower()}\n", encoding="utf-8")
         command = [BIN / "loopwarden-page", "--config", self.config]
-        # For work on the site: from its folder, without building the program.
+        # For work on the site: serves its folder, without building the program.
         if "LOOPWARDEN_PAGE_SITE" in os.environ:
             site = self.plant.folder / "site"
             shutil.copytree(os.environ["LOOPWARDEN_PAGE_SITE"], site, dirs_exist_ok=True)
@@ -132,9 +133,9 @@ class FleetPlant:
     def start_database(self):
         self.plant.start_database()
 
-    # --- what is in it ---
+    # --- content of the database ---
     def _make_tables(self):
-        """By the host, which needs no broker for that."""
+        """Runs the host's migration, which needs no broker."""
         self.plant.start_host()
         wait_for(lambda: (self.plant.sql("SELECT count(*) FROM migration") or [[0]])[0][0] >= 4 and
                  self.plant.sql("SELECT to_regclass('value_rest')")[0][0], "tables")
@@ -160,14 +161,15 @@ class FleetPlant:
         return datetime.datetime.fromtimestamp(self.now - seconds, datetime.timezone.utc)
 
     def _metrics(self, rows):
-        """(device, name, unit, number, text): the metrics with their newest values; their ids by device and name."""
+        """Inserts metrics with their newest values, given as (device, name, unit, number, text).
+        Returns their ids by device and name."""
         ids = {(d, n): i for d, n, i in self._many("INSERT INTO metric(device_id, name, type, unit) VALUES %s RETURNING device_id, name, id",
                                                   [(d, n, "Double" if t is None else "String", u) for d, n, u, _, t in rows])}
         self._many("INSERT INTO latest VALUES %s", [(ids[d, n], self._ago(self.dice.uniform(0, 40)), v, t, False) for d, n, _, v, t in rows])
         return ids
 
     def _boxes(self):
-        # Where it is not as everywhere: minutes of silence, whether it is connected, clock, name used twice.
+        # Exceptions: minutes of silence, whether it is connected, clock, name used twice.
         odd = {"crude-07": (186, False, 74, None), "utilities-04": (26, True, 0.1, self._ago(5 * HOUR))}
         names = [(group, f"{group.lower()}-{n + 1:02}") for group, count in GROUPS.items() for n in range(count)]
         rows = []
@@ -183,7 +185,8 @@ class FleetPlant:
         rows = []
         for group, name in names:
             device = devices[self.boxes[name]]
-            # The boxes of the utilities are alike, so one that is not stands out; elsewhere each has loops of its own.
+            # The boxes of the utilities are alike, so a different one is noticeable. Elsewhere each
+            # has separate loops.
             config = 0x5EC0FFEE if group == "Utilities" and name != "utilities-05" else self.dice.getrandbits(32)
             rows += [(device, "version", None, None, "0.1.9" if name in ("crude-02", "reformer-13") else "0.2.0"),
                      (device, "config_hash", None, float(config), None),
@@ -244,7 +247,8 @@ class FleetPlant:
                 (device, name, "00", 1, self._ago(began * DAY), self._ago(began * DAY)) for name in ("evidence.json", "record.csv", "explanation.json")])
 
     def _passing_alarms(self):
-        """Those that come and go on valves that are well: what an operator has to read."""
+        """Inserts alarms that are raised and cleared on healthy valves, as an operator would see
+        them."""
         well = {group: [device for (name, n), device in self.loops.items() if name.startswith(group.lower()) and not any(s[:2] == (name, n) for s in SICK)] for group in GROUPS}
         rows = {}
         for k in range(7 * 144):
@@ -256,7 +260,7 @@ class FleetPlant:
                     at = end - self.dice.uniform(1, 599)
                     rows[device, name, at] = "unacknowledged"
                     rows[device, name, at + self.dice.uniform(20, 500)] = "normal"
-        # In the order of time, so that each is raised from normal.
+        # In order of time, so that each is raised from normal.
         self._many("INSERT INTO alarm(device_id, name, time, state) VALUES %s", [
             (device, name, datetime.datetime.fromtimestamp(at, datetime.timezone.utc), state) for (device, name, at), state in sorted(rows.items(), key=lambda row: row[0][2])])
 

@@ -1,12 +1,17 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The page in a real browser, before a real daemon on simulated plants: Debian's chromium, headless.
+"""Tests the page in a real browser (Debian's chromium, headless), with a real daemon on simulated
+plants.
 
 Usage: tests/services/page/browser/page_in_browser.py [--all] [--keep DIR]
-Without --all, about a minute: log-in, the alarm of a sticking valve, its loop, its evidence, acknowledging it, what a viewer
-can't do, a daemon that is killed and comes back, and axe-core on the overview. --all: every view in both themes under
-axe-core, a day that the recorder still has, orders with their confirmation, keyboard, themes, 360 pixels, paper, hostile
-words. --keep: screenshots go there. Exit code 1: something is wrong; 74: no program, no browser, no npm.
+Without --all (about a minute):
+- log-in, the alarm of a sticking valve, its loop, its evidence and its acknowledgement
+- the limits of a viewer, a daemon that is killed and returns, axe-core on the overview
+--all adds:
+- every view in both themes under axe-core
+- a day that the recorder still has, orders with their confirmation
+- keyboard, themes, 360 pixels, paper, hostile words
+--keep: folder for screenshots. Exit code 1: a check failed. 74: no program, browser or npm.
 """
 import argparse
 import os
@@ -37,7 +42,7 @@ process_variable: {unit: m3/h, range: [0, 40]}
 output: {unit: "%", range: [0, 100]}
 io: {backend: feed, pv: {feed: "plant:PV"}, co: {feed: "plant:OP"}}
 """
-# Its device is not there, and it has no read-back: nothing that it computes reaches a valve.
+# Its device is absent, and it has no read-back, so its output reaches no valve.
 UNREACHED = """loop: FIC-206
 sample_time: 0.2
 process_variable: {unit: m3/h, range: [0, 40]}
@@ -56,8 +61,8 @@ wrong = []
 
 
 def axe(browser, where, source):
-    """No serious and no critical finding on what is shown."""
-    # By the debugger, since the page's own policy lets nothing foreign in.
+    """Checks that the shown page has no serious and no critical finding."""
+    # Loaded by the debugger, because the page's policy refuses foreign scripts.
     browser.driver.execute_cdp_cmd("Runtime.evaluate", {"expression": source})
     found = browser.run_async("return (await axe.run(document, {resultTypes: ['violations']})).violations"
                               ".map((v) => [v.impact, v.id, v.nodes.map((n) => n.target.join(' ') + ': ' + n.failureSummary).slice(0, 3)]);")
@@ -66,7 +71,8 @@ def axe(browser, where, source):
 
 
 def drawn(browser, selector, colour=None):
-    """How many pixels of the canvas have been drawn on, or have the colour of that name."""
+    """Returns the number of canvas pixels that were drawn on, or that have the colour of that
+    name."""
     return browser.run("""((selector, name) => {
       const canvas = document.querySelector(selector);
       if (!canvas || !canvas.width) return 0;
@@ -86,12 +92,13 @@ def keep(browser, folder, name, full=False):
 
 
 def badge(browser):
-    """How many alarms wait, by the menu; empty: none."""
+    """Returns the number of waiting alarms in the menu. Empty: no alarm waits."""
     return browser.run("[...document.querySelectorAll('.nav .badge')].filter((b) => !b.hidden).map((b) => b.textContent).join()")
 
 
 def knows_nothing(browser, where):
-    """Who is not logged in is told nothing of the box, nor that there is nothing to tell."""
+    """Checks that the page shows no information about the box before the log-in, not even that
+    it is empty."""
     shown = browser.text("body")
     for word in ("No alarm waits", "acknowledge", "Live", "Old values", TAG, "L/min"):
         browser.check(word not in shown, f"{where}: the page says {word!r}")
@@ -100,7 +107,7 @@ def knows_nothing(browser, where):
 
 
 def session_ends(box, browser):
-    """In another tab, while the overview is open and an alarm waits."""
+    """Logs out in another tab, while the overview is open and an alarm waits."""
     browser.go(box)
     browser.until(lambda: browser.all(".tile") and "acknowledge" in browser.text(".summary"), "no overview")
     browser.check(browser.run("document.title").startswith("("), "the title does not count the alarms that wait")
@@ -122,7 +129,8 @@ def alarm_comes(box, browser):
 
 
 def loop_shows(box, browser):
-    """The trend of a sticking valve: the band of the alarm, PV that cycles, a stem that stands while CO moves."""
+    """Checks the trend of a sticking valve: the band of the alarm, PV that cycles, a stem that
+    rests while CO moves."""
     browser.go(box, f"loop/{TAG}")
     browser.until(lambda: len(browser.all(".plot canvas")) >= 2, "the trend has no plots")
     browser.until(lambda: int(browser.find(".panes").get_attribute("data-rows") or 0) > 200, "the trend has no rows")
@@ -175,7 +183,7 @@ def figures_show(box, browser):
 
 
 def viewer_cannot_write(box, browser):
-    """Neither by the page nor behind its back."""
+    """Checks that a viewer can't write, neither by the page nor by a direct request."""
     browser.check(not browser.all(".hands button"), "a viewer is offered to act")
     browser.go(box, f"loop/{TAG}")
     browser.until(lambda: browser.all(".faceplate"), "no faceplate")
@@ -188,7 +196,7 @@ def viewer_cannot_write(box, browser):
 
 
 def acknowledge(box, browser):
-    """The incident, and with it the alarm."""
+    """Acknowledges the incident, and with it the alarm."""
     browser.go(box, f"alarms/{TAG}/incident")
     browser.press(".detail .hands button.main")
     browser.until(lambda: browser.all("dialog[open]"), "acknowledging does not ask")
@@ -222,7 +230,7 @@ def killed_and_back(box, browser):
 # --- only with --all ---
 
 def day_old(box, browser, spike_ms):
-    """A stretch of yesterday, with a spike of one sample that no decimation may lose."""
+    """Shows a part of yesterday, with a spike of one sample that every decimation must keep."""
     browser.go(box, f"loop/{TAG}?from={spike_ms - 36_000_000}&to={spike_ms + 36_000_000}")
     pv = lambda: browser.run("[...document.querySelectorAll('.trend details:last-of-type tbody tr:first-child td')].map((e) => e.textContent)")
     browser.until(lambda: pv() and pv()[2] == "8.50", "the spike of yesterday is lost")
@@ -243,7 +251,7 @@ def day_old(box, browser, spike_ms):
     browser.check(stamp in browser.text(".cursor-time"), f"the cursor's time is {browser.text('.cursor-time')}, not of {stamp} in Johannesburg")
     fine = span()
     def goes_back():
-        # Again where a crowded machine made two clicks of it.
+        # Repeated if a slow machine turned it into two clicks.
         ActionChains(browser.driver).double_click(browser.find(".plot .u-over")).perform()
         return span() > 1.5 * fine
     browser.until(goes_back, "a double click does not go back")
@@ -252,7 +260,8 @@ def day_old(box, browser, spike_ms):
 
 
 def orders(box, browser):
-    """Tag, old and new value stand in the confirmation, and nothing is set without it."""
+    """Checks that the confirmation shows tag, old and new value, and that the value is set only
+    after it."""
     tag = "FIC-102"
     browser.go(box, f"loop/{tag}")
     browser.until(lambda: len(browser.all(".hands button")) == 3, "an operator is not offered to operate")
@@ -274,7 +283,7 @@ def orders(box, browser):
     browser.find("dialog button.grave").click()
     browser.until(lambda: loop()["sp"] == 6.25, "the set point does not change")
     browser.until(lambda: "6.25" in browser.text(".bar-box:nth-child(2)"), "the faceplate does not show it")
-    # It changes behind the operator's back.
+    # Another client changes the value meanwhile.
     browser.press(".hands button:nth-of-type(2)")
     browser.until(lambda: browser.all("dialog input[name=value]"), "no field for the set point")
     field = browser.find("dialog input[name=value]")
@@ -331,7 +340,7 @@ def journal_searched(box, browser):
 
 
 def overview_used(box, browser):
-    """Search, filters, order, table, arrows."""
+    """Tests search, filters, order, table and arrows."""
     browser.go(box)
     tags = lambda: [e.text for e in browser.all(".tiles .tag")]
     browser.until(lambda: len(tags()) == 4, "not all loops are shown")
@@ -359,7 +368,8 @@ def overview_used(box, browser):
 
 
 def focus_seen(browser, name):
-    """From the top through all that a keyboard reaches: each stop has a name and a frame, and is not under the bar at the bottom."""
+    """Moves from the top through all elements that a keyboard reaches. Each one has a name and a
+    frame, and is not under the bar at the bottom."""
     browser.run("document.querySelector('.skip').focus()")
     wrong_stops = []
     for _ in range(250):
@@ -376,7 +386,8 @@ def focus_seen(browser, name):
 
 
 def keyboard(box, browser):
-    """From the top without a mouse: the skip link, the views, a tile, the trend, a dialog and back."""
+    """Uses the page without a mouse: the skip link, the views, a tile, the trend, a dialog and
+    back."""
     browser.go(box)
     browser.driver.refresh()
     browser.until(lambda: browser.all(".tile"), "no tiles")
@@ -430,19 +441,20 @@ def themes(box, browser):
 
 
 def plain(route):
-    """As part of a file's name."""
+    """Returns the route as part of a file's name."""
     return re.sub("[^A-Za-z0-9-]+", "-", route) or "overview"
 
 
 def nothing_cut_off(browser, name, width):
-    """Of the lists that are read from left to right: alarms, journal, reports."""
+    """Returns cut-off texts of the lists that are read from left to right: alarms, journal,
+    reports."""
     cut = browser.run("""[...document.querySelectorAll('.as-cards th, .as-cards td')].filter((e) => e.offsetParent && !e.closest('thead') &&
       (e.getBoundingClientRect().right > Math.min(arguments[0], e.closest('.scroller').getBoundingClientRect().right) + 1 || e.scrollWidth > e.clientWidth + 1)).map((e) => e.textContent).slice(0, 3)""", width)
     browser.check(not cut, f"{name}: cut off: {cut}")
 
 
 def folded_on_a_phone(browser):
-    """What is rarely needed of a loop takes a line, until somebody opens it."""
+    """Checks that rarely needed parts of a loop take one line until they are opened."""
     browser.check(not browser.all(".folding[open]"), "a section of the loop is open on a phone")
     high = browser.run("document.documentElement.scrollHeight")
     browser.check(high < 3500, f"a loop is {high} pixels long on a phone")
@@ -525,7 +537,7 @@ def reports_and_system(box, browser):
 
 
 def make_report(box):
-    """A gap report in the state directory, of a record whose path is long, as evidence has it."""
+    """Makes a gap report in the state directory, of a record with a long path, as evidence has."""
     models = pathlib.Path(__file__).resolve().parents[4] / "examples/models"
     record, sticky = box.folder / f"{'evidence-' * 12}minutes.csv", box.folder / "sticky.yaml"
     sticky.write_text((models / "plant1.yaml").read_text(encoding="utf-8").replace("from: 120, ramp: 180", "from: 0, ramp: 1")
@@ -575,7 +587,8 @@ def everything(box, browser, source, folder, spike_ms):
 
 
 def alarms_of_the_box(box, browser, source, folder):
-    """One that waits is in tab and badge, open in the list, and against the box's health; and is acknowledged as others."""
+    """Checks that a waiting alarm is in tab and badge, open in the list, and lowers the box's
+    health. It is acknowledged as others."""
     browser.go(box, "alarms")
     browser.until(lambda: "Certificate ends soon" in browser.text(".box-alarms[open] table"), f"an alarm of the box that waits is folded away: {browser.text('main')[:300]}")
     browser.until(lambda: browser.run("document.title").startswith("(") and badge(browser), "an alarm of the box is not counted")
@@ -598,8 +611,9 @@ def alarms_of_the_box(box, browser, source, folder):
 
 
 def whether_it_acts(source, folder):
-    """A faceplate says at once whether its loop acts: one that another controller has, with no buttons, one that acts on a model, one whose output reaches no valve.
-    The box has an alarm of its own: a certificate that is not there."""
+    """Checks that a faceplate shows at once whether its loop acts: a watched loop without buttons, a
+    loop on a model, and a loop whose output reaches no valve. The box has a separate alarm for a
+    missing certificate."""
     box = Box(healthy=1, accelerate=1)
     daemon = box.folder / "config/loopwardend.yaml"
     user = pwd.getpwuid(os.getuid()).pw_name
@@ -625,7 +639,8 @@ def whether_it_acts(source, folder):
 
 
 def reports_of_records(folder):
-    """Of a loop with a twin, and of one that has none and does not move. No alarm comes, whose explanation would be made first."""
+    """Requests reports of a loop with a twin, and of a loop at rest without one. No alarm is
+    raised, because its explanation would be made first."""
     box = Box(healthy=1, sticking=False)
     loop = box.folder / "config/loops.d/0000.yaml"
     loop.write_text(loop.read_text(encoding="utf-8").replace("plant1}", f"plant1, twin: {box.folder}/calm.yaml}}"), encoding="utf-8")
@@ -685,7 +700,7 @@ def main():
             smoke(box, browser, source, options)
             if options.all:
                 everything(box, browser, source, options.keep, spike_ms)
-            # The browser itself tells of every answer that is an error: those that were asked for.
+            # The browser reports every error answer, also the intended ones.
             browser.quiet("page", allowed=("getImageData", "status of 401", "status of 403", "status of 409"))
             if options.all:
                 view_states.stale(box, browser)

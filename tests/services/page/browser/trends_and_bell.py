@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several loops in one trend, kept in the address; notes on trend and incident; sound, notification and the tab."""
+"""Tests several loops in one trend, kept in the address; notes on trend and incident; sound,
+notification and the tab."""
 from selenium.webdriver.common.keys import Keys
 
 TAG = "FIC-101"
 CURVES = f"trends?curves={TAG}:pv,FIC-102:pv,FIC-102:co"
-# What is sounded and notified, counted in place of a loudspeaker and a desktop.
+# Counts sounds and notifications in place of a loudspeaker and a desktop.
 LISTEN = """(() => {
   window.heard = {tones: 0, notes: []};
   const start = OscillatorNode.prototype.start;

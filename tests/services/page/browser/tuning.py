@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An engineer tunes a loop: proposals by the newest step, what they would do, applied with what was seen, and said to be in no file."""
+"""An engineer tunes a loop: proposals from the newest step, their predicted effect, the
+confirmed change, and the note that no file contains it."""
 import time
 
 TAG = "FIC-102"
@@ -10,11 +11,11 @@ def gains(box):
 
 
 def step(box):
-    """A step of SP, and time for the loop to settle: what is identified from."""
+    """Makes a step of SP and lets the loop settle, for the identification."""
     now = box.ask({"request": "loop", "loop": TAG})["sp"]
     box.ask({"request": "set", "loop": TAG, "set_point": now + 1})
     accelerate = box.ask({"request": "describe"})["accelerate"]
-    time.sleep(8 + 220 / accelerate)  # the recorder writes each 5 s
+    time.sleep(8 + 220 / accelerate)  # the recorder writes every 5 s
 
 
 def propose(box, browser):
@@ -37,7 +38,7 @@ def works(box, browser):
     browser.check("not in file" not in browser.text(".tuning").lower(), "gains of the file are said to be in none")
     rows = [row.text for row in proposed(browser)]
     browser.check("Ms" in browser.text(".proposals thead") and "today" in rows[0], f"the table is {rows}")
-    # Another rule is drawn in the place of the recommended one.
+    # Another rule is drawn in place of the recommended one.
     browser.run("[...document.querySelectorAll('.proposals input[name=tuning-rule]')].find((i) => !i.checked).click()")
     browser.until(lambda: "Apply" in browser.text(".proposals > .hands"), "nothing can be applied")
     browser.press(".proposals > .hands button")
@@ -45,7 +46,7 @@ def works(box, browser):
     words = browser.text("dialog")
     browser.check(TAG in words and f"kp {before['kp']}" in words, f"the confirmation has not tag and old gains: {words}")
     browser.check(gains(box)["in_force"] == before, "gains act before they are confirmed")
-    # Another changes them meanwhile.
+    # Another client changes the gains meanwhile.
     box.ask({"request": "tune", "loop": TAG, "kp": 0.123, "ki": before["ki"], "kd": 0})
     browser.until(lambda: gains(box)["in_force"]["kp"] == 0.123, "another can't tune")
     browser.find("dialog button[type=submit]").click()

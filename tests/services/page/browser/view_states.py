@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each view says while nothing is known: logged out, in its first seconds, when values have become old, and without data. What is not
-known is never shown as good."""
+"""Tests the text of each view without valid data: logged out, in its first seconds, with old values,
+and without data. An unknown state is never shown as good."""
 import signal
 import tempfile
 
 from box import Box, Browser
 
-# Each as a visible text that no line strikes out and that does not begin with "not known".
+# Each as a visible text that is not struck out and does not begin with "not known".
 GOOD = r"(?<!its )\bnormal\b|No alarm|\bLive\b|The box is well|\bAUTO\b|writes its output|yes|\bgood\b"
 TAG = "FIC-101"
 VIEWS = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", f"trends?curves={TAG}:pv", "journal", "reports", "system"]
-# What a healthy box says where it has nothing to show.
+# Texts of a healthy box in views without content.
 NOTHING = {"trends": "up to eight curves", "alarms": "No alarm is on, and none waits", "alarms/FIC-102/stiction": "No evidence is kept", "journal": "No line is like that",
            "reports": "There are no reports", "loop/FIC-102?from=1000000000000&to=1000000600000": "Nothing is recorded in this span", "system": "Nothing that the journal tells of"}
-# Answers are on their way for ever, but for the one that says who is there.
+# Answers never arrive, except the one about the session.
 HOLD = """(() => {
   const ask = window.fetch;
   window.fetch = (path, options) => (path === '/api/session' ? ask(path, options) : new Promise(() => {}));
@@ -22,7 +22,7 @@ HOLD = """(() => {
 
 
 def claims(browser):
-    """Texts on the screen that say that something is good."""
+    """Returns the texts on the screen that show a good state."""
     return browser.run("""((pattern) => {
       const good = new RegExp(pattern), walker = document.createTreeWalker(document.querySelector('#app'), NodeFilter.SHOW_TEXT), found = [];
       for (let node = walker.nextNode(); node; node = walker.nextNode()) {
@@ -73,7 +73,7 @@ def stale(box, browser):
 
 
 def never_heard_of(box, browser):
-    """The page has begun before its daemon."""
+    """Tests a page that started before its daemon."""
     box.kill_daemon()
     box.page.kill()
     box.page.wait()
@@ -95,7 +95,7 @@ def opened(browser):
 
 
 def figures_of_alarms(box, browser):
-    """Folded away, so of their own: loading, then old."""
+    """Tests folded parts separately: loading, then old."""
     script = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": HOLD})["identifier"]
     browser.driver.get(f"{box.url}/#/alarms")
     browser.driver.refresh()

@@ -18,7 +18,7 @@ std::string html(const std::string& title) {
   return "<!doctype html><html><head><title>" + title + "</title></head></html>";
 }
 
-// Folders whose names only look like those of reports that were asked for.
+// Folders whose names only resemble those of requested reports.
 constexpr std::array kNotAsked{"-x-y",
                                "-gap-20261126T100000000Z",
                                "FIC-1-notes-20261126T100000000Z",
@@ -74,7 +74,7 @@ TEST_CASE("reports below the state directory, by kind, title and loop") {
                        [](const Report& a, const Report& b) { return a.utc_ms > b.utc_ms; }));
 }
 
-TEST_CASE("a report is read by its id, and what lies beside it") {
+TEST_CASE("a report and the files next to it are read by the report's id") {
   const TemporaryFolder folder;
   write_file(folder / "plant/survey.html", html("Survey"));
   write_file(folder / "plant/assets/survey.css", "b {}");
@@ -93,9 +93,7 @@ TEST_CASE("a report is read by its id, and what lies beside it") {
   CHECK_FALSE(store.read("0000000000000000", {"survey.html"}));
 }
 
-TEST_CASE(
-    "what came since the index was made is in the next one, and nobody's question makes it "
-    "earlier") {
+TEST_CASE("files newer than the index appear in the next index, and no request makes it earlier") {
   const TemporaryFolder folder;
   write_file(folder / "gap/report.html", html("Gap: boiler"));
   ReportStore lasting(folder.path(), std::chrono::hours(1));
@@ -116,7 +114,7 @@ TEST_CASE(
   CHECK(test::eventually([&] { return brief.reports()->size() == 3; }));
 }
 
-TEST_CASE("no link and no odd file leads out") {
+TEST_CASE("links and special files give no access to other folders") {
   const TemporaryFolder folder;
   write_file(folder / "secret.html", html("outside"));
   write_file(folder / "state/evidence/one/evidence.json", "{}");
@@ -131,7 +129,7 @@ TEST_CASE("no link and no odd file leads out") {
     CHECK_FALSE(store.evidence_file(id, "secret.html"));
     CHECK(store.evidence_files(id).empty());
   }
-  // What joined an incident lies in the folder of the alarm that opened it.
+  // The evidence of an alarm that joined an incident is in the folder of the alarm that opened it.
   write_file(folder / "state/evidence/one/two/evidence.json", "{}");
   CHECK(store.evidence_file("two", "evidence.json") == "{}");
   CHECK(store.evidence_folder("two") == folder / "state/evidence/one/two");

@@ -17,7 +17,7 @@ std::string made(const std::string& html, const Parts& page = {"pages", "1.html"
                                      });
 }
 
-TEST_CASE("what lies beside a report comes with it") {
+TEST_CASE("files next to a report are put into it") {
   CHECK(made("<p><link rel=\"stylesheet\" href=\"../assets/a.css\">x<script "
              "src=\"../assets/a.js\"></script>y") ==
         "<p><style>b {}</style>x<script>run();</script>y");
@@ -25,7 +25,9 @@ TEST_CASE("what lies beside a report comes with it") {
         "<script>run();</script>");
 }
 
-TEST_CASE("what leads out, is elsewhere or would end its element stays as it is") {
+TEST_CASE(
+    "an address outside the folder, on another host or that would end its element is not "
+    "replaced") {
   for (const char* address : {"../../assets/a.js", "https://evil/a.js", "/assets/a.js",
                               "../assets/none.js", "../assets/odd.js", "..", "", "../.hidden"}) {
     const std::string html = std::string("<script src=\"") + address + "\"></script>";

@@ -7,7 +7,7 @@ namespace loopwarden::tests::alarm_rate_test {
 
 using namespace fleet;
 
-TEST_CASE("day and week of each group, and of all together") {
+TEST_CASE("rates of each group and of all groups, per day and week") {
   const std::int64_t until = 3'000'000;
   const std::int64_t newest = until - 1;
   const std::int64_t yesterday = newest - kBinsOfDay;
@@ -18,7 +18,7 @@ TEST_CASE("day and week of each group, and of all together") {
   CHECK(a.day.raised == 21);
   CHECK(a.day.per_bin == Approx(21.0 / 144.0));
   CHECK(a.day.most == 11);
-  CHECK(a.day.flood_percent == Approx(100.0 / 144.0));  // ten are none yet
+  CHECK(a.day.flood_percent == Approx(100.0 / 144.0));  // ten are no flood yet
   CHECK(a.week.flood_percent == Approx(100.0 / 1008.0));
   CHECK(a.bins.back() == 11);
   CHECK(a.bins[kBinsOfDay - 2] == 10);
@@ -33,7 +33,7 @@ TEST_CASE("day and week of each group, and of all together") {
   CHECK(rates.at("").bins.back() == 12);
 }
 
-TEST_CASE("without an alarm all is nought, and what lies outside the week does not count") {
+TEST_CASE("without an alarm all rates are 0, and alarms outside the week don't count") {
   const auto rates = alarm_rates({{"A", 1000 - kBinsOfWeek - 1, 5}, {"A", 1000, 5}}, 1000);
   REQUIRE(rates.size() == 1);
   CHECK(rates.at("").week.raised == 0);

@@ -38,7 +38,7 @@ struct Rig {
   }
 };
 
-TEST_CASE("an answer is made once for all who ask while it is fresh") {
+TEST_CASE("a fresh answer is made once for all callers") {
   Rig rig;
   CHECK(rig.get("a") == "a1");
   rig.now += 4999ms;
@@ -48,8 +48,7 @@ TEST_CASE("an answer is made once for all who ask while it is fresh") {
   CHECK(rig.get("a") == "a3");
 }
 
-TEST_CASE(
-    "after a failure nobody tries for a while, whatever the key, but what is fresh is given") {
+TEST_CASE("after a failure no key is retried for a while, but fresh answers are returned") {
   Rig rig;
   rig.get("a");
   rig.now += 3s;
@@ -63,7 +62,7 @@ TEST_CASE(
   CHECK(rig.get("c") == "c4");
 }
 
-TEST_CASE("the newest answer is kept beside a failure") {
+TEST_CASE("the newest answer is kept after a failure") {
   Rig rig;
   rig.get("a");
   rig.now += 1min;
@@ -72,7 +71,7 @@ TEST_CASE("the newest answer is kept beside a failure") {
   CHECK(rig.cache.last("b") == nullptr);
 }
 
-TEST_CASE("the answer made longest ago goes first") {
+TEST_CASE("the oldest answer is dropped first") {
   Rig rig;
   for (const char* key : {"a", "b", "c"}) {
     rig.get(key);
@@ -82,7 +81,7 @@ TEST_CASE("the answer made longest ago goes first") {
   CHECK(rig.cache.last("b") != nullptr);
 }
 
-TEST_CASE("many who ask at once wait for one") {
+TEST_CASE("many simultaneous callers wait for one answer") {
   AnswerCache cache;
   std::atomic<int> made{0};
   std::vector<std::thread> askers;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A real PostgreSQL of the test's own, with the host's tables. Left out, with a word, where none is installed.
+// A real PostgreSQL with the host's tables, started by the test. If it is not installed, the tests
+// are left out with a notice.
 #include "services/page/fleet_queries/fleet_database.hpp"
 
 #include <catch2/catch.hpp>
@@ -20,7 +21,7 @@ using nlohmann::json;
 
 constexpr CacheLimits kNoCache{.fresh = 0ms, .retry_after = 0ms};
 
-// North: box1 and box2 answer, box3 is away. South: box4 is connected and says nothing.
+// North: box1 and box2 answer, box3 is away. South: box4 is connected and silent.
 constexpr const char* kPlant = R"(
 INSERT INTO edge(group_name, name, online, since, clock_offset_s) VALUES
   ('North', 'box1', true, now() - interval '9 days', 0), ('North', 'box2', true, now() - interval '9 days', 0),
@@ -79,7 +80,7 @@ json parsed(const std::shared_ptr<const std::string>& answer) {
   return answer ? json::parse(*answer) : json();
 }
 
-// The values at `key` of a list of objects.
+// Returns the values at `key` of a list of objects.
 json column(const json& list, const char* key) {
   json values = json::array();
   for (const json& one : list) values.push_back(one.at(key));
@@ -117,7 +118,7 @@ void check_valves(const json& overview) {
   CHECK(one["tag"] == "FIC/1");
   CHECK(one["alarm"] == "stiction");
   CHECK(one["state"] == "acknowledged");
-  CHECK(one["severity"] == 6.25);  // of now, not of the change
+  CHECK(one["severity"] == 6.25);  // the present value, not the value at the change
   CHECK_FALSE(one.contains("device_id"));
   // Since it was raised, not since it was acknowledged.
   const double ago_h = (overview["now_ms"].get<double>() - one["since_ms"].get<double>()) / 3.6e6;
@@ -133,10 +134,10 @@ void check_curve(const json& weeks) {
   CHECK(weeks[46] == 2.0);
   CHECK(weeks[47] == 0.0);
   CHECK(weeks[54] == 0.0);
-  CHECK(weeks[55] == 6.25);  // the history is behind; this is of now
+  CHECK(weeks[55] == 6.25);  // the present value; the history is older
 }
 
-TEST_CASE("the plant out of the host's tables") {
+TEST_CASE("the plant is read from the host's tables") {
   if (!installed()) return;
   const Postgres database;
   fill(database);
@@ -151,7 +152,7 @@ TEST_CASE("the plant out of the host's tables") {
   CHECK(column(faults["list"], "device") == json{"FIC_1", "FIC_1"});
   CHECK(all["now_ms"].get<double>() - faults["list"][0]["since_ms"].get<double>() ==
         Approx(4 * 3.6e6).margin(6e4));
-  // Of a valve without a history only what is now is known.
+  // A valve without a history has only its present state.
   std::vector<json> now(56);
   now.back() = 9.0;
   CHECK(all["valves"]["list"][0]["weeks"] == json(now));
@@ -164,13 +165,14 @@ TEST_CASE("the plant out of the host's tables") {
   CHECK(versions["all"] == 2);
   CHECK(column(versions["list"], "edge") == json{"box2", "box1"});
   CHECK(column(versions["list"], "version_differs") == json{true, false});
-  CHECK(column(versions["list"], "config_differs") == json{false, false});  // each has its own
+  // each has a separate value
+  CHECK(column(versions["list"], "config_differs") == json{false, false});
   CHECK(column(versions["list"], "changes") == json{0, 1});
   CHECK(column(versions["usual"], "version") == json{"0.2.0", "0.2.0"});
   const json& rates = all["alarm_rate"]["list"];
   CHECK(column(rates, "group") == json{"", "North", "South"});
   CHECK(rates[0]["day"]["raised"] == 5);
-  CHECK(rates[1]["week"]["raised"] == 4);  // the third of stiction is ten days old
+  CHECK(rates[1]["week"]["raised"] == 4);  // the third stiction alarm is ten days old
   CHECK(rates[0]["bins"].size() == 144);
   const json& figures = all["alarm_figures"];
   CHECK(figures["came"] == 5);
@@ -191,7 +193,7 @@ TEST_CASE("the plant out of the host's tables") {
   CHECK(database.ask("SELECT count(*) FROM edge") == "4");
 }
 
-TEST_CASE("an alarm that is none of the valve is no loop with a valve alarm") {
+TEST_CASE("an alarm outside the valve gives no loop with a valve alarm") {
   if (!installed()) return;
   const Postgres database;
   fill(database);
@@ -208,7 +210,7 @@ TEST_CASE("an alarm that is none of the valve is no loop with a valve alarm") {
   CHECK(all["valves"]["all"] == 4);
 }
 
-// What a box tells of the incident of a loop of box4.
+// Adds the metrics of an incident of a loop of box4.
 void tell_incident(pqxx::nontransaction& work, const std::string& name, const std::string& cause,
                    bool active) {
   const auto tell = [&](const char* part, const std::string& number, const std::string& text) {
@@ -230,7 +232,7 @@ void tell_incident(pqxx::nontransaction& work, const std::string& name, const st
   tell("raised", "1795683600000", "");
 }
 
-TEST_CASE("an incident is one line, and one outside of the valve makes no valve sick") {
+TEST_CASE("an incident is one line, and one outside of the valve gives no valve fault") {
   if (!installed()) return;
   const Postgres database;
   fill(database);
@@ -259,14 +261,14 @@ TEST_CASE("an incident is one line, and one outside of the valve makes no valve 
   CHECK(valve["incident"]["name"] == "gain_change");
   CHECK(valve["incident"]["confidence"] == 0.94);
 
-  // Of an incident that has ended, each alarm that is on stands by itself again.
+  // After an incident has ended, each active alarm is listed separately again.
   tell_incident(work, "gain_change", "process", false);
   south = parsed(fleet.overview("South"));
   CHECK(south["groups"][1]["sick"] == 1);
   CHECK(south["valves"]["all"] == 2);
 }
 
-TEST_CASE("a valve of the plant") {
+TEST_CASE("a valve has its history and alarms") {
   if (!installed()) return;
   const Postgres database;
   fill(database);
@@ -280,7 +282,7 @@ TEST_CASE("a valve of the plant") {
         json{"acknowledged", "unacknowledged", "normal", "acknowledged", "unacknowledged"});
   const json& curve = valve["weeks"]["severity"]["stiction"];
   REQUIRE(curve.size() == 364);
-  CHECK(curve.front() == 1.0);  // as it ended a hundred days ago
+  CHECK(curve.front() == 1.0);  // the value at its end a hundred days ago
   CHECK(curve.back() == 0.0);
   CHECK(valve["explanation"]["parts"]["effect"] == "stiction");
   CHECK(column(valve["values"], "name") == json{"condition/valve", "pv"});
@@ -291,7 +293,7 @@ TEST_CASE("a valve of the plant") {
   CHECK(fleet.valve({"North", "box1", ""}) == nullptr);  // the box itself
 }
 
-TEST_CASE("a database that stops is told of, and found again") {
+TEST_CASE("a database that stops is reported, and found again") {
   if (!installed()) return;
   Postgres database;
   fill(database);
@@ -306,7 +308,7 @@ TEST_CASE("a database that stops is told of, and found again") {
   CHECK(parsed(fleet.overview(""))["groups"].size() == 2);
 }
 
-TEST_CASE("a database without the host's tables is told of") {
+TEST_CASE("a database without the host's tables is reported") {
   if (!installed()) return;
   const Postgres database;
   FleetDatabase fleet({database.url(), {}}, kNoCache);

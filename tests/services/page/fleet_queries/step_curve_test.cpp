@@ -8,7 +8,7 @@ namespace loopwarden::tests::step_curve_test {
 
 using namespace fleet;
 
-TEST_CASE("a step without a row has the value before it") {
+TEST_CASE("a step without a row has the previous value") {
   const auto curve = step_curve({{1, 5.0, 2.0}, {4, 3.0, 0.0}}, 6);
   REQUIRE(curve.size() == 6);
   CHECK(std::isnan(curve[0]));
@@ -16,11 +16,11 @@ TEST_CASE("a step without a row has the value before it") {
         std::vector<double>{5.0, 2.0, 2.0, 3.0, 0.0});
 }
 
-TEST_CASE("what was before the first step goes on until something else is said") {
+TEST_CASE("the value before the first step continues until the next row") {
   CHECK(step_curve({{-1, 9.0, 4.0}, {2, 1.0, 1.0}}, 4) == std::vector<double>{4.0, 4.0, 4.0, 1.0});
 }
 
-TEST_CASE("rows beyond the end are left out, and no row is not known") {
+TEST_CASE("rows after the end are left out, and without rows the curve is unknown") {
   CHECK(step_curve({{0, 1.0, 1.0}, {2, 7.0, 7.0}}, 2) == std::vector<double>{1.0, 1.0});
   for (const double value : step_curve({}, 3)) CHECK(std::isnan(value));
 }

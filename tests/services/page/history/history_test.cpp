@@ -19,7 +19,7 @@ using namespace page::history;
 
 constexpr std::int64_t kStart_ms = 1'750'000'000'000;
 
-// A segment file as the recorder writes it, with a clock of the test's own.
+// A segment file as the recorder writes it, with a clock set by the test.
 struct Written {
   std::uint64_t sequence = 1;
   std::uint64_t run = 1;
@@ -84,7 +84,7 @@ std::size_t gaps(const Past& past) {
       std::count(past.curves.mode.begin(), past.curves.mode.end(), std::int16_t{-1}));
 }
 
-TEST_CASE("a short stretch has every row as it was") {
+TEST_CASE("a short stretch has every row unchanged") {
   const TemporaryFolder folder;
   Written{.rows = wave(0, 1000)}.to(folder.path());
   const Past past = past_of(folder, {kStart_ms + 10'000, kStart_ms + 19'900}, 1000);
@@ -98,7 +98,7 @@ TEST_CASE("a short stretch has every row as it was") {
   CHECK(past.newest_ms == kStart_ms + 99'900);
 }
 
-TEST_CASE("a spike of one sample is in every picture, however wide") {
+TEST_CASE("a spike of one sample is in every picture, at every width") {
   const TemporaryFolder folder;
   const std::size_t place = GENERATE(0UL, 1UL, 63UL, 64UL, 4095UL, 77'777UL, 149'999UL);
   Written written{.rows = wave(0, 150'000)};
@@ -110,7 +110,7 @@ TEST_CASE("a spike of one sample is in every picture, however wide") {
     CHECK(past.curves.t_ms.size() <= points);
     CHECK(greatest(past) == 9.5F);
     REQUIRE(past.bucket_ms);
-    // And where it was, to a bucket and the block that it lies in.
+    // The time is right within a bucket and its block.
     const auto spike =
         std::find(past.curves.columns[kPv].begin(), past.curves.columns[kPv].end(), 9.5F);
     const auto at =
@@ -120,7 +120,8 @@ TEST_CASE("a spike of one sample is in every picture, however wide") {
   }
 }
 
-TEST_CASE("a bucket is drawn as it was: its first, its extremes in their order of time, its last") {
+TEST_CASE(
+    "a bucket is drawn by its first value, its extremes in order of time, and its last value") {
   Decimator decimator(0, 1000.0);
   const auto add = [&](std::uint64_t period, double pv) {
     decimator.add(block_of(row_at(period, pv), static_cast<std::int64_t>(period) * 100, 1, 0));
@@ -138,7 +139,7 @@ TEST_CASE("a bucket is drawn as it was: its first, its extremes in their order o
   CHECK(curves.sample == std::vector<std::uint8_t>{1, 0, 0, 1, 1, 1, 1});
 }
 
-TEST_CASE("a smooth fall stays one, whatever the width of the buckets") {
+TEST_CASE("a smooth fall stays smooth at every width of the buckets") {
   const TemporaryFolder folder;
   std::vector<record::RecordRow> rows;
   for (std::uint64_t i = 0; i < 50'000; ++i) {
@@ -154,7 +155,7 @@ TEST_CASE("a smooth fall stays one, whatever the width of the buckets") {
   }
 }
 
-TEST_CASE("what is missing is a row without values") {
+TEST_CASE("a gap gives a row without values") {
   const TemporaryFolder folder;
   Written written{.rows = wave(0, 2000)};
   SECTION("rows of a run") {
@@ -165,7 +166,7 @@ TEST_CASE("what is missing is a row without values") {
     CHECK(whole.curves.t_ms.size() == 102);
     CHECK(gaps(past_of(folder, {kStart_ms, kStart_ms + 200'000}, 200)) == 1);
   }
-  SECTION("as many as the monitor bears are drawn over") {
+  SECTION("gaps as short as the monitor accepts are drawn over") {
     written.rows.erase(written.rows.begin() + 500, written.rows.begin() + 504);
     written.to(folder.path());
     CHECK(gaps(past_of(folder, {kStart_ms, kStart_ms + 200'000}, 4000)) == 0);
@@ -179,7 +180,7 @@ TEST_CASE("what is missing is a row without values") {
     CHECK(past.curves.t_ms.size() == 2501);
     CHECK(past.newest_ms == kStart_ms + 309'900);
   }
-  SECTION("a PV that is none is none") {
+  SECTION("a PV that is not a number stays without a value") {
     written.rows[500].pv = std::nan("");
     written.to(folder.path());
     const Past past = past_of(folder, {kStart_ms + 49'900, kStart_ms + 50'100}, 100);
@@ -190,7 +191,7 @@ TEST_CASE("what is missing is a row without values") {
   }
 }
 
-TEST_CASE("one bad segment costs itself") {
+TEST_CASE("a bad segment costs only its own rows") {
   const TemporaryFolder folder;
   Written{.rows = wave(0, 500)}.to(folder.path());
   Written{.sequence = 3, .start_ms = kStart_ms + 100'000, .rows = wave(1000, 500)}.to(
@@ -200,7 +201,7 @@ TEST_CASE("one bad segment costs itself") {
   REQUIRE(past.unreadable.size() == 1);
   CHECK(past.unreadable[0].find("0000000002.lwseg") != std::string::npos);
   CHECK(past.curves.t_ms.size() == 1001);
-  SECTION("and damaged rows cost themselves") {
+  SECTION("damaged rows cost only themselves") {
     std::fstream file(folder / "0000000001.lwseg", std::ios::binary | std::ios::in | std::ios::out);
     for (const int place : {0, 100, 101, 499}) {
       file.seekp(512 + 88 * place + 30);
@@ -225,21 +226,21 @@ TEST_CASE("newer rows come from the daemon's memory") {
     }
     return rows;
   };
-  SECTION("behind the segments, without a gap") {
+  SECTION("after the segments, without a gap") {
     Written{.rows = wave(0, 100)}.to(folder.path());
     const Past past = history.past(folder.path(), {kStart_ms, kStart_ms + 60'000}, 1000, newer);
     CHECK(past.curves.t_ms.size() == 120);
     CHECK(gaps(past) == 0);
     CHECK(past.newest_ms == kStart_ms + 11'900);
   }
-  SECTION("where nothing is recorded") {
+  SECTION("a loop without a record") {
     const Past past = history.past(folder / "none", {kStart_ms, kStart_ms + 60'000}, 1000, newer);
     CHECK(past.curves.t_ms.size() == 20);
     CHECK(past.oldest_ms == kStart_ms);
   }
 }
 
-TEST_CASE("what is kept of summaries is bounded") {
+TEST_CASE("the memory for summaries is bounded") {
   const TemporaryFolder folder;
   SummaryStore store(200'000);
   for (std::uint64_t i = 1; i <= 20; ++i) {
@@ -271,7 +272,7 @@ TEST_CASE("all rows in pieces") {
   CHECK(count == 9500 + 5001);
 }
 
-TEST_CASE("whatever the rows, the picture keeps their extremes, rises in time and has its size") {
+TEST_CASE("for all rows the picture keeps their extremes, rises in time and has its size") {
   property::for_all("decimation", 200, [] {
     std::vector<float> values(1 + property::one_of(500));
     const std::size_t points = kRowsPerBucket + property::one_of(50);

@@ -22,17 +22,17 @@ ldap::Outcome log_in(const LdapSettings& settings, const std::string& name,
   return ldap::Server(settings).log_in(name, password, {});
 }
 
-TEST_CASE("the directory says who may log in, and as what", "[slapd]") {
+TEST_CASE("the directory decides who may log in, and in which role", "[slapd]") {
   if (!Slapd::is_there()) return;
   const Slapd& slapd = Slapd::shared();
   LdapSettings settings = slapd.settings();
-  SECTION("the right password, with the role of the group") {
+  SECTION("the right password gives the role of the group") {
     const auto otto = log_in(settings, "otto");
     CHECK(otto.end == End::admitted);
     CHECK(otto.role == Role::operator_);
     CHECK(otto.dn == Slapd::user("otto"));
   }
-  SECTION("of two groups the higher one") {
+  SECTION("of two groups the higher role") {
     CHECK(log_in(settings, "ella").role == Role::engineer);
   }
   SECTION("StartTLS") {
@@ -44,7 +44,7 @@ TEST_CASE("the directory says who may log in, and as what", "[slapd]") {
     CHECK(log_in(settings, "otto", "wrong").end == End::wrong);
     CHECK(log_in(settings, "otto", "").end == End::wrong);
   }
-  SECTION("nobody of that name") {
+  SECTION("a name without an entry") {
     CHECK(log_in(settings, "nobody").why == "no such user");
     CHECK(log_in(settings, "nobody").end == End::wrong);
   }
@@ -53,7 +53,7 @@ TEST_CASE("the directory says who may log in, and as what", "[slapd]") {
       CHECK(log_in(settings, name).why == "no such user");
     }
   }
-  SECTION("a filter that finds several finds nobody") {
+  SECTION("a filter that matches several entries admits no user") {
     settings.user_filter = "(|(uid={user})(uid=ella))";
     CHECK(log_in(settings, "otto").why == "several entries match user_filter");
   }
@@ -63,14 +63,14 @@ TEST_CASE("the directory says who may log in, and as what", "[slapd]") {
     CHECK(nils.role == Role::none);
     CHECK(log_in(settings, "nils", "wrong").end == End::wrong);
   }
-  SECTION("a group that is not there gives nobody a role") {
+  SECTION("a missing group gives no role") {
     settings.groups = {{Role::engineer, Slapd::group("gone")}};
     CHECK(log_in(settings, "otto").end == End::no_group);
   }
   SECTION("members with brackets, stars and backslashes in their names") {
     CHECK(log_in(settings, "odd").role == Role::viewer);
   }
-  SECTION("the name in the directory by a rule") {
+  SECTION("the name in the directory is made by a rule") {
     settings.base.clear();
     settings.user_filter.clear();
     settings.user_dn = "uid={user},ou=people,dc=plant";
@@ -78,19 +78,19 @@ TEST_CASE("the directory says who may log in, and as what", "[slapd]") {
     CHECK(log_in(settings, "otto", "wrong").end == End::wrong);
     CHECK(log_in(settings, "nobody").why == "no such user");
   }
-  SECTION("a look without the password") {
+  SECTION("a look-up without the password") {
     const ldap::Server server(settings);
     CHECK(server.look_up("otto").role == Role::operator_);
     CHECK(server.look_up("nils").end == End::no_group);
     CHECK(server.look_up("nobody").end == End::wrong);
   }
-  SECTION("of several servers the first that answers") {
+  SECTION("of several servers the first one that answers") {
     settings.servers.insert(settings.servers.begin(), "127.0.0.1:" + std::to_string(free_port()));
     CHECK(log_in(settings, "otto").end == End::admitted);
   }
 }
 
-// Why otto is not let in.
+// Returns why the log-in of otto is refused.
 std::string trouble(const LdapSettings& settings) {
   const auto outcome =
       ldap::Server(settings, std::chrono::milliseconds(300)).log_in("otto", Slapd::kPassword, {});
@@ -98,7 +98,7 @@ std::string trouble(const LdapSettings& settings) {
   return outcome.why;
 }
 
-TEST_CASE("a server that is not the right one lets nobody in", "[slapd]") {
+TEST_CASE("a wrong server admits no user", "[slapd]") {
   if (!Slapd::is_there()) return;
   const Slapd& slapd = Slapd::shared();
   LdapSettings settings = slapd.settings();
@@ -114,7 +114,7 @@ TEST_CASE("a server that is not the right one lets nobody in", "[slapd]") {
     settings.servers.front().replace(0, 9, "127.0.0.2");
     CHECK_THAT(why(), Contains("or not for this name"));
   }
-  SECTION("TLS where there is none, or begun twice") {
+  SECTION("TLS on the plain port, or STARTTLS on the TLS port") {
     settings.servers = {start_tls ? slapd.tls_server() : slapd.plain_server()};
     CHECK_THAT(why(), Contains("TLS: "));
   }
@@ -127,7 +127,7 @@ TEST_CASE("a server that is not the right one lets nobody in", "[slapd]") {
     settings.bind_dn = "cn=another,dc=plant";
     CHECK_THAT(why(), Contains("bind as cn=another,dc=plant: Invalid credentials"));
   }
-  SECTION("nothing is to be read anonymously") {
+  SECTION("the directory can't be read anonymously") {
     settings.bind_dn.clear();
     settings.password = {};
     CHECK_THAT(why(), StartsWith("base: there is no dc=plant"));
@@ -138,7 +138,7 @@ TEST_CASE("a server that is not the right one lets nobody in", "[slapd]") {
   }
 }
 
-TEST_CASE("a server that stands still or is gone lets nobody in", "[slapd]") {
+TEST_CASE("a server that hangs or is gone admits no user", "[slapd]") {
   if (!Slapd::is_there()) return;
   Slapd slapd;
   LdapSettings settings = slapd.settings();
@@ -151,7 +151,7 @@ TEST_CASE("a server that stands still or is gone lets nobody in", "[slapd]") {
   CHECK_THAT(trouble(settings), Contains("can't be reached"));
 }
 
-TEST_CASE("a log-in as a whole has an end, whatever each step may take", "[slapd]") {
+TEST_CASE("a whole log-in has a time-out, in addition to its steps", "[slapd]") {
   if (!Slapd::is_there()) return;
   const Slapd slapd;
   slapd.hang();
@@ -163,7 +163,7 @@ TEST_CASE("a log-in as a whole has an end, whatever each step may take", "[slapd
   CHECK_THAT(outcome.why, Contains("TLS: no answer"));
 }
 
-TEST_CASE("a signal is no answer", "[slapd]") {
+TEST_CASE("a signal does not count as an answer", "[slapd]") {
   if (!Slapd::is_there()) return;
   const Slapd slapd;
   slapd.hang();
@@ -190,7 +190,7 @@ TEST_CASE("a signal is no answer", "[slapd]") {
   CHECK(outcome.end == End::admitted);
 }
 
-TEST_CASE("a password's file is closed to others") {
+TEST_CASE("the file of a password must be closed to others") {
   const TemporaryFolder folder;
   const Certificates certificates;
   LdapSettings settings;

@@ -11,7 +11,7 @@ using page::ldap::account_name;
 using page::ldap::filled;
 using page::ldap::filter_value;
 
-// What a server makes of a value (RFC 4515).
+// Returns the value that a server decodes (RFC 4515).
 std::string read_back(const std::string& value) {
   std::string bytes;
   for (std::size_t i = 0; i < value.size(); ++i) {
@@ -25,7 +25,7 @@ std::string read_back(const std::string& value) {
   return bytes;
 }
 
-TEST_CASE("a value in a filter is one value, whatever its bytes") {
+TEST_CASE("a value in a filter stays one value with any bytes") {
   CHECK(filter_value("otto") == "otto");
   CHECK(filter_value("").empty());
   CHECK(read_back(filter_value("a*(b)\\c")) == "a*(b)\\c");
@@ -38,7 +38,7 @@ TEST_CASE("a value in a filter is one value, whatever its bytes") {
     }
     const std::string value = filter_value(bytes);
     property::require(value.find_first_of(std::string_view("*()\0", 4)) == std::string::npos,
-                      "nothing that means something in a filter");
+                      "no special character of a filter");
     property::require(read_back(value) == bytes, "the same bytes");
   });
 }
@@ -49,7 +49,7 @@ TEST_CASE("placeholders") {
   CHECK(filled("{user}", "{user}", "{user}x") == "{user}x");
 }
 
-TEST_CASE("an account's name out of what people type") {
+TEST_CASE("the account's name is found in the typed name") {
   const std::vector<std::string> domains{"PLANT", "plant.example"};
   for (const char* typed :
        {"otto", "Otto", "PLANT\\otto", "plant\\OTTO", "otto@plant.example", "Otto@Plant.Example"}) {

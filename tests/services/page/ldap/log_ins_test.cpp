@@ -24,7 +24,7 @@ struct Page {
     sessions.on_end([this] { ++ended; });
   }
 
-  // As the API does it.
+  // Logs in as the API does.
   std::string log_in(const std::string& name) {
     const ldap::Outcome outcome = ask(name).get();
     REQUIRE(outcome.end == ldap::Outcome::End::admitted);
@@ -52,18 +52,18 @@ struct Page {
   ldap::Worker worker;
 };
 
-TEST_CASE("who has logged in is looked at again and again", "[slapd]") {
+TEST_CASE("logged-in users are checked again regularly", "[slapd]") {
   if (!Slapd::is_there()) return;
   using Change = Slapd::Change;
   Slapd slapd;
   Page page(slapd);
   const std::string cookie = page.log_in("otto");
   CHECK(page.role(cookie) == Role::operator_);
-  SECTION("a higher group is a higher role, in the same session") {
+  SECTION("a higher group gives a higher role in the same session") {
     slapd.change_member("engineers", Change::add, "otto");
     CHECK(eventually([&] { return page.role(cookie) == Role::engineer; }));
   }
-  SECTION("without a group the session ends, and all of that user's") {
+  SECTION("without a group all sessions of the user end") {
     page.log_in("otto");
     const std::string ella = page.log_in("ella");
     slapd.change_member("operators", Change::remove, "otto");
@@ -82,11 +82,11 @@ TEST_CASE("who has logged in is looked at again and again", "[slapd]") {
     slapd.change_member("operators", Change::remove, "otto");
     CHECK(eventually([&] { return page.sessions.size() == 0; }));
   }
-  SECTION("who has no session is forgotten") {
+  SECTION("users without a session are removed") {
     page.sessions.end(cookie);
     CHECK(eventually([&] { return page.users.of_directory().empty(); }));
   }
-  SECTION("a user of the file takes the name over") {
+  SECTION("a new user of the file takes over the name") {
     write_users({{"Otto", {Role::viewer, hash_password("x", PasswordCost::least)}}},
                 page.folder / "users");
     CHECK(page.users.refresh().empty());
@@ -95,7 +95,7 @@ TEST_CASE("who has logged in is looked at again and again", "[slapd]") {
   }
 }
 
-TEST_CASE("an entry that can't be asked keeps nobody else logged in", "[slapd]") {
+TEST_CASE("an entry that can't be checked doesn't keep other users logged in", "[slapd]") {
   if (!Slapd::is_there()) return;
   const Slapd slapd;
   LdapSettings settings = slapd.settings();
@@ -116,7 +116,7 @@ TEST_CASE("an entry that can't be asked keeps nobody else logged in", "[slapd]")
   CHECK(page.role(zoe) == Role::viewer);
 }
 
-TEST_CASE("what nobody waits for any longer is not done", "[slapd]") {
+TEST_CASE("a log-in without a waiting client is not done", "[slapd]") {
   if (!Slapd::is_there()) return;
   Page page(Slapd::shared());
   const ldap::Outcome late = page.ask("otto", "here", std::chrono::steady_clock::now()).get();
@@ -124,13 +124,13 @@ TEST_CASE("what nobody waits for any longer is not done", "[slapd]") {
   CHECK_THAT(late.why, Catch::Contains("no time is left"));
 }
 
-TEST_CASE("who stops does not wait for a directory that hangs", "[slapd]") {
+TEST_CASE("the end of the page does not wait for a directory that hangs", "[slapd]") {
   if (!Slapd::is_there()) return;
   const Slapd slapd;
   slapd.hang();
   Page page(ldap::Server(slapd.settings(), std::chrono::hours(1)));
   std::vector<std::shared_future<ldap::Outcome>> asked;
-  // One more than wait: the first is being asked.
+  // One more than can wait, because the first is already being processed.
   REQUIRE(eventually([&] {
     if (auto one = page.ask("otto"); one.valid()) asked.push_back(std::move(one));
     return asked.size() == 5;
@@ -141,7 +141,7 @@ TEST_CASE("who stops does not wait for a directory that hangs", "[slapd]") {
   CHECK(asked.front().get().end == ldap::Outcome::End::admitted);
 }
 
-TEST_CASE("room for log-ins is bounded, of one client and in all", "[slapd]") {
+TEST_CASE("waiting log-ins are bounded, per client and in total", "[slapd]") {
   if (!Slapd::is_there()) return;
   const Slapd slapd;
   Page page(slapd);
@@ -152,7 +152,7 @@ TEST_CASE("room for log-ins is bounded, of one client and in all", "[slapd]") {
     for (int i = 0; i < 20; ++i) taken += begin(whose) ? 1 : 0;
     return taken;
   };
-  // One of them may be asked already, and wait no longer.
+  // One of them may be in progress already, and no longer wait.
   const int of_one = taken_of("one");
   CHECK(of_one >= 4);
   CHECK(of_one <= 5);

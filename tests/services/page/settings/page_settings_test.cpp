@@ -17,7 +17,7 @@ std::string trouble(const std::string& text) {
   return read ? "" : config::to_text(read.diagnostics);
 }
 
-TEST_CASE("without a key the page is for this host and for looking") {
+TEST_CASE("without a key the page serves only this host, read-only") {
   const auto settings = read_page_text("/etc/p/page.yaml", "updates: 2\n");
   REQUIRE(settings);
   REQUIRE(settings->listen.size() == 1);
@@ -48,7 +48,7 @@ TEST_CASE("a whole page.yaml") {
   CHECK(settings->session_hours == 8.0);
 }
 
-TEST_CASE("beyond this host only with TLS and users") {
+TEST_CASE("an address beyond this host needs TLS and users") {
   const std::string listen = "listen: [{address: 192.168.1.5}]\n";
   const std::string tls = "tls: {certificate: a, key: b}\n";
   CHECK(trouble(listen).find("that needs tls and users") != std::string::npos);
@@ -62,7 +62,7 @@ TEST_CASE("beyond this host only with TLS and users") {
   }
 }
 
-TEST_CASE("errors name place, key and the nearest one") {
+TEST_CASE("errors name the place, the key and the nearest valid key") {
   CHECK(trouble("controll: true\n") ==
         "page.yaml:1:1: error: unknown key 'controll'; did you mean 'control'?\n");
   CHECK(trouble("updates: 6\n").find("page.yaml:1:10: error: updates:") == 0);
@@ -71,7 +71,7 @@ TEST_CASE("errors name place, key and the nearest one") {
   CHECK(trouble("listen: [{port: 0}]\n").find("listen[0].port") != std::string::npos);
 }
 
-TEST_CASE("a time zone is one that the box knows") {
+TEST_CASE("a time zone must be known to the box") {
   CHECK(trouble("time_zone: Etc/UTC\n").empty());
   for (const char* zone : {"Mars/Olympus", "../../etc/passwd", "/etc/passwd"}) {
     CHECK(trouble(std::string("time_zone: ") + zone + "\n").find("this box knows no zone") !=
@@ -79,7 +79,7 @@ TEST_CASE("a time zone is one that the box knows") {
   }
 }
 
-TEST_CASE("a fleet's database, its password elsewhere") {
+TEST_CASE("a fleet's database, with its password in a separate file") {
   const auto settings =
       read_page_text("/etc/p/page.yaml",
                      "fleet: {database: postgresql:///loopwarden, password: {file: secret}}\n");
@@ -104,7 +104,7 @@ const std::string kLdap =
     "  base: dc=plant\n  user_filter: (&(objectClass=user)(sAMAccountName={user}))\n"
     "  groups: {viewer: \"cn=v,dc=plant\", engineer: \"cn=e,dc=plant\"}\n  domains: [PLANT]\n";
 
-// kLdap with another line in the place of the one that begins so.
+// Returns kLdap with the line that begins with `start` replaced.
 std::string with(const std::string& key, const std::string& line) {
   const std::size_t at = kLdap.find("  " + key + ":");
   const std::size_t end = kLdap.find('\n', at) + 1;
@@ -132,10 +132,10 @@ TEST_CASE("a directory of users") {
   CHECK(start_tls->ldap->servers == std::vector<std::string>{"h:389"});
 }
 
-TEST_CASE("a directory is asked over TLS alone, and every key of it is checked") {
+TEST_CASE("a directory is asked only over TLS, and every key of it is checked") {
   struct Wrong {
     const char* key;
-    const char* line;  // in the place of the key's
+    const char* line;  // replaces the key's
     const char* expected;
   };
   const std::vector<Wrong> wrong{
@@ -187,7 +187,7 @@ TEST_CASE("the examples of a directory are valid") {
   CHECK(settings->ldap->group_filter == "(member:1.2.840.113556.1.4.1941:={dn})");
 }
 
-TEST_CASE("a machine without a daemon shows the fleet or nothing") {
+TEST_CASE("a machine without a daemon must show the fleet") {
   CHECK(trouble("box: false\n").find("page.yaml:1:6: error: box: false needs the section fleet") ==
         0);
   const auto settings = read_page_text("p", "box: false\nfleet: {database: postgresql:///d}\n");
@@ -195,14 +195,13 @@ TEST_CASE("a machine without a daemon shows the fleet or nothing") {
   CHECK_FALSE(settings->box);
 }
 
-TEST_CASE("docs/page-keys.md says what the reader says", "[reference]") {
+TEST_CASE("docs/page-keys.md matches the description by the reader", "[reference]") {
   const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/page-keys.md";
   const std::string described =
       "# Keys of page.yaml\n\n"
-      "<!-- Generated from services/page/settings; tests_page \"[reference]\" says how to renew "
-      "it. "
-      "-->\n\n"
-      "What they mean together: [page.md](page.md).\n" +
+      "<!-- Generated from services/page/settings; tests_page \"[reference]\" shows how to renew "
+      "it. -->\n\n"
+      "Guide: [page.md](page.md).\n" +
       config::to_markdown(describe_page());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) write_file(path, described);
   INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_page '[reference]'");

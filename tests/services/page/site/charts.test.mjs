@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is drawn of PV over CO, on a canvas of the test's own.
+// Tests of the drawing of PV over CO, on a fake canvas.
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import {Node} from './document.mjs';
 
 const {drawPhase} = await import('../../../../services/page/site/lib/charts.js');
 
-// Lines and dots of a stretch, without the grid, which is drawn before the first change of opacity.
+// Returns the number of lines and dots of a record, without the grid, which is drawn before the
+// first change of opacity.
 function drawn(history) {
   const canvas = new Node('canvas'), found = {lines: 0, dots: 0};
   let grid = true;
@@ -18,7 +19,7 @@ function drawn(history) {
   return found;
 }
 
-// Round a square, as a sticking valve goes.
+// PV and CO run around a square, as with a sticking valve.
 const n = 60, at = (k) => [[0, 5], [5, 5], [5, 0], [0, 0]][k % 4], square = (sample) => ({t: [...Array(n).keys()], co: [...Array(n).keys()].map((k) => at(k)[0]), pv: [...Array(n).keys()].map((k) => at(k)[1]), sample});
 
 test('every sample is joined to the next', () => {

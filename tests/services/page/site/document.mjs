@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// As much of a document as a part of the page asks for without a browser.
+// The part of a document that the page's modules need, without a browser.
 
 export class Node extends EventTarget {
   attributes = {};

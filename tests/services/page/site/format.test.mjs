@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import * as f from '../../../../services/page/site/lib/format.js';
 
-// As it is read, with plain spaces.
+// Returns the text with plain spaces.
 const plain = (text) => text.replaceAll('\u00A0', ' ');
 
 test('a counter is shown as what it counts', () => {

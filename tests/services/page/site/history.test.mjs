@@ -81,7 +81,7 @@ test('a sparkline keeps first, lowest, highest and last of each step', () => {
   const spark = new Spark(3, 10);
   for (const [time, value] of [[0, 5], [3, 7], [6, 4], [8, 6], [11, 6], [25, 1]]) spark.add(time, value);
   assert.deepEqual(spark.steps, [5, 4, 7, 6, 6, 6, 6, 6, 1, 1, 1, 1]);
-  spark.add(48, 2); // step 4: one is left out
+  spark.add(48, 2); // step 4: one step is empty
   assert.deepEqual(spark.steps, [1, 1, 1, 1, null, null, null, null, 2, 2, 2, 2]);
   spark.add(1e9, 3); // long after
   assert.deepEqual(spark.steps, [null, null, null, null, null, null, null, null, 3, 3, 3, 3]);

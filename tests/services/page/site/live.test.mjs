@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stream of events without a browser: its server is a few words of the test's own.
+// The stream of events without a browser, with a scripted server.
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import {get} from '../../../../services/page/site/lib/api.js';
@@ -24,7 +24,7 @@ Object.assign(globalThis, {
   EventSource: Stream,
   document: Object.assign(new EventTarget(), {hidden: false}),
   requestAnimationFrame: (act) => setTimeout(act, 0),
-  setInterval: (act) => { server.tick = act; return 0; }, // nothing goes by itself
+  setInterval: (act) => { server.tick = act; return 0; }, // the test calls the timer
   fetch: async (path, {headers}) => {
     server.asked.push([path, headers]);
     const known = {'/api/session': server.session, '/api/describe': server.describe, '/api/sparklines': {step_s: 10, pv: [[], []]}};
@@ -35,7 +35,7 @@ Object.assign(globalThis, {
 
 const settled = () => new Promise((done) => { setTimeout(done, 20); });
 
-// As a viewer sees it.
+// Returns the live data as a viewer receives it.
 async function looking() {
   server.session = VERA;
   const live = new Live();

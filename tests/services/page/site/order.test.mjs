@@ -4,7 +4,7 @@ import test from 'node:test';
 import {actionsOf, priority, quality} from '../../../../services/page/site/lib/codes.js';
 import {arranged, arrangedAlarms, counts, urgency} from '../../../../services/page/site/lib/order.js';
 
-// Columns of healthy loops, with what differs: {place: {column: value}}.
+// Returns columns of healthy loops, with changes as {place: {column: value}}.
 function overview(n, changes = {}) {
   const calm = {pv: 5, sp: 5, co: 50, mode: 1, fault: 0, quality: 192, flags: 0, ne107: 0, alarm: 0, alarm_kind: null, alarms_unacknowledged: 0, condition: 95};
   const o = {};

@@ -22,7 +22,7 @@ test('values go where their names stand, and are not read as patterns', () => {
   assert.equal(fill('{tag}: {value} {unit}', {tag: '{value}', value: '$&'}), '{value}: $& {unit}');
 });
 
-// Tags, reasons and names are hostile; the policy forbids the rest anyway.
+// Tags, reasons and names can be hostile. The page's policy forbids other scripts and styles.
 test('nothing is written as markup, and nothing is inline', () => {
   for (const [name, text] of sources) {
     assert.doesNotMatch(text, /innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function/, name);
@@ -38,11 +38,13 @@ test('every file that is asked for is in the program', () => {
   for (const name of files) assert.ok(list.includes(name), `${name} is not in services/page/site/CMakeLists.txt`);
 });
 
-// Groups whose members are looked up by names of the daemon's, of which this page has a list or takes what comes.
+// Groups with members that are looked up by names from the daemon. The page lists these names or
+// accepts any name.
 const BY_NAME = new Set(['roles', 'stale', 'modes', 'modesLong', 'faults', 'quality', 'ne107', 'acts', 'alarms', 'causes', 'alarmStates', 'priority', 'priorities', 'filters', 'sorts', 'kinds', 'spans',
   'conditions', 'verdicts', 'judged', 'valueNames', 'changes', 'states', 'judges', 'rules', 'means']);
 
-// Paths of texts that a source names: itself as "texts.a.b", or by what it calls a group; a group that it looks into with brackets ends in "[".
+// Returns the paths of texts used in a source, as "texts.a.b" or by its name for a group. A group
+// used with brackets ends in "[".
 function namedIn(source) {
   const short = [['texts', '']], found = new Set();
   for (const [, name, path] of source.matchAll(/\b(\w+) = texts((?:\.\w+)+)(?=[,;])/g)) short.push([name, path]);
@@ -53,7 +55,7 @@ function namedIn(source) {
   return found;
 }
 
-// A name that stands somewhere as a key: in quotes, or of an object.
+// Returns whether a name is used as a key: in quotes, or in an object.
 const quoted = (all, key) => new RegExp(`['\`]${key}['\`]|\\b${key}:`).test(all);
 
 function leftOver(object, modules) {
@@ -84,7 +86,7 @@ test('a text is left over where another of the same name is used, and where its 
 
 test('no text is missing', () => {
   for (const [name, source] of sources) {
-    const short = {texts}; // what a module calls a group of texts
+    const short = {texts}; // a module's names for groups of texts
     for (const [, key, path] of source.matchAll(/^const (\w+) = texts\.(\w+);/gm)) short[key] = texts[path];
     for (const [whole, object, first, second] of source.matchAll(/(?<![\w./])(texts|tt|ta|t)\.(?!js\b)(\w+)(?:\.(\w+))?/g)) {
       const group = short[object]?.[first];

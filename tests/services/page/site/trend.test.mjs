@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a trend draws before and after its curves, on a plotter of the test's own.
+// Tests of the drawing by a trend before and after its curves, on a fake plotter.
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import {Node} from './document.mjs';

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the trends have in common, on a document and a server of the test's own.
+// Tests of the common parts of trends, on a fake document and a fake server.
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import {Node} from './document.mjs';

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All handlers on daemons, users and folders of the test's own, without a socket.
+// All handlers with fake daemons, test users and test folders, without a socket.
 #pragma once
 
 #include <memory>
@@ -87,7 +87,7 @@ class ApiRig {
   bool holds(const std::string& cookie, page::Moment at) {
     return sessions_.find(cookie, *users_.users(), at, false).has_value();
   }
-  // As if a person had asked then.
+  // The time of a request by a person.
   bool use(const std::string& cookie, page::Moment at) {
     return sessions_.find(cookie, *users_.users(), at, true).has_value();
   }
@@ -106,9 +106,9 @@ class ApiRig {
   SpokenDaemon orders;
   page::api::HostNames hosts{{"box.plant"}};
   FakeFleet fleet;
-  FakeLogIns directory;    // asked where settings.ldap is there before the first answer
-  int rounds = 0;          // of answers that were waited for
-  bool has_fleet = false;  // before the first answer
+  FakeLogIns directory;    // used if settings.ldap is set before the first answer
+  int rounds = 0;          // number of answers that were waited for
+  bool has_fleet = false;  // set it before the first answer
 
  private:
   page::api::Context context() {

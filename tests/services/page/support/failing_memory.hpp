@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory that is short when a test says so.
+// Memory allocation that fails when a test requests it.
 #pragma once
 
 #include <atomic>
 
 namespace loopwarden::tests {
 
-// Of the calling thread: after so many more allocations one throws std::bad_alloc; negative: none does.
+// Number of allocations of the calling thread before one throws std::bad_alloc. Negative: all
+// succeed.
 extern thread_local int fail_allocation_after;
-// How many have thrown.
+// Number of allocations that threw.
 extern std::atomic<int> allocations_failed;
 
 }  // namespace loopwarden::tests

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page needs of a daemon, by words of the test's own.
+// The part of a daemon that a page needs, with the test's own data.
 #pragma once
 
 #include <atomic>
@@ -53,7 +53,7 @@ inline nlohmann::json alarm_of(const char* loop, const char* alarm, const char* 
           {"active", active}, {"unacknowledged", active}, {"raised_ms", raised_ms}};
 }
 
-// Answers on a socket, by a thread.
+// Answers on a socket, in a separate thread.
 class FakeDaemon {
  public:
   using Answer = std::function<nlohmann::json(const nlohmann::json& request)>;
@@ -81,7 +81,7 @@ class FakeDaemon {
   std::thread thread_;
 };
 
-// Keeps what it was asked, without a socket.
+// Keeps the requests, without a socket.
 class SpokenDaemon final : public protocol::Daemon {
  public:
   std::function<nlohmann::json(const nlohmann::json&)> says = [](const nlohmann::json&) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page needs of the plant's database, by words of the test's own.
+// The part of the plant's database that a page needs, with the test's own data.
 #pragma once
 
 #include <memory>

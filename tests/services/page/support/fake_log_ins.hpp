@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A directory whose answers the test gives.
+// A directory with answers set by the test.
 #pragma once
 
 #include <future>
@@ -30,7 +30,7 @@ class FakeLogIns final : public page::ldap::LogIns {
   bool silent = false;  // until the test sets `answer`
   std::promise<page::ldap::Outcome> answer;
   std::vector<std::string> asked;
-  page::Moment waits_until;  // the newest
+  page::Moment waits_until;  // of the newest request
 };
 
 }  // namespace loopwarden::tests

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client that says exactly what a test wants, well-behaved or not.
+// A client that sends exactly the bytes of a test, well-behaved or not.
 #pragma once
 
 #include <arpa/inet.h>
@@ -19,7 +19,8 @@ namespace loopwarden::tests {
 
 class RawClient {
  public:
-  // `receive_bytes`: of the socket's buffer, so that a client that does not read is soon noticed; 0: as usual.
+  // `receive_bytes`: size of the socket's receive buffer. A small one soon shows a client that does
+  // not read. 0: the default.
   explicit RawClient(int port, int receive_bytes = 0)
       : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     if (receive_bytes > 0)
@@ -39,7 +40,7 @@ class RawClient {
     if (fd_ >= 0) ::close(fd_);
   }
 
-  // False where the server has closed.
+  // Returns false if the server has closed the connection.
   bool send(std::string_view text) const {
     while (!text.empty()) {
       const ssize_t n = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
@@ -49,7 +50,7 @@ class RawClient {
     return true;
   }
 
-  // What comes until `end` does, or the connection ends, or the time is up.
+  // Returns the bytes received up to `end`, the end of the connection or the time-out.
   std::string until(std::string_view end,
                     std::chrono::milliseconds patience = std::chrono::seconds(60)) {
     const auto deadline = std::chrono::steady_clock::now() + patience;
@@ -73,7 +74,7 @@ class RawClient {
     return text;
   }
 
-  // All until the server closes.
+  // Returns all bytes until the server closes the connection.
   std::string rest(std::chrono::milliseconds patience = std::chrono::seconds(60)) {
     return until(std::string_view("\0never\0", 7), patience);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An OpenLDAP of the test's own, with TLS by an authority of its own. A search takes the account cn=page; nobody reads
-// anything anonymously.
+// An OpenLDAP server for tests, with TLS by a test authority. A search needs the account cn=page;
+// anonymous clients can't read.
 #pragma once
 
 #include <ldap.h>
@@ -22,15 +22,15 @@ namespace loopwarden::tests {
 class Slapd {
  public:
   static constexpr const char* kProgram = "/usr/sbin/slapd";
-  static constexpr const char* kPassword = "correct horse";  // of all people
+  static constexpr const char* kPassword = "correct horse";  // of all users
 
-  // otto is an operator, ella an engineer, nils in no group; zoe is another server's.
-  // For tests that change nothing in it.
+  // otto is an operator, ella an engineer, nils in no group. zoe is on another server.
+  // For tests that don't change it.
   static const Slapd& shared() {
     static const Slapd one;
     return one;
   }
-  // Whether the test can run; says so where it can't.
+  // Returns whether OpenLDAP is installed. Prints a notice if not.
   static bool is_there() {
     if (std::filesystem::exists(kProgram)) return true;
     WARN("left out: slapd is not installed (tools/debian-packages.txt)");
@@ -43,7 +43,7 @@ class Slapd {
         program_({kProgram, "-f", (folder_ / "slapd.conf").string(), "-h",
                   listeners("127.0.0.1") + " " + listeners("127.0.0.2"), "-d", "0"},
                  folder_ / "log") {
-    // As the page does: libldap writes to connections that a server has closed.
+    // The page ignores SIGPIPE too, because libldap writes to connections that a server has closed.
     std::signal(SIGPIPE, SIG_IGN);
     std::filesystem::create_directory(folder_ / "data");
     write_file(folder_ / "slapd.conf", configuration());
@@ -62,13 +62,13 @@ class Slapd {
     if (!test::eventually(answers)) throw std::runtime_error("no slapd: " + program_.log());
   }
   void stop() { program_.end(SIGKILL); }
-  // It accepts connections all the same: its system does.
+  // Its operating system still accepts connections.
   void hang() const { program_.signal(SIGSTOP); }
   void go_on() const { program_.signal(SIGCONT); }
 
   std::string tls_server() const { return "127.0.0.1:" + std::to_string(tls_port_); }
   std::string plain_server() const { return "127.0.0.1:" + std::to_string(port_); }
-  // By "ca" is the server's certificate, for 127.0.0.1; it listens at 127.0.0.2 as well.
+  // "ca" signed the server's certificate, for 127.0.0.1. The server also listens at 127.0.0.2.
   static std::string ca_file(const std::string& authority = "ca") {
     return certificates().file(authority + ".crt");
   }

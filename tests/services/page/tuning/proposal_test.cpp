@@ -28,7 +28,7 @@ StepRecord recorded(const plant::LoopModel& model) {
       .value();
 }
 
-TEST_CASE("the process of a recorded step is found, and rules are tried on it") {
+TEST_CASE("the process of a recorded step is identified, and rules are tried on it") {
   const Identified found =
       identified(recorded(recorded_plant({{0.0, 40.0}, {200.0, 60.0}})), kFacts);
   REQUIRE(found.model);
@@ -43,11 +43,11 @@ TEST_CASE("the process of a recorded step is found, and rules are tried on it") 
   CHECK(today.gains == kFacts.gains);
   CHECK(best.response.load_absolute_error < today.response.load_absolute_error);
   CHECK(best.response.settles);
-  // As it is shown, so it is set.
+  // The gain that is set is the gain that is shown.
   CHECK(best.gains.kp == std::stod(fmt::format("{:.4g}", best.gains.kp)));
 }
 
-TEST_CASE("where the record can't tell, the reason is said") {
+TEST_CASE("if the record can't identify the loop, the reason is given") {
   plant::LoopModel still = recorded_plant({{0.0, 40.0}, {200.0, 42.0}});
   still.transmitter.noise = 5.0;
   const Identified found = identified(recorded(still), kFacts);
@@ -55,9 +55,9 @@ TEST_CASE("where the record can't tell, the reason is said") {
   CHECK_FALSE(found.why_not.empty());
 }
 
-TEST_CASE("a model is simulated within the loop's own ranges, whatever holds its PV there") {
+TEST_CASE("a model is simulated within the loop's own ranges, with any disturbance") {
   plant::LoopModel twin = recorded_plant({});
-  twin.process.gain = -0.2;  // at mid range CO would be far out of its limits without a load
+  twin.process.gain = -0.2;  // without a disturbance CO would be far out of its limits at mid range
   twin.transmitter_effects = {{"output_bias", {{"bias", 3.0}}}};
   const plant::LoopModel model = model_of(twin, kFacts);
   CHECK(model.process.gain == -0.2);
@@ -65,10 +65,10 @@ TEST_CASE("a model is simulated within the loop's own ranges, whatever holds its
   const analysis::LoopRecord& answer = proposal.trials.front().response.record;
   CHECK(answer.pv.front() == Approx(50.0));
   CHECK(answer.co.front() == Approx(50.0).margin(1.0));
-  CHECK(answer.co[200] < 50.0);  // PV is to rise, so CO falls
+  CHECK(answer.co[200] < 50.0);  // the set point rises, so CO falls
 }
 
-TEST_CASE("a slow process costs no more time than a quick one") {
+TEST_CASE("a slow process takes no more computing time than a quick one") {
   plant::LoopModel twin = recorded_plant({});
   twin.process.time_constant_s = 1e5;
   const Proposal proposal = propose(model_of(twin, kFacts), kFacts, analysis::ControllerForm::pi);

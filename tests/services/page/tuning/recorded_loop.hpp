@@ -18,7 +18,7 @@ namespace loopwarden::tests {
 
 inline constexpr std::int64_t kRecordStart_ms = 1'750'000'000'000;
 
-// A lag of 8 s behind 3 s of dead time with a gain of 1.5, run by PI; SP as (s, PV units).
+// A lag of 8 s after 3 s of dead time with a gain of 1.5, run by PI. SP is a list of (s, PV units).
 inline plant::LoopModel recorded_plant(std::vector<std::pair<double, double>> set_point) {
   plant::LoopModel model;
   model.sample_time_s = 0.5;

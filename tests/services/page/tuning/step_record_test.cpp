@@ -31,7 +31,7 @@ struct Bench {
 
 double at_s(std::int64_t ms) { return static_cast<double>(ms - kRecordStart_ms) / 1000.0; }
 
-TEST_CASE("the newest step is found among others, with what was before and behind it") {
+TEST_CASE("the newest step is found among others, with the record before and after it") {
   Bench bench;
   bench.run({{0.0, 30.0}, {500.0, 40.0}, {4000.0, 50.0}, {4400.0, 45.0}}, 9000.0);
   const auto record = bench.newest();
@@ -57,18 +57,18 @@ TEST_CASE("a long stretch is thinned by means") {
   CHECK(record->sp.back() == 40.0);
 }
 
-TEST_CASE("what is no step is none") {
+TEST_CASE("a record without a step has no newest step") {
   Bench bench;
   SECTION("a set point that never moved") { bench.run({{0.0, 30.0}}, 2000.0); }
   SECTION("a move too small") { bench.run({{0.0, 30.0}, {500.0, 30.9}}, 2000.0); }
-  SECTION("by hand, where it may follow PV") {
+  SECTION("in manual, if SP may follow PV") {
     bench.run({{0.0, 30.0}, {500.0, 40.0}}, 2000.0, {.mode = 0});
   }
   SECTION("over a restart") {
     bench.run({{0.0, 30.0}}, 500.0);
     bench.run({{0.0, 40.0}}, 500.0, {.sequence = 2, .start_ms = kRecordStart_ms + 600'000});
   }
-  SECTION("nothing is recorded") { std::filesystem::create_directories(bench.folder.path()); }
+  SECTION("no record") { std::filesystem::create_directories(bench.folder.path()); }
   CHECK_FALSE(bench.newest());
 }
 

@@ -10,7 +10,8 @@ using std::chrono::seconds;
 
 const LogInGuard::Moment kStart{seconds(1'000'000)};
 
-// Tries that pass within the time, from whatever address and for whatever user `who` says.
+// Returns how many attempts the guard admits within `time`. `who` returns the user and the address
+// for each second.
 template <class Who>
 int tries_within(seconds time, Who who) {
   LogInGuard guard;
@@ -22,7 +23,7 @@ int tries_within(seconds time, Who who) {
   return tries;
 }
 
-TEST_CASE("an hour of guessing gives few tries, whatever is changed between them") {
+TEST_CASE("an hour of guessing gives few attempts, with any users and addresses") {
   const auto one = [](long) { return std::pair<std::string, std::string>("anna", "10.0.0.1"); };
   const auto addresses = [](long at) {
     return std::pair<std::string, std::string>("anna", "10.0.0." + std::to_string(at % 250));
@@ -35,7 +36,7 @@ TEST_CASE("an hour of guessing gives few tries, whatever is changed between them
   CHECK(tries_within(seconds(3600), users) < 30);
 }
 
-TEST_CASE("who knows the password is let in again soon") {
+TEST_CASE("a user with the right password is soon admitted again") {
   LogInGuard guard;
   for (int i = 0; i < 200; ++i)
     guard.wait_s("anna", "6.6.6." + std::to_string(i % 3), kStart + seconds(i));
@@ -45,7 +46,7 @@ TEST_CASE("who knows the password is let in again soon") {
   for (int i = 0; i < 5; ++i) CHECK(guard.wait_s("anna", "10.0.0.1", kStart + seconds(232)) == 0);
 }
 
-TEST_CASE("what nobody judged does not count") {
+TEST_CASE("attempts that were not checked don't count") {
   LogInGuard guard;
   const auto tried = [&](seconds at) { return guard.wait_s("anna", "10.0.0.1", kStart + at) == 0; };
   for (int i = 0; i < 100; ++i) {
@@ -54,7 +55,7 @@ TEST_CASE("what nobody judged does not count") {
   }
   for (int i = 0; i < 5; ++i) CHECK(tried(seconds(100)));
   CHECK_FALSE(tried(seconds(100)));
-  SECTION("and prolongs no wait") {
+  SECTION("and don't prolong a wait") {
     for (int i = 0; i < 4; ++i) CHECK(tried(seconds(200 + 40 * i)));
     const auto free_at = seconds(320 + 16);  // doubled four times
     CHECK_FALSE(tried(free_at - seconds(1)));
@@ -62,7 +63,7 @@ TEST_CASE("what nobody judged does not count") {
     guard.not_judged("anna", "10.0.0.1", kStart + free_at);
     CHECK(tried(free_at + seconds(1)));
   }
-  SECTION("nor is another user's taken away") {
+  SECTION("and don't shorten another user's wait") {
     guard.not_judged("otto", "10.0.0.2", kStart + seconds(100));
     CHECK_FALSE(tried(seconds(100)));
   }

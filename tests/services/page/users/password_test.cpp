@@ -9,7 +9,7 @@ namespace loopwarden::tests::password_test {
 
 using namespace page;
 
-TEST_CASE("a password is known again and no other is") {
+TEST_CASE("a hash accepts its own password and no other") {
   const std::string hash = hash_password("correct horse", PasswordCost::least);
   CHECK(is_hash(hash));
   CHECK(hash.find("correct") == std::string::npos);
@@ -19,13 +19,13 @@ TEST_CASE("a password is known again and no other is") {
   CHECK(hash != hash_password("correct horse", PasswordCost::least));
 }
 
-TEST_CASE("what nobody has is as dear as a user's") {
+TEST_CASE("the hash for unknown users costs as much as a user's") {
   const std::string usual = hash_password("x");
   const auto cost = [](const std::string& hash) { return hash.substr(0, hash.find('$', 20)); };
   CHECK(cost(nobodys_hash()) == cost(usual));
 }
 
-TEST_CASE("what is no hash by argon2id is told apart") {
+TEST_CASE("a text that is no hash by argon2id is recognized") {
   for (const char* text :
        {"", "secret", "$argon2i$v=19$m=8,t=1,p=1$x$y", "$argon2id$v=19$m=8,t=1:x"}) {
     CHECK_FALSE(is_hash(text));

@@ -35,12 +35,12 @@ TEST_CASE("a session has its user, role and token") {
   CHECK_FALSE(desk.holds("another", kStart));
 }
 
-TEST_CASE("it ends when it is not used, and in the end") {
+TEST_CASE("a session ends when it is idle, and after its greatest age") {
   Desk desk;
   const std::string cookie = desk.begin("anna", kStart);
   CHECK(desk.holds(cookie, kStart + minutes(9)));
   SECTION("idle") { CHECK_FALSE(desk.holds(cookie, kStart + minutes(19))); }
-  SECTION("what the page asks by itself does not keep it alive") {
+  SECTION("automatic requests don't keep it alive") {
     CHECK(desk.holds(cookie, kStart + minutes(18), false));
     CHECK_FALSE(desk.holds(cookie, kStart + minutes(19), false));
   }
@@ -54,19 +54,19 @@ TEST_CASE("it ends when it is not used, and in the end") {
   }
 }
 
-TEST_CASE("a display's session ends with its hours alone") {
+TEST_CASE("a display's session ends only after its hours") {
   Desk desk;
   desk.users["wall"] = {Role::viewer, "of the wall's", true};
   const std::string cookie = desk.begin("wall", kStart);
   for (int m = 15; m < 60; m += 15) CHECK(desk.holds(cookie, kStart + minutes(m), false));
   SECTION("its hours") { CHECK_FALSE(desk.holds(cookie, kStart + minutes(60), false)); }
-  SECTION("no display any more") {
+  SECTION("the user is no display any more") {
     desk.users["wall"].display = false;
     CHECK_FALSE(desk.holds(cookie, kStart + minutes(46), false));
   }
 }
 
-TEST_CASE("whoever ends a session is heard, and a session that goes on is not") {
+TEST_CASE("whoever ends a session is notified, and a session that continues is not") {
   Desk desk;
   int ended = 0;
   desk.sessions.on_end([&] { ++ended; });
@@ -79,7 +79,7 @@ TEST_CASE("whoever ends a session is heard, and a session that goes on is not") 
     desk.users.erase("anna");
     CHECK_FALSE(desk.holds(cookie, kStart));
   }
-  SECTION("too many of one user") {
+  SECTION("too many sessions of one user") {
     desk.begin("anna", kStart + minutes(1));
     CHECK(ended == 0);
     desk.begin("anna", kStart + minutes(2));
@@ -89,7 +89,7 @@ TEST_CASE("whoever ends a session is heard, and a session that goes on is not") 
   CHECK(ended == 1);
 }
 
-TEST_CASE("all sessions of one user end together, and one that has ended is none") {
+TEST_CASE("all sessions of one user end together, and an ended session is invalid") {
   Desk desk;
   const std::string cookie = desk.begin("anna", kStart);
   desk.begin("anna", kStart);
@@ -107,7 +107,8 @@ TEST_CASE("all sessions of one user end together, and one that has ended is none
   CHECK(ended == 1);
 }
 
-TEST_CASE("of too many sessions the one goes that has not asked for longest, by itself or not") {
+TEST_CASE(
+    "beyond the limit the session without a request for longest ends; automatic requests count") {
   Desk desk;
   desk.users["wall"] = {Role::viewer, "of the wall's", true};
   const std::string wall = desk.begin("wall", kStart);
@@ -118,9 +119,7 @@ TEST_CASE("of too many sessions the one goes that has not asked for longest, by 
   CHECK_FALSE(desk.holds(closed, kStart + minutes(6), false));
 }
 
-TEST_CASE(
-    "a user who is removed, or has another password, has no session; one with another role has "
-    "it") {
+TEST_CASE("a removed user or a changed password ends the session; a changed role applies to it") {
   Desk desk;
   const std::string cookie = desk.begin("anna", kStart);
   SECTION("removed") {
@@ -139,7 +138,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("sessions are bounded, of a user and in all") {
+TEST_CASE("the number of sessions is bounded, per user and in total") {
   Desk desk;
   const std::string first = desk.begin("anna", kStart);
   const std::string second = desk.begin("anna", kStart + minutes(1));

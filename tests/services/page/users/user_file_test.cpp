@@ -60,7 +60,7 @@ TEST_CASE("errors name line and column") {
         "users:2:1: error: user 'a' occurs twice");
 }
 
-TEST_CASE("the running page takes over a changed file and keeps the old users where it is broken") {
+TEST_CASE("the running page takes over a changed file and keeps the old users if it is broken") {
   const TemporaryFolder folder;
   UserDirectory directory(folder / "users");
   CHECK_FALSE(directory.refresh().empty());
@@ -77,7 +77,7 @@ TEST_CASE("the running page takes over a changed file and keeps the old users wh
   CHECK(directory.users()->empty());
 }
 
-TEST_CASE("users of a directory stand beside the file's, whose names win") {
+TEST_CASE("users of a directory are added to the file's, whose names win") {
   const TemporaryFolder folder;
   write_users({{"Anna", {Role::viewer, hash()}}}, folder / "users");
   UserDirectory directory(folder / "users");
@@ -99,7 +99,7 @@ TEST_CASE("users of a directory stand beside the file's, whose names win") {
   CHECK(directory.users()->size() == 1);
 }
 
-TEST_CASE("names that journals and files bear") {
+TEST_CASE("valid user names for journals and files") {
   CHECK(is_user_name("anna.b-2_x"));
   for (const char* name : {"", "2anna", "a b", "a:b", "a@b", "ann\xc3\xa4"})
     CHECK_FALSE(is_user_name(name));
