@@ -325,7 +325,7 @@ void add_train(Program& program) {
   command.footer(
       "After an interruption, the same command continues the run: finished parts in "
       "DIR/unfinished\nare reused, and a network that was in training starts again.\n"
-      "Example: loopwarden train config/examples/models/plant1-believed.yaml --out specialists");
+      "Example: loopwarden train examples/models/plant1-believed.yaml --out specialists");
 }
 
 }  // namespace loopwarden::workbench

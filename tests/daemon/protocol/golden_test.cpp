@@ -266,7 +266,7 @@ const std::map<std::string, Again> kAgain{
 }  // namespace
 
 TEST_CASE("the sockets answer as in earlier versions", "[protocol]") {
-  const std::filesystem::path folder = LOOPWARDEN_SOURCE_DIR "/tests/protocol/golden";
+  const std::filesystem::path folder = LOOPWARDEN_SOURCE_DIR "/tests/daemon/protocol/golden";
   for (const auto& [name, text] : answers()) {
     INFO(name);
     const std::filesystem::path file = folder / (name + ".json");

@@ -111,7 +111,7 @@ TEST_CASE("errors of feed.yaml are reported with their place", "[feed]") {
 }
 
 TEST_CASE("the example is a valid configuration", "[feed]") {
-  const auto loaded = read_feed_file(LOOPWARDEN_SOURCE_DIR "/config/examples/watch-mqtt/feed.yaml");
+  const auto loaded = read_feed_file(LOOPWARDEN_SOURCE_DIR "/examples/watch-mqtt/feed.yaml");
   CHECK(to_text(loaded.diagnostics).empty());
   REQUIRE(loaded);
   CHECK_FALSE(loaded->topics.empty());

@@ -394,7 +394,7 @@ TEST_CASE("a mail server that refuses the password is asked once, and this is re
 TEST_CASE(
     "an alarm raised by the daemon's own monitor is notified, and its operator's actions are too",
     "[notify][plant]") {
-  std::string model = read_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
+  std::string model = read_file(LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml");
   const std::string slow = "from: 120, ramp: 180";
   model.replace(model.find(slow), slow.size(), "from: 0, ramp: 1");
   loopwarden::tests::DaemonProcess daemon(

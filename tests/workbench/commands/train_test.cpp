@@ -178,7 +178,7 @@ TEST_CASE("unsuitable models and records are refused with the place", "[workbenc
 }
 
 TEST_CASE("the shipped specialists are complete", "[workbench]") {
-  const std::string data = LOOPWARDEN_SOURCE_DIR "/data/specialists";
+  const std::string data = LOOPWARDEN_SOURCE_DIR "/examples/specialists";
   CHECK(loopwarden("check " + data + "/plant1 " + data + "/plant2 " + data + "/plant3").exit_code ==
         0);
 }

@@ -14,7 +14,7 @@ using record::TagRule;
 using workbench::read_rules_text;
 
 TEST_CASE("the example of rules is accepted unchanged, and names every key", "[import][rules]") {
-  const std::string file = LOOPWARDEN_SOURCE_DIR "/config/examples/survey/rules.yaml";
+  const std::string file = LOOPWARDEN_SOURCE_DIR "/examples/survey/rules.yaml";
   const auto rules = workbench::read_rules_file(file);
   INFO(config::to_text(rules.diagnostics));
   REQUIRE(rules);
