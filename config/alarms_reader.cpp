@@ -14,8 +14,8 @@ using alarm::Priority;
 
 constexpr auto kNormalModes =
     std::to_array<Choice<alarm::NormalMode>>({{"automatic", alarm::NormalMode::automatic},
-                                                {"manual", alarm::NormalMode::manual},
-                                                {"any", alarm::NormalMode::any}});
+                                              {"manual", alarm::NormalMode::manual},
+                                              {"any", alarm::NormalMode::any}});
 constexpr auto kPriorities = std::to_array<Choice<Priority>>({{"low", Priority::low},
                                                               {"medium", Priority::medium},
                                                               {"high", Priority::high},

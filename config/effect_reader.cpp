@@ -9,8 +9,8 @@
 namespace loopwarden::config {
 namespace {
 
-using effects::Descriptor;
 using effects::Block;
+using effects::Descriptor;
 using effects::EffectSpec;
 
 constexpr auto kBlocks = std::to_array<Choice<Block>>({{"valve", Block::valve},

@@ -13,9 +13,10 @@
 namespace loopwarden::config {
 
 // Reads the list at `key` of effects of one block.
-std::vector<effects::EffectSpec> read_effects(MapReader& in, std::string_view key, effects::Block block,
-                                            const effects::EffectContext& context,
-                                            const char* meaning);
+std::vector<effects::EffectSpec> read_effects(MapReader& in, std::string_view key,
+                                              effects::Block block,
+                                              const effects::EffectContext& context,
+                                              const char* meaning);
 
 // Reads the list at `faults`: effects with a schedule.
 std::vector<plant::ScheduledFault> read_faults(MapReader& in,

@@ -358,8 +358,8 @@ class LoopReader {
     const effects::EffectContext context{.sample_time_s = config().sample_time_s,
                                          .output_low = output_range_.value.first,
                                          .output_high = output_range_.value.second};
-    position.model =
-        read_effects(*section, "model", effects::Block::valve, context, "in the order CO meets them");
+    position.model = read_effects(*section, "model", effects::Block::valve, context,
+                                  "in the order CO meets them");
     if (!section->given("model")) section->error("missing key 'model' (list of valve effects)");
   }
 

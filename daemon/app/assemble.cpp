@@ -24,7 +24,8 @@ namespace {
 
 using alarm::AlarmKind;
 
-std::vector<supervision::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
+std::vector<supervision::WatchBoard::Loop> watched_loops(
+    const config::Configuration& configuration) {
   std::vector<supervision::WatchBoard::Loop> loops;
   for (const config::LoopConfig& loop : configuration.loops) {
     supervision::WatchBoard::Loop& one = loops.emplace_back();
@@ -201,10 +202,8 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
   }
   watching.monitor = std::make_unique<supervision::Monitor>(
       monitored, board,
-      [this](std::size_t loop, alarm::AlarmKind alarm,
-             const watch::LoopMonitor& loop_monitor,
-             const watch::MonitorStep& step,
-             alarm::AlarmReason reason) {
+      [this](std::size_t loop, alarm::AlarmKind alarm, const watch::LoopMonitor& loop_monitor,
+             const watch::MonitorStep& step, alarm::AlarmReason reason) {
         evidence.keep(loop, alarm, loop_monitor, step, reason);
       });
 }

@@ -45,7 +45,7 @@ struct Origin {
 // The monitor and the parts that it uses.
 struct Watching {
   std::map<std::string, std::unique_ptr<alarm::WindowJudge>> judges;  // by folder
-  std::deque<orders::OrderDesk> desks;                                              // one per loop
+  std::deque<orders::OrderDesk> desks;                                // one per loop
   std::unique_ptr<supervision::Monitor> monitor;
 };
 

@@ -88,8 +88,7 @@ void EvidenceFlow::start() {
 }
 
 void EvidenceFlow::keep(std::size_t loop, alarm::AlarmKind alarm,
-                        const watch::LoopMonitor& loop_monitor,
-                        const watch::MonitorStep& step,
+                        const watch::LoopMonitor& loop_monitor, const watch::MonitorStep& step,
                         alarm::AlarmReason reason) {
   const config::LoopConfig& config = ends_.loops[loop].config;
   const supervision::History* const history = ends_.history(loop);
@@ -203,8 +202,7 @@ void EvidenceFlow::explain_again(const ExplainJob& job) {
   next.resumed_s.reset();
   const double there_s = next.renewed ? history.unquiet_s() : twin::kEnough_s;
   next.seen_s = next_s;
-  next.wait =
-      wall_clock(std::max({0.0, next_s - seen_s, twin::kEnough_s - there_s}), accelerate_);
+  next.wait = wall_clock(std::max({0.0, next_s - seen_s, twin::kEnough_s - there_s}), accelerate_);
   next.wanted = [this, next] { return lasts(next); };
   explainer_.post(std::move(next));
 }

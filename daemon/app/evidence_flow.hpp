@@ -51,8 +51,7 @@ class EvidenceFlow {
 
   // Keeps the evidence of an alarm that is raised (Monitor::Raised). Called by the monitor's
   // thread.
-  void keep(std::size_t loop, alarm::AlarmKind alarm,
-            const watch::LoopMonitor& loop_monitor,
+  void keep(std::size_t loop, alarm::AlarmKind alarm, const watch::LoopMonitor& loop_monitor,
             const watch::MonitorStep& step, alarm::AlarmReason reason);
 
   // Returns the text of the file of a loop's twin; empty: no twin.

@@ -93,8 +93,7 @@ void App::start() {
                watched > 0 ? fmt::format(", {} of them controlled elsewhere", watched) : "",
                out > 0 ? fmt::format(", {} of them out of service", out) : "");
   if (loops > registers::kMostLoops) {
-    spdlog::warn("the register map has blocks for the first {} loops only",
-                 registers::kMostLoops);
+    spdlog::warn("the register map has blocks for the first {} loops only", registers::kMostLoops);
   }
   service_.ready();
 }

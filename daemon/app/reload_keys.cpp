@@ -45,9 +45,7 @@ const char* name_of(control::Recovery recovery) {
   return recovery == control::Recovery::manual ? "manual" : "previous_mode";
 }
 
-const char* name_of(alarm::NormalMode mode) {
-  return alarm::to_text(mode);
-}
+const char* name_of(alarm::NormalMode mode) { return alarm::to_text(mode); }
 
 // normal_mode has a separate row.
 config::LoopAlarmConfig alarms_without_mode(const LoopConfig& loop) {

@@ -14,9 +14,9 @@ namespace {
 external::Wiring wiring_of(const config::Io& io) {
   const auto of = [](const auto& source) {
     return external::Wiring{.set_point = source.set_point.has_value(),
-                         .stem = source.stem.has_value(),
-                         .mode = source.mode.has_value(),
-                         .mode_values = source.mode_values};
+                            .stem = source.stem.has_value(),
+                            .mode = source.mode.has_value(),
+                            .mode_values = source.mode_values};
   };
   if (config::out_of_service(io) != nullptr) return {};
   if (const auto* feed = std::get_if<hal::feed::FeedSettings>(&io)) return of(*feed);
@@ -44,15 +44,15 @@ void WatchedLoops::make(const config::Configuration& configuration, BackendFacto
     loop.commissioning = std::make_unique<Commissioning>(*loop.channels);
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.watch = std::make_unique<external::WatchCycle>(static_cast<std::uint32_t>(loops.size()),
-                                                     settings, wiring_of(config.io), *loop.source,
-                                                     *loop.channels, events_);
+                                                        settings, wiring_of(config.io),
+                                                        *loop.source, *loop.channels, events_);
     sampler_.add(*loop.watch, period_ns(config, accelerate));
     loops.push_back(std::move(loop));
   }
   if (configuration.daemon.feeders.empty()) return;
   const std::filesystem::path folder(configuration.daemon.runtime_directory);
   feed_ = std::make_unique<external::FeedServer>((folder / "feed.sock").string(), std::move(rights),
-                                              base::group_id("loopwarden-feed"), board_);
+                                                 base::group_id("loopwarden-feed"), board_);
 }
 
 void WatchedLoops::start() {

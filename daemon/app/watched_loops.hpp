@@ -37,7 +37,9 @@ class WatchedLoops {
   bool next_event(rt::Event& event) noexcept { return events_.try_pop(event); }
 
   // Null if no loop is watched.
-  const external::Sampler* sampler() const noexcept { return sampler_.empty() ? nullptr : &sampler_; }
+  const external::Sampler* sampler() const noexcept {
+    return sampler_.empty() ? nullptr : &sampler_;
+  }
   const external::FeedServer* feed() const noexcept { return feed_.get(); }
   // From any thread.
   std::vector<protocol::FeederStatus> feeders(std::int64_t now_ns) const;

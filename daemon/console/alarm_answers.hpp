@@ -15,8 +15,7 @@ namespace loopwarden::daemon::console {
 protocol::AlarmDesigns alarm_designs(const Parts& parts);
 protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop);
 
-protocol::AlarmFigures figures_of(const Parts& parts,
-                                  std::span<const alarm::AlarmCame> came,
+protocol::AlarmFigures figures_of(const Parts& parts, std::span<const alarm::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms);
 
 }  // namespace loopwarden::daemon::console

@@ -541,7 +541,7 @@ LocalServer::Answer OperatorOrders::alarm(const protocol::AlarmRequest& request,
     parts_.loops[index].commissioning->check_order(std::nullopt, Commissioning::Clock::now());
   }
   const supervision::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
-                                  std::move(reason)};
+                                      std::move(reason)};
   const supervision::OrderResult result =
       calms ? parts_.board.begin_offered(index, order.peer, order.reason)
             : parts_.board.act(index, order);

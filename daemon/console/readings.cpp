@@ -289,7 +289,8 @@ protocol::LoopAnswer Readings::loop(const protocol::LoopRequest& request) const 
 
 protocol::Windows Readings::windows(const protocol::WindowsRequest& request) const {
   protocol::Windows all;
-  for (const supervision::LoggedWindow& one : parts_.board.windows(loop_index(parts_, request.loop))) {
+  for (const supervision::LoggedWindow& one :
+       parts_.board.windows(loop_index(parts_, request.loop))) {
     all.windows.push_back(window_of(one));
   }
   return all;

@@ -14,7 +14,6 @@
 
 namespace loopwarden::daemon::console {
 
-
 namespace {
 
 protocol::Io io_of(const hal::IoCounters& c) {

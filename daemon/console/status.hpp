@@ -20,8 +20,7 @@ protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 
 protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,
                          const supervision::LoopWatch& watch);
-protocol::Alarm alarm_of(alarm::BoxAlarm kind,
-                         const alarm::BoxAlarms& alarms);
+protocol::Alarm alarm_of(alarm::BoxAlarm kind, const alarm::BoxAlarms& alarms);
 // The loop's newest; nothing: it has had none.
 std::optional<protocol::Incident> incident_of(const std::string& loop,
                                               const supervision::LoopWatch& watch);

@@ -20,9 +20,8 @@ using alarm::AlarmKind;
 using nlohmann::json;
 
 AlarmKind kind_of(const json& name) {
-  const auto found = std::find_if(
-      alarm::kValveAlarms.begin(), alarm::kValveAlarms.end(),
-      [&](AlarmKind kind) { return name == alarm::to_text(kind); });
+  const auto found = std::find_if(alarm::kValveAlarms.begin(), alarm::kValveAlarms.end(),
+                                  [&](AlarmKind kind) { return name == alarm::to_text(kind); });
   if (found == alarm::kValveAlarms.end()) throw std::runtime_error("unknown alarm");
   return *found;
 }
@@ -62,7 +61,7 @@ std::optional<twin::Stick> stick_of(const json& effects) {
     for (const json& name : effect.at("alternatives")) alternatives.push_back(name);
   }
   return twin::stick_of(numbers(stiction->at("parameters")), interval,
-                              number_of(stiction->at("confidence")), alternatives);
+                        number_of(stiction->at("confidence")), alternatives);
 }
 
 }  // namespace

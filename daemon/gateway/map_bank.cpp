@@ -21,6 +21,7 @@
 
 namespace loopwarden::daemon::gateway {
 
+using alarm::AlarmKind;
 using control::Mode;
 using hal::modbus::ByteOrder;
 using hal::modbus::RegisterSpec;
@@ -29,7 +30,6 @@ using registers::Field;
 using registers::Place;
 using registers::Register;
 using registers::Table;
-using alarm::AlarmKind;
 
 namespace {
 
@@ -54,7 +54,8 @@ Exception MapBank::read(Table table, std::uint16_t address, std::span<std::uint1
   std::size_t encoded_loop = 0;
   hal::modbus::Registers words;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const Place place = registers::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
+    const Place place =
+        registers::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
     if (!place.in_map) return Exception::illegal_address;
     values[i] = 0;
     if (place.reg == nullptr) continue;
@@ -94,7 +95,8 @@ struct MapBank::LoopOrder {
 Exception MapBank::collect(Table table, std::uint16_t address,
                            std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const {
   for (std::size_t i = 0; i < values.size();) {
-    const Place place = registers::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
+    const Place place =
+        registers::find(table, static_cast<std::uint32_t>(address + i), loops_.loops());
     if (!place.in_map) return Exception::illegal_address;
     if (place.reg == nullptr) {
       // A reserved address between two fields accepts its reading, 0, so that one request can write
@@ -229,7 +231,8 @@ void MapBank::find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) cons
 std::vector<MapBank::LoopOrder> MapBank::orders_of(const std::vector<Wish>& wishes) {
   std::vector<LoopOrder> orders;
   for (const Wish& wish : wishes) {
-    if (wish.reg->area != registers::Area::loop || is_momentary(*wish.reg) || wish.in_force) continue;
+    if (wish.reg->area != registers::Area::loop || is_momentary(*wish.reg) || wish.in_force)
+      continue;
     if (orders.empty() || orders.back().loop != wish.loop) orders.push_back({.loop = wish.loop});
     LoopOrder& of_loop = orders.back();
     of_loop.wishes.push_back(&wish);

@@ -10,11 +10,11 @@
 
 namespace loopwarden::daemon::gateway {
 
+using alarm::AlarmKind;
 using control::Mode;
 using registers::Field;
 using registers::Register;
 using registers::Table;
-using alarm::AlarmKind;
 
 namespace {
 

@@ -5,8 +5,8 @@
 
 namespace loopwarden::daemon::host {
 
-using journal::JournalEntry;
 using alarm::BoxAlarm;
+using journal::JournalEntry;
 
 void BoxBoard::restore(const journal::AlarmStates& states) {
   const std::lock_guard lock(mutex_);

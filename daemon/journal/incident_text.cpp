@@ -48,7 +48,8 @@ std::optional<Incident> read_incident(const std::string& text) {
     incident.alarms = j.at("alarms").get<std::uint16_t>();
     incident.name = j.at("name").get<std::string>();
     if (const json& cause = j.at("cause"); !cause.is_null()) {
-      if (cause.get<int>() < 0 || cause.get<int>() > static_cast<int>(effects::Block::disturbance)) {
+      if (cause.get<int>() < 0 ||
+          cause.get<int>() > static_cast<int>(effects::Block::disturbance)) {
         return std::nullopt;
       }
       incident.cause = static_cast<effects::Block>(cause.get<int>());

@@ -137,7 +137,7 @@ std::vector<JournalRow> Journal::search(const JournalQuery& query) const {
 }
 
 std::vector<alarm::AlarmCame> Journal::came(std::int64_t from_ms, std::int64_t to_ms,
-                                                          std::size_t most) const {
+                                            std::size_t most) const {
   try {
     return JournalFile::came(path(), from_ms, to_ms, most);
   } catch (const sqlite::Error&) {

@@ -85,7 +85,7 @@ class Journal {
   std::vector<JournalRow> search(const JournalQuery& query) const;
   // Returns the newest alarms raised from `from_ms` to before `to_ms`, newest first.
   std::vector<alarm::AlarmCame> came(std::int64_t from_ms, std::int64_t to_ms,
-                                                   std::size_t most) const;
+                                     std::size_t most) const;
   std::filesystem::path path() const { return settings_.folder / "journal.sqlite"; }
 
  private:

@@ -197,9 +197,8 @@ std::vector<JournalRow> JournalFile::search(const std::filesystem::path& path,
 }
 
 std::vector<alarm::AlarmCame> JournalFile::came(const std::filesystem::path& path,
-                                                              std::int64_t from_ms,
-                                                              std::int64_t to_ms,
-                                                              std::size_t most) {
+                                                std::int64_t from_ms, std::int64_t to_ms,
+                                                std::size_t most) {
   JournalFile file(path, sqlite::Access::read, 0);
   file.database_.demand_schema(kSchema);
   Statement read(file.database_, kCame, from_ms, to_ms, most);

@@ -46,9 +46,8 @@ class JournalFile {
   static std::vector<JournalRow> search(const std::filesystem::path& path,
                                         const JournalQuery& query);
   // Returns the newest alarms raised from `from_ms` to before `to_ms` (UTC), newest first.
-  static std::vector<alarm::AlarmCame> came(const std::filesystem::path& path,
-                                                          std::int64_t from_ms, std::int64_t to_ms,
-                                                          std::size_t most);
+  static std::vector<alarm::AlarmCame> came(const std::filesystem::path& path, std::int64_t from_ms,
+                                            std::int64_t to_ms, std::size_t most);
   JournalFile(const JournalFile&) = delete;
   JournalFile& operator=(const JournalFile&) = delete;
 

@@ -58,8 +58,8 @@ void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool st
 
 ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettings& settings,
                            const StartSettings& start, ValvePositionSource valve_source,
-                           effects::EffectChain valve_model, hal::LoopIo& io, LoopChannels& channels,
-                           base::SpscRing<Event>& events)
+                           effects::EffectChain valve_model, hal::LoopIo& io,
+                           LoopChannels& channels, base::SpscRing<Event>& events)
     : loop_(loop),
       settings_(settings),
       configured_(settings),

@@ -42,8 +42,8 @@ std::string why_refused(const OrderOf<Kind>& order, const std::string& source,
 // `memory`: as the alarm is after the order.
 template <class Kind>
 journal::JournalEntry line_of(const OrderOf<Kind>& order, const std::string& source,
-                              const OrderResult& result,
-                              const alarm::AlarmMemory& memory, std::int64_t utc_ms) {
+                              const OrderResult& result, const alarm::AlarmMemory& memory,
+                              std::int64_t utc_ms) {
   journal::JournalEntry entry;
   entry.kind = journal::JournalEntry::Kind::operator_action;
   entry.utc_ms = utc_ms;

@@ -19,15 +19,15 @@ struct Explanation {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   alarm::AlarmKind alarm = alarm::AlarmKind::stiction;  // as raised
-  std::optional<alarm::AlarmKind> final_name;  // another one than `alarm`
-  std::int64_t raised_ms = 0;                                // UTC, ms since 1970
+  std::optional<alarm::AlarmKind> final_name;           // another one than `alarm`
+  std::int64_t raised_ms = 0;                           // UTC, ms since 1970
   std::int64_t ended_ms = 0;
-  std::string verdict;                  // of gap, or not_explained
-  std::string effect;                   // empty: none has a name
+  std::string verdict;                    // of gap, or not_explained
+  std::string effect;                     // empty: none has a name
   std::optional<effects::Block> block{};  // of the effect
-  std::uint16_t effect_number = 0;      // of the catalogue; 0: none
-  double size_percent = kNone;          // % of the CO span; NaN: it has no size
-  double low_percent = kNone;           // interval of the size
+  std::uint16_t effect_number = 0;        // of the catalogue; 0: none
+  double size_percent = kNone;            // % of the CO span; NaN: it has no size
+  double low_percent = kNone;             // interval of the size
   double high_percent = kNone;
   std::optional<twin::Stick> stick{};  // agrees, and has the effect stiction
   double confidence = kNone;

@@ -328,8 +328,8 @@ void Monitor::look_for_stick(std::size_t index) {
     follow(index, track.corrective.explained_otherwise());
   } else if (fresh && track.planned->settings) {
     twin::set_stick(*track.planned->settings, *stick->stick);
-    follow(index, track.corrective.explained(!track.planned->hardware ||
-                                             twin::known_well(*stick->stick)));
+    follow(index,
+           track.corrective.explained(!track.planned->hardware || twin::known_well(*stick->stick)));
   }
   track.planned->explained = stick;
   if (!track.orders->has_room()) return;

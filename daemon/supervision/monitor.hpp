@@ -69,8 +69,7 @@ class Monitor {
   // the step that `monitor` just made; both are valid meanwhile.
   using Raised = std::function<void(std::size_t loop, alarm::AlarmKind alarm,
                                     const watch::LoopMonitor& monitor,
-                                    const watch::MonitorStep& step,
-                                    alarm::AlarmReason reason)>;
+                                    const watch::MonitorStep& step, alarm::AlarmReason reason)>;
 
   // What is pointed to outlives this. Alarms that the board knows from before a restart stay on until
   // windows say otherwise; process alarms until the cycles do.
@@ -113,8 +112,7 @@ class Monitor {
           history(loop.twin == nullptr
                       ? nullptr
                       : std::make_unique<History>(loop.history_s, loop.twin->sample_time_s)),
-          corrective(loop.orders != nullptr ? loop.corrective
-                                            : alarm::CorrectiveSettings{}),
+          corrective(loop.orders != nullptr ? loop.corrective : alarm::CorrectiveSettings{}),
           condition(loop.window),
           process(loop.window.sample_time_s, loop.process),
           process_settings(loop.process),
@@ -145,8 +143,7 @@ class Monitor {
   // True if it was a window.
   bool pass_on(std::size_t index, const watch::MonitorStep& step);
   void raised(std::size_t index, const std::vector<alarm::AlarmKind>& alarms,
-              const watch::MonitorStep& step,
-              alarm::AlarmReason reason);
+              const watch::MonitorStep& step, alarm::AlarmReason reason);
   // What the loop made of the last order, and what the operator wants.
   void attend(std::size_t index);
   // Whether the alarm is explained by now, and a person has ordered what is offered.

@@ -11,11 +11,11 @@
 
 namespace loopwarden::daemon::supervision {
 
-using journal::JournalEntry;
 using alarm::AlarmKind;
 using alarm::AlarmState;
 using alarm::AlarmTransitions;
 using alarm::WindowState;
+using journal::JournalEntry;
 
 namespace {
 

@@ -49,11 +49,11 @@ struct LoopWatch {
   std::array<std::uint32_t, alarm::kAlarmKindCount> flaps{};
   alarm::LoopIncident incident;
   alarm::WindowState window_state = alarm::WindowState::filling;
-  std::uint32_t windows = 0;                       // looked at since the start
-  std::uint32_t windows_suppressed = 0;            // of them, not fit to be judged
-  alarm::WindowMeasures measures;    // of the newest window
-  bool stick_seen = false;                         // by the read-back, since the incident opened
-  alarm::WindowJudgement judgement;  // of the newest window that was judged
+  std::uint32_t windows = 0;             // looked at since the start
+  std::uint32_t windows_suppressed = 0;  // of them, not fit to be judged
+  alarm::WindowMeasures measures;        // of the newest window
+  bool stick_seen = false;               // by the read-back, since the incident opened
+  alarm::WindowJudgement judgement;      // of the newest window that was judged
   watch::ModeTimes times;
   loopwarden::analysis::ConditionIndices condition;
   alarm::CorrectiveState corrective = alarm::CorrectiveState::off;
@@ -113,17 +113,17 @@ class WatchBoard {
 
   // --- the monitor ---
   // Returns the alarms whose condition came with this window.
-  std::vector<alarm::AlarmKind> window_judged(
-      std::size_t loop, const alarm::WindowMeasures& measures,
-      const alarm::WindowJudgement& judgement,
-      const alarm::AlarmConditions& conditions);
+  std::vector<alarm::AlarmKind> window_judged(std::size_t loop,
+                                              const alarm::WindowMeasures& measures,
+                                              const alarm::WindowJudgement& judgement,
+                                              const alarm::AlarmConditions& conditions);
   // Minutes or hours were judged. Returns the alarms whose condition came with it.
-  std::vector<alarm::AlarmKind> routine_judged(
-      std::size_t loop, const watch::RoutineWatch::Judgement& judgement,
-      const alarm::AlarmConditions& conditions);
+  std::vector<alarm::AlarmKind> routine_judged(std::size_t loop,
+                                               const watch::RoutineWatch::Judgement& judgement,
+                                               const alarm::AlarmConditions& conditions);
   // The twin's watch changed its mind. Returns the alarms whose condition came with it.
-  std::vector<alarm::AlarmKind> twin_judged(
-      std::size_t loop, const alarm::AlarmConditions& conditions);
+  std::vector<alarm::AlarmKind> twin_judged(std::size_t loop,
+                                            const alarm::AlarmConditions& conditions);
   // All of one cycle.
   void process_changed(std::size_t loop, std::span<const ProcessNews> news);
   void deviation_rests(std::size_t loop, bool rests);
@@ -134,19 +134,16 @@ class WatchBoard {
   void explained(std::size_t loop, const Explanation& explanation);
   // A window that is full but can't be judged, or whose judgement says that it moves too little to tell.
   void window_not_fit(std::size_t loop, const alarm::WindowMeasures& measures,
-                      alarm::WindowState why,
-                      const alarm::WindowJudgement& judgement = {});
+                      alarm::WindowState why, const alarm::WindowJudgement& judgement = {});
   // No window can be had at present.
   void interrupted(std::size_t loop, alarm::WindowState why);
   // `state`: of the window that is being gathered; valid leaves that of the newest window.
   void set_progress(std::size_t loop, const watch::ModeTimes& times,
                     const loopwarden::analysis::ConditionIndices& condition,
-                    alarm::WindowState state,
-                    const watch::RoutineWatch::Levels& routine = {});
+                    alarm::WindowState state, const watch::RoutineWatch::Levels& routine = {});
   void controller_not_watched(std::size_t loop, std::string why);
   // What the twin says by now. `passed_s`: of the loop's time after the last call.
-  void twin_says(std::size_t loop, const watch::TwinRemarks& remarks,
-                 double passed_s);
+  void twin_says(std::size_t loop, const watch::TwinRemarks& remarks, double passed_s);
   // The newest window's stick is not that of the valve as it is by now.
   void stick_not_known(std::size_t loop);
   void pass_time();
@@ -161,8 +158,7 @@ class WatchBoard {
   bool take_order(std::size_t loop);
   void corrective_state(std::size_t loop, alarm::CorrectiveState state);
   // Returns the journal's line, whose result is known once the loop has answered the order.
-  journal::JournalEntry corrective_step(std::size_t loop,
-                                        const alarm::CorrectiveStep& step);
+  journal::JournalEntry corrective_step(std::size_t loop, const alarm::CorrectiveStep& step);
   // Of a step without an order.
   void write_down(journal::JournalEntry line);
 
@@ -177,8 +173,8 @@ class WatchBoard {
   OrderResult acknowledge_incident(std::size_t loop, const std::string& id, const std::string& peer,
                                    const std::string& reason);
   // Every alarm of these kinds that waits, of every loop.
-  Acknowledged acknowledge_all(std::span<const alarm::AlarmKind> kinds,
-                               const std::string& peer, const std::string& reason);
+  Acknowledged acknowledge_all(std::span<const alarm::AlarmKind> kinds, const std::string& peer,
+                               const std::string& reason);
 
   // Any thread.
   LoopWatch watch(std::size_t loop) const;
@@ -197,22 +193,19 @@ class WatchBoard {
   std::int64_t now_ms() const { return utc_ms_(); }
 
  private:
-  using Memories =
-      std::array<alarm::AlarmMemory, alarm::kAlarmKindCount>;
+  using Memories = std::array<alarm::AlarmMemory, alarm::kAlarmKindCount>;
   Memories memories(std::size_t loop) const;
   void suppressed(std::size_t loop, alarm::WindowState why);
   // Journals what an event changed, with why, or why it is gone; returns the last ticket.
   std::uint64_t write_down(std::size_t loop, const Memories& before,
-                           const alarm::AlarmTransitions& transitions,
-                           const std::string& why = {}, const std::string& why_gone = {},
+                           const alarm::AlarmTransitions& transitions, const std::string& why = {},
+                           const std::string& why_gone = {},
                            std::span<const ProcessNews> news = {});
   void tell_explanation(std::size_t loop, const Explanation& explanation);
   // Journals what became of the loop's incident; returns the last ticket, 0 where nothing did.
   std::uint64_t follow_incident(std::size_t loop);
-  std::uint64_t write_incident(std::size_t loop,
-                               const alarm::LoopIncident::Changes& changes);
-  std::vector<alarm::AlarmKind> raised_since(std::size_t loop,
-                                                           const Memories& before) const;
+  std::uint64_t write_incident(std::size_t loop, const alarm::LoopIncident::Changes& changes);
+  std::vector<alarm::AlarmKind> raised_since(std::size_t loop, const Memories& before) const;
   OrderResult act_locked(std::size_t loop, const AlarmOrder& order);
 
   std::vector<std::string> names_;

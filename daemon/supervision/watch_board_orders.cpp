@@ -10,9 +10,9 @@
 
 namespace loopwarden::daemon::supervision {
 
-using journal::JournalEntry;
 using alarm::AlarmAction;
 using alarm::AlarmKind;
+using journal::JournalEntry;
 
 OrderResult WatchBoard::act(std::size_t loop, const AlarmOrder& order) {
   const std::lock_guard lock(mutex_);

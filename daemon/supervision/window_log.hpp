@@ -19,20 +19,18 @@ struct LoggedWindow {
   std::int64_t utc_ms = 0;  // of its end
   // Other than valid: why it counts for nothing. Only valid and not_enough_movement have been before the judge.
   alarm::WindowState state = alarm::WindowState::valid;
-  alarm::WindowJudgement::Result result =
-      alarm::WindowJudgement::Result::no_fault;
+  alarm::WindowJudgement::Result result = alarm::WindowJudgement::Result::no_fault;
   alarm::AlarmKind fault = alarm::AlarmKind::unknown;
-  float severity_percent = 0.0F;                                           // % of the CO span
-  std::array<float, alarm::kValveAlarmCount> probability{};  // as in WindowJudgement
-  std::array<float, loopwarden::specialist::kConditions> errors{};         // (% of the CO span)^2
+  float severity_percent = 0.0F;                                    // % of the CO span
+  std::array<float, alarm::kValveAlarmCount> probability{};         // as in WindowJudgement
+  std::array<float, loopwarden::specialist::kConditions> errors{};  // (% of the CO span)^2
 };
 
 class WindowLog {
  public:
   static constexpr std::size_t kKept = 32;
 
-  void add(std::int64_t utc_ms, alarm::WindowState state,
-           const alarm::WindowJudgement& judgement);
+  void add(std::int64_t utc_ms, alarm::WindowState state, const alarm::WindowJudgement& judgement);
 
   // Oldest first.
   std::vector<LoggedWindow> windows() const;

@@ -103,22 +103,22 @@ class LateCycles {
 Run watch(const specialist::SimulatedWindow& loop, const specialist::Team& team, LateCycles late) {
   watch::SpecialistJudge judge(team);
   watch::LoopMonitor watcher({.sample_time_s = team.facts.period_s,
-                                .pv_low = team.facts.pv_low,
-                                .pv_high = team.facts.pv_high,
-                                .co_low = team.facts.co_low,
-                                .co_high = team.facts.co_high},
-                               alarm::kAlarmRule, &judge);
+                              .pv_low = team.facts.pv_low,
+                              .pv_high = team.facts.pv_high,
+                              .co_low = team.facts.co_low,
+                              .co_high = team.facts.co_high},
+                             alarm::kAlarmRule, &judge);
   Run run;
   std::array<bool, kValveAlarmCount> on{};
   for (std::size_t k = 0; k < loop.pv.size(); ++k) {
     if (late.next()) continue;
     const watch::MonitorStep step = watcher.add({.period_index = k,
-                                                   .sp = loop.sp[k],
-                                                   .pv = loop.pv[k],
-                                                   .co = loop.co[k],
-                                                   .stem = std::nan(""),
-                                                   .automatic = true,
-                                                   .pv_good = true});
+                                                 .sp = loop.sp[k],
+                                                 .pv = loop.pv[k],
+                                                 .co = loop.co[k],
+                                                 .stem = std::nan(""),
+                                                 .automatic = true,
+                                                 .pv_good = true});
     using Kind = watch::MonitorStep::Kind;
     if (step.kind == Kind::not_fit || step.kind == Kind::judged) ++run.windows;
     if (step.kind == Kind::not_fit) ++run.not_judged;

@@ -42,12 +42,12 @@ nlohmann::json watched(const std::string& name, const Loop& loop) {
     for (std::size_t k = 0; k < r.size(); ++k) {
       passed_s += period_s;
       const watch::MonitorStep step = watch.add({.period_index = period++,
-                                                   .sp = r.has_sp ? r.sp[k] : 0.0,
-                                                   .pv = r.pv[k],
-                                                   .co = r.co[k],
-                                                   .stem = std::nan(""),
-                                                   .automatic = true,
-                                                   .pv_good = std::isfinite(r.pv[k])});
+                                                 .sp = r.has_sp ? r.sp[k] : 0.0,
+                                                 .pv = r.pv[k],
+                                                 .co = r.co[k],
+                                                 .stem = std::nan(""),
+                                                 .automatic = true,
+                                                 .pv_good = std::isfinite(r.pv[k])});
       if (!step.routine) continue;
       windows.push_back({{"at_s", passed_s},
                          {"length_s", step.routine->window_s},

@@ -68,11 +68,11 @@ void routine_evidence(benchmark::State& state) {
       plant::LoopSample sample = loop.step();
       for (std::size_t k = 1; k < every; ++k) sample = loop.step();
       const watch::Cycle cycle{.period_index = ++period,
-                                 .sp = sample.sp,
-                                 .pv = sample.pv,
-                                 .co = sample.co,
-                                 .automatic = true,
-                                 .pv_good = true};
+                               .sp = sample.sp,
+                               .pv = sample.pv,
+                               .co = sample.co,
+                               .automatic = true,
+                               .pv_good = true};
       if (period % watch::RoutineWatch::kSamples != 0) {
         judged = watch.add(cycle);
         continue;

@@ -35,16 +35,16 @@ void watched_loop(benchmark::State& state) {
   std::vector<plant::LoopSample> samples;
   for (std::size_t k = 0; k < kCycles; ++k) samples.push_back(loop.step());
   watch::LoopMonitor watch({.sample_time_s = 1.0, .pv_high = 10.0, .co_high = 10.0},
-                             alarm::kAlarmRule, nullptr, &twin);
+                           alarm::kAlarmRule, nullptr, &twin);
   std::uint64_t period = 0;
   for (auto _ : state) {
     for (const plant::LoopSample& s : samples) {
       const watch::MonitorStep step = watch.add({.period_index = ++period,
-                                                   .sp = s.sp,
-                                                   .pv = s.pv,
-                                                   .co = s.co,
-                                                   .automatic = true,
-                                                   .pv_good = true});
+                                                 .sp = s.sp,
+                                                 .pv = s.pv,
+                                                 .co = s.co,
+                                                 .automatic = true,
+                                                 .pv_good = true});
       benchmark::DoNotOptimize(step.twin);
     }
   }

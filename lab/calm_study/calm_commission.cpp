@@ -57,9 +57,9 @@ std::optional<plant::LoopModel> twin_of(const StickyLoop& loop, numeric::Random&
        {&believed.process.gain, &believed.process.time_constant_s, &believed.process.dead_time_s}) {
     *one *= random.uniform(0.7, 1.3);
   }
-  const twin::Commissioning done = twin::commission(
-      {.records = {{.columns = record_of(r, 0, r.pv.size())}}, .model = believed}, in_turn,
-      [](double) {});
+  const twin::Commissioning done =
+      twin::commission({.records = {{.columns = record_of(r, 0, r.pv.size())}}, .model = believed},
+                       in_turn, [](double) {});
   if (done.outcome != twin::Outcome::commissioned) return std::nullopt;
   return done.twin;
 }
@@ -106,8 +106,8 @@ std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
   for (const gap::FoundEffect& one : effects) {
     alternatives.insert(alternatives.end(), one.alternatives.begin(), one.alternatives.end());
   }
-  const std::optional<twin::Stick> stick = twin::stick_of(
-      effect->spec.parameters, effect->interval, effect->confidence, alternatives);
+  const std::optional<twin::Stick> stick =
+      twin::stick_of(effect->spec.parameters, effect->interval, effect->confidence, alternatives);
   if (!stick) return std::nullopt;
   twin::set_stick(*settings, *stick);
   return settings;

@@ -15,7 +15,8 @@ std::vector<Group> find_groups(std::span<const Swinging> loops) {
   std::vector<Group> groups;
   for (std::size_t from = 0; from < sorted.size();) {
     std::size_t to = from + 1;
-    while (to < sorted.size() && sorted[to].period_s <= kSameGroupPeriod * sorted[to - 1].period_s) ++to;
+    while (to < sorted.size() && sorted[to].period_s <= kSameGroupPeriod * sorted[to - 1].period_s)
+      ++to;
     if (to - from >= 2) {
       Group group;
       group.period_s = sorted[(from + to) / 2].period_s;

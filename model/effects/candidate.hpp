@@ -91,7 +91,7 @@ struct Candidate {
   double (*resting_half_band)(Values searched) = nullptr;
   // The same stem with the momentum of its actuator; null: none.
   EffectSpec (*with_momentum)(EffectSpec effect, double natural_frequency_rad_s,
-                                     double damping) = nullptr;
+                              double damping) = nullptr;
   // Share of the samples at which it does what no simpler effect does, under this CO; null: all.
   double (*telling)(Values searched, Values co, double period_s) = nullptr;
   // Standard deviations of named parameters from those of the searched and then the solved values

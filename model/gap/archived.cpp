@@ -132,7 +132,8 @@ Result find_gap_archived(const Record& record, const plant::LoopModel& model,
     }
     const auto doubtful = [&](const FoundEffect& effect) {
       const double band = band_of(effect.spec);
-      const bool too_narrow = effect.block == effects::Block::valve && band > 0.0 && band < narrowest;
+      const bool too_narrow =
+          effect.block == effects::Block::valve && band > 0.0 && band < narrowest;
       return effect.spec.name != kController && (of_the_archive(effect.spec.name) || too_narrow ||
                                                  brings(result, effect.spec.name) < counts);
     };

@@ -19,7 +19,7 @@ using effects::Block;
 using effects::EffectSpec;
 
 effects::EffectChain chain_of(const std::vector<EffectSpec>& specs, Block block,
-                            const effects::EffectContext& context) {
+                              const effects::EffectContext& context) {
   effects::EffectChain chain;
   for (const EffectSpec& spec : specs) {
     const effects::Descriptor* info = effects::find_effect(spec.name);

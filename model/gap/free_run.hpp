@@ -125,7 +125,7 @@ class FreeRun {
     effects::EffectChain valve;
     effects::EffectChain process;
     effects::EffectChain transmitter;  // of the terms alone
-    bool with_dead_time;             // the process's own is among them
+    bool with_dead_time;               // the process's own is among them
   };
   Chains chains(const Terms& terms, const Point& point) const;
   plant::ProcessParameters process_at(const Point& point, double gain, bool with_dead_time) const;

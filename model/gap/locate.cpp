@@ -224,7 +224,8 @@ std::vector<Located> by_time(const Disagreement& d, const Errors& errors, effect
   return stretches;
 }
 
-std::vector<Located> by_condition(const Disagreement& d, const Errors& errors, effects::Block worst) {
+std::vector<Located> by_condition(const Disagreement& d, const Errors& errors,
+                                  effects::Block worst) {
   const std::size_t n = d.time_s.size();
   std::vector<Located> list;
   const Pattern pattern = best_pattern(errors.residual, d.model.sample_time_s);

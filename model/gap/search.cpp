@@ -162,7 +162,8 @@ class Search {
       }
       // A sticking valve is searched for again beside what shifts PV as a whole: without that its
       // own search went astray.
-      if (terms.size() != 1 || terms[0]->smooth || terms[0]->block != effects::Block::valve) continue;
+      if (terms.size() != 1 || terms[0]->smooth || terms[0]->block != effects::Block::valve)
+        continue;
       for (const Hypothesis* shift : shifts()) {
         if (!contains(base.fit, shift->fit.terms[0]->name))
           jobs.push_back(job(shift->fit, *terms[0]));

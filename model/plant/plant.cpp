@@ -41,7 +41,8 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
                                  .seed = seed,
                                  .time_constant_s = model.process.time_constant_s,
                                  .dead_time_s = model.process.dead_time_s};
-  const auto add = [&](effects::EffectChain& chain, effects::Block block, effects::EffectSpec spec, const effects::Schedule& schedule) {
+  const auto add = [&](effects::EffectChain& chain, effects::Block block, effects::EffectSpec spec,
+                       const effects::Schedule& schedule) {
     ++context.seed;  // each random effect has a stream of its own
     effects::complete(spec, context);
     effects::check_effect(spec, block, context);
@@ -49,7 +50,8 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
     effects::EffectChain& place = effect.acts_on_reading() ? reading_effects_ : chain;
     place.add(std::move(effect), schedule);
   };
-  for (const effects::EffectSpec& spec : model.valve_effects) add(valve_, effects::Block::valve, spec, {});
+  for (const effects::EffectSpec& spec : model.valve_effects)
+    add(valve_, effects::Block::valve, spec, {});
   for (const effects::EffectSpec& spec : model.process_effects)
     add(process_effects_, effects::Block::process, spec, {});
   for (const effects::EffectSpec& spec : model.transmitter_effects) {
@@ -58,10 +60,11 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
   for (const effects::EffectSpec& spec : model.disturbances)
     add(disturbances_, effects::Block::disturbance, spec, {});
   for (const ScheduledFault& fault : model.scenario.faults) {
-    effects::EffectChain& chain = fault.block == effects::Block::valve         ? valve_
-                         : fault.block == effects::Block::process     ? process_effects_
-                         : fault.block == effects::Block::transmitter ? transmitter_effects_
-                                                             : disturbances_;
+    effects::EffectChain& chain = fault.block == effects::Block::valve     ? valve_
+                                  : fault.block == effects::Block::process ? process_effects_
+                                  : fault.block == effects::Block::transmitter
+                                      ? transmitter_effects_
+                                      : disturbances_;
     add(chain, fault.block, fault.effect, fault.schedule);
   }
   reset(output_low_);

@@ -28,9 +28,9 @@
 namespace loopwarden::twin {
 namespace {
 
+using effects::Block;
 using gap::FoundEffect;
 using numeric::text;
-using effects::Block;
 using plant::LoopModel;
 
 // What the loop's own process does: moved, not named.

@@ -216,8 +216,7 @@ std::optional<AlarmKind> final_name(const Explanation& e, AlarmKind alarm) {
   if (effect->block != effects::Block::valve) return AlarmKind::model_gap;
   const effects::Descriptor* info = effects::find_word(effect->spec.name);
   for (const AlarmKind kind : alarm::kWindowAlarms) {
-    if (info != nullptr && !info->alarms.empty() &&
-        info->alarms.front() == alarm::to_text(kind)) {
+    if (info != nullptr && !info->alarms.empty() && info->alarms.front() == alarm::to_text(kind)) {
       return kind;
     }
   }

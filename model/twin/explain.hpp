@@ -62,8 +62,7 @@ Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std
 
 bool agrees(const Explanation& explanation, alarm::AlarmKind alarm);
 // Nothing: the alarm keeps its name.
-std::optional<alarm::AlarmKind> final_name(const Explanation& explanation,
-                                             alarm::AlarmKind alarm);
+std::optional<alarm::AlarmKind> final_name(const Explanation& explanation, alarm::AlarmKind alarm);
 // Of the effect that gives the final name, % of the CO span; 0 where it has no size.
 double size_percent(const Explanation& explanation);
 

@@ -71,8 +71,8 @@ void tabulate(LoopModel& model) {
   for (EffectSpec& spec : model.valve_effects) {
     if (spec.name != "valve_characteristic" || !spec.table.empty()) continue;
     effects::Effect curve = effects::make_effect(spec, {.sample_time_s = model.sample_time_s,
-                                                      .output_low = pid.output_low,
-                                                      .output_high = pid.output_high});
+                                                        .output_low = pid.output_low,
+                                                        .output_high = pid.output_high});
     EffectSpec table{"valve_characteristic", {}, {{"curve", "table"}}};
     for (int i = 0; i < kPoints; ++i) {
       const double at = pid.output_low + pid.output_span() * i / (kPoints - 1);

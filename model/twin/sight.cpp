@@ -66,21 +66,21 @@ Watched watch(const plant::LoopModel& twin, const specialist::Team& team, Condit
       specialist::simulate_run(twin, request_of(condition, grade), seed, samples);
   watch::SpecialistJudge judge(team);
   watch::LoopMonitor loop({.sample_time_s = twin.sample_time_s,
-                             .pv_low = team.facts.pv_low,
-                             .pv_high = team.facts.pv_high,
-                             .co_low = team.facts.co_low,
-                             .co_high = team.facts.co_high},
-                            alarm::kAlarmRule, &judge);
+                           .pv_low = team.facts.pv_low,
+                           .pv_high = team.facts.pv_high,
+                           .co_low = team.facts.co_low,
+                           .co_high = team.facts.co_high},
+                          alarm::kAlarmRule, &judge);
   Watched out;
   bool on = false;
   for (std::size_t k = 0; k < run.pv.size(); ++k) {
     const watch::MonitorStep step = loop.add({.period_index = k,
-                                                .sp = run.sp[k],
-                                                .pv = run.pv[k],
-                                                .co = run.co[k],
-                                                .stem = std::nan(""),
-                                                .automatic = true,
-                                                .pv_good = true});
+                                              .sp = run.sp[k],
+                                              .pv = run.pv[k],
+                                              .co = run.co[k],
+                                              .stem = std::nan(""),
+                                              .automatic = true,
+                                              .pv_good = true});
     if (step.kind != watch::MonitorStep::Kind::judged && !step.routine) continue;
     const bool now = announces(step.conditions, condition);
     if (now && !on) {

@@ -109,9 +109,9 @@ void ConditionWatch::window(const alarm::WindowMeasures& measures,
 }
 
 bool ConditionWatch::verdict(const alarm::AlarmConditions& conditions) noexcept {
-  const bool changed =
-      !std::equal(conditions.begin(), conditions.end(), conditions_.begin(),
-                  [](const alarm::AlarmCondition& a, const alarm::AlarmCondition& b) { return a.on == b.on; });
+  const bool changed = !std::equal(
+      conditions.begin(), conditions.end(), conditions_.begin(),
+      [](const alarm::AlarmCondition& a, const alarm::AlarmCondition& b) { return a.on == b.on; });
   conditions_ = conditions;
   if (!changed) return false;
   changed_ = last_period_ + 1;
@@ -125,7 +125,8 @@ bool ConditionWatch::verdict(const alarm::AlarmConditions& conditions) noexcept 
 
 void ConditionWatch::count_alarms() noexcept {
   double& stick = inputs_.stick_percent;
-  for (const alarm::AlarmKind kind : {alarm::AlarmKind::stiction, alarm::AlarmKind::backlash, alarm::AlarmKind::hysteresis}) {
+  for (const alarm::AlarmKind kind :
+       {alarm::AlarmKind::stiction, alarm::AlarmKind::backlash, alarm::AlarmKind::hysteresis}) {
     const alarm::AlarmCondition& condition = conditions_[index_of(kind)];
     if (condition.on) stick = std::fmax(stick, condition.severity_percent);
   }

@@ -47,7 +47,8 @@ class ConditionWatch {
   };
   void add(const Cycle& cycle, const Troubles& troubles) noexcept;
   // `conditions`: of a window that was judged, else null. It ends with the newest cycle.
-  void window(const alarm::WindowMeasures& measures, const alarm::AlarmConditions* conditions) noexcept;
+  void window(const alarm::WindowMeasures& measures,
+              const alarm::AlarmConditions* conditions) noexcept;
   // What is known apart from windows, by routine evidence or a twin. True where it is another verdict than before.
   bool verdict(const alarm::AlarmConditions& conditions) noexcept;
   // Of a window that ends with the newest cycle: without its stick, where it began before the last change.

@@ -62,8 +62,9 @@ class LoopMonitor {
   // `twin`, at the cycles' period, may be null: then there is no model_gap. Throws effects::EffectError for one that can't
   // be stepped. `foreign_controller`: the twin's controller is watched as well. Not where this program has the loop: it
   // changes gains, jacket and compensator itself, and the journal has each change.
-  LoopMonitor(const WindowSettings& window, const alarm::VerdictRuleSettings& rule, alarm::WindowJudge* judge,
-              const plant::LoopModel* twin = nullptr, bool foreign_controller = true)
+  LoopMonitor(const WindowSettings& window, const alarm::VerdictRuleSettings& rule,
+              alarm::WindowJudge* judge, const plant::LoopModel* twin = nullptr,
+              bool foreign_controller = true)
       : builder_(window), rule_(rule), judge_(judge) {
     if (window.routine) routine_.emplace(window);
     if (twin != nullptr) twin_.emplace(*twin);

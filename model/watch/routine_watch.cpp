@@ -60,8 +60,8 @@ RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
       .source = source,
       .sees_from_percent = span > 0.0 ? 100.0 * sees_from / span : 0.0};
   if (found.verdict == diagnosis::DiagnosisVerdict::valve_effect) {
-    judgement.fault =
-        found.cause == diagnosis::Cause::backlash ? alarm::AlarmKind::backlash : alarm::AlarmKind::stiction;
+    judgement.fault = found.cause == diagnosis::Cause::backlash ? alarm::AlarmKind::backlash
+                                                                : alarm::AlarmKind::stiction;
     judgement.severity_percent = span > 0.0 ? 100.0 * found.s / span : 0.0;
   }
   return judgement;

@@ -97,7 +97,7 @@ class RoutineWatch {
     double probability = 0.5;  // of a valve effect, by the newest judgement
     diagnosis::DiagnosisVerdict verdict = diagnosis::DiagnosisVerdict::not_enough_data;
     alarm::AlarmKind fault = alarm::AlarmKind::stiction;  // if the verdict is a valve effect
-    double severity_percent = 0.0;          // % of the CO span, the same
+    double severity_percent = 0.0;                        // % of the CO span, the same
   };
   using Levels = std::array<Progress, kLevels>;
 

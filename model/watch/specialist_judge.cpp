@@ -20,7 +20,9 @@ alarm::WindowJudgement judgement_of(const specialist::WindowVerdict& verdict) no
     case specialist::VerdictName::stiction: result.fault = alarm::AlarmKind::stiction; break;
     case specialist::VerdictName::backlash: result.fault = alarm::AlarmKind::backlash; break;
     case specialist::VerdictName::hysteresis: result.fault = alarm::AlarmKind::hysteresis; break;
-    case specialist::VerdictName::low_air_supply: result.fault = alarm::AlarmKind::low_air_supply; break;
+    case specialist::VerdictName::low_air_supply:
+      result.fault = alarm::AlarmKind::low_air_supply;
+      break;
     case specialist::VerdictName::unknown: result.fault = alarm::AlarmKind::unknown; break;
   }
   if (specialist::names_fault(verdict.verdict) ||

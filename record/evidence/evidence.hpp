@@ -59,8 +59,8 @@ struct Evidence {
 
   // Takes samples and results of the step that `monitor` just made: of its window, or of its
   // routine diagnosis.
-  void take(const watch::LoopMonitor& monitor,
-            const watch::MonitorStep& step, alarm::AlarmReason reason);
+  void take(const watch::LoopMonitor& monitor, const watch::MonitorStep& step,
+            alarm::AlarmReason reason);
   // Takes the result of the twin for the newest minutes.
   void take(const watch::LoopMonitor& monitor, std::vector<double> minutes_sp,
             std::vector<double> minutes_pv, std::vector<double> minutes_co);

@@ -56,8 +56,9 @@ std::optional<JsonPointer> read_pointer(MapReader& in, const char* key, const ch
   try {
     return JsonPointer(text.value);
   } catch (const nlohmann::json::exception&) {
-    in.error(key, fmt::format("must be a JSON Pointer (RFC 6901) such as /examples/0/value (got '{}')",
-                              config::quotable(text.value)));
+    in.error(key,
+             fmt::format("must be a JSON Pointer (RFC 6901) such as /examples/0/value (got '{}')",
+                         config::quotable(text.value)));
     return std::nullopt;
   }
 }

@@ -23,13 +23,13 @@
 namespace loopwarden::tests::plant_day_test {
 namespace {
 
-using daemon::supervision::Monitor;
-using daemon::supervision::WatchBoard;
-using daemon::rt::JacketWish;
-using daemon::rt::Order;
 using alarm::AlarmAction;
 using alarm::AlarmKind;
 using alarm::CorrectiveState;
+using daemon::rt::JacketWish;
+using daemon::rt::Order;
+using daemon::supervision::Monitor;
+using daemon::supervision::WatchBoard;
 using record::RecordRow;
 
 constexpr double kHour = 3600.0;
@@ -139,8 +139,8 @@ class Plant {
     }
     monitor_->round();  // hears the answers
   }
-  void keep(AlarmKind alarm, const watch::LoopMonitor& watched_by,
-            const watch::MonitorStep& step, alarm::AlarmReason reason) {
+  void keep(AlarmKind alarm, const watch::LoopMonitor& watched_by, const watch::MonitorStep& step,
+            alarm::AlarmReason reason) {
     evidence::Evidence e;
     e.loop = "FIC-101";
     e.alarm = alarm;

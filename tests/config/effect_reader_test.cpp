@@ -202,7 +202,7 @@ TEST_CASE("Every effect of the catalogue can be read and is described", "[config
       auto& list = example.block == effects::Block::valve         ? model.valve_effects
                    : example.block == effects::Block::process     ? model.process_effects
                    : example.block == effects::Block::transmitter ? model.transmitter_effects
-                                                                : model.disturbances;
+                                                                  : model.disturbances;
       list = {example.spec};
       const auto read_back = read_model_text("m.yaml", write_model(model));
       INFO(example.file << "\n" << to_text(read_back.diagnostics));

@@ -232,10 +232,10 @@ int run_commission(const CommissionOptions& given) {
   CommissionOptions options = given;
   const auto begin = std::chrono::steady_clock::now();
   twin::Request request{.records = {},
-                              .model = std::nullopt,
-                              .healthy_limit_percent = options.healthy_limit_percent,
-                              .accept_short = options.accept_short,
-                              .ranges = {}};
+                        .model = std::nullopt,
+                        .healthy_limit_percent = options.healthy_limit_percent,
+                        .accept_short = options.accept_short,
+                        .ranges = {}};
   const std::string& start = options.again.empty() ? options.model : options.again;
   if (!start.empty()) request.model = load_model(start);
   const std::optional<plant::LoopModel> before =
@@ -262,8 +262,8 @@ int run_commission(const CommissionOptions& given) {
     const std::string refused = why_no_twin_of(loop, request.records.front().columns.period_s);
     if (!refused.empty()) fmt::print(stderr, "{}\n", refused);
     std::optional<Progress> progress(std::in_place, "twin", 100);
-    const twin::Commissioning made = twin::commission(
-        request, parallel, [&](double share) { progress->update_share(share); });
+    const twin::Commissioning made =
+        twin::commission(request, parallel, [&](double share) { progress->update_share(share); });
     progress.reset();
     CommissionSight sight;
     if (made.outcome == twin::Outcome::commissioned) {
@@ -290,7 +290,7 @@ int run_commission(const CommissionOptions& given) {
       progress.emplace("what can be seen", 100);
       sight.specialists =
           twin::look(made.twin, *trained.folder.team, {.seed = options.seed}, parallel,
-                           [&](double share) { progress->update_share(share); });
+                     [&](double share) { progress->update_share(share); });
       progress.reset();
     }
     const double seconds =

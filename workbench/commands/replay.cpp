@@ -52,7 +52,7 @@ struct ReplayOptions {
 struct TimedTransition {
   double time_s = 0.0;
   alarm::AlarmTransition transition;
-  std::optional<nlohmann::json> explanation{};     // where the alarm was raised, with a twin
+  std::optional<nlohmann::json> explanation{};   // where the alarm was raised, with a twin
   std::optional<alarm::AlarmKind> first_name{};  // where the explanation changed it
 };
 
@@ -80,17 +80,17 @@ bool worth_a_line(const alarm::AlarmTransition& t) {
 }
 
 watch::WindowSettings settings_of(const record::Record& record, const ReplayOptions& options,
-                                    const specialist::Team* team) {
+                                  const specialist::Team* team) {
   constexpr double kSample = 0.1;  // s, as the daemon cuts a loop without specialists
   const double sample_s = team != nullptr ? team->facts.period_s : kSample;
   const auto decimation = std::max<long>(1, std::lround(sample_s / record.period_s));
   watch::WindowSettings settings{.overlap = options.overlap,
-                                   .decimation = static_cast<std::size_t>(decimation),
-                                   .sample_time_s = record.period_s,
-                                   .pv_low = options.pv_range[0],
-                                   .pv_high = options.pv_range[1],
-                                   .co_low = options.co_range[0],
-                                   .co_high = options.co_range[1]};
+                                 .decimation = static_cast<std::size_t>(decimation),
+                                 .sample_time_s = record.period_s,
+                                 .pv_low = options.pv_range[0],
+                                 .pv_high = options.pv_range[1],
+                                 .co_low = options.co_range[0],
+                                 .co_high = options.co_range[1]};
   if (team != nullptr) {
     settings.pv_low = team->facts.pv_low;
     settings.pv_high = team->facts.pv_high;
@@ -192,8 +192,8 @@ class Replayer {
     if (!result_.incidents.empty()) result_.incidents.back().incident = incident_.incident();
   }
 
-  void explain_incident(std::int64_t now_ms, alarm::AlarmKind alarm,
-                        const twin::Explanation& e, const nlohmann::json& told) {
+  void explain_incident(std::int64_t now_ms, alarm::AlarmKind alarm, const twin::Explanation& e,
+                        const nlohmann::json& told) {
     alarm::IncidentExplanation says{.alarm = alarm, .raised_ms = now_ms};
     if (e.usable()) {
       says.from_ms = std::llround(1000.0 * record_.time_s[e.at]);
@@ -227,8 +227,7 @@ class Replayer {
       }
       const twin::Explanation& e = explainer_->at(k);
       const std::optional<alarm::AlarmKind> found = twin::final_name(e, t.kind);
-      const bool named =
-          found && !alarm::refuted(e.result.effects.front().spec.name, stick_seen_);
+      const bool named = found && !alarm::refuted(e.result.effects.front().spec.name, stick_seen_);
       const alarm::AlarmKind name = named ? found.value_or(t.kind) : t.kind;
       line.explanation = explainer_->json(e, name);
       explain_incident(now_ms, t.kind, e, *line.explanation);

@@ -23,9 +23,9 @@
 namespace loopwarden::workbench {
 namespace {
 
-using evidence::Evidence;
 using alarm::WindowJudgement;
 using alarm::WindowMeasures;
+using evidence::Evidence;
 using Judgement = watch::RoutineWatch::Judgement;
 using nlohmann::json;
 
@@ -165,11 +165,11 @@ int conclude(bool agree, bool as_json) {
 
 int replay_routine(const Evidence& e, bool as_json) {
   const Judgement now = watch::judge_routine({.pv = e.pv,
-                                                .co = e.co,
-                                                .sp = e.sp,
-                                                .sample_time_s = e.sample_time_s,
-                                                .co_low = e.co_low,
-                                                .co_high = e.co_high});
+                                              .co = e.co,
+                                              .sp = e.sp,
+                                              .sample_time_s = e.sample_time_s,
+                                              .co_low = e.co_low,
+                                              .co_high = e.co_high});
   const bool agree = same(*e.routine, now);
   as_json ? print_json(e, to_text(e.routine->verdict), to_text(now.verdict), now.severity_percent,
                        agree)

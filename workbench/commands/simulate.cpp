@@ -129,8 +129,7 @@ void add_simulate(Program& program) {
                  between(1.0, 32.0));
   command.flag("--truth", o.truth, "also write true_pv and fault_severity");
   command.flag("--json", o.json, "print the result as JSON");
-  command.footer(
-      "Example: loopwarden simulate examples/models/plant1.yaml --out run.csv --seed 7");
+  command.footer("Example: loopwarden simulate examples/models/plant1.yaml --out run.csv --seed 7");
 }
 
 }  // namespace loopwarden::workbench

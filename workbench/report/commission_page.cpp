@@ -80,9 +80,8 @@ std::string effects_list(const twin::Commissioning& made) {
 
 std::string commission_page(const twin::Commissioning& made, const CommissionSight& seen_here,
                             const gap::Record& record, double seconds) {
-  std::string body =
-      fmt::format("<p><b>{}</b>: {}</p>\n", base::in_words(twin::to_text(made.outcome)),
-                  escaped(made.why));
+  std::string body = fmt::format("<p><b>{}</b>: {}</p>\n",
+                                 base::in_words(twin::to_text(made.outcome)), escaped(made.why));
   for (const std::string& note : made.notes) body += fmt::format("<p>{}</p>\n", escaped(note));
   if (!seen_here.twin.empty()) {
     body += "<h2>What the twin sees on this loop</h2>\n<table><tbody>";

@@ -22,8 +22,8 @@
 namespace loopwarden::workbench {
 namespace {
 
-using nlohmann::json;
 using diagnosis::WindowFindings;
+using nlohmann::json;
 
 // A window that the user requested, with the joint result of its stretches.
 struct SurveyWindow {
@@ -187,12 +187,12 @@ Stretch stretches_in(std::span<const Stretch> stretches, Stretch cut) {
 WindowFindings findings_of(const record::Record& r, Stretch cut,
                            const std::vector<double>& co_range) {
   return diagnosis::judge_window({.pv = part_of(true, r.pv, cut),
-                               .co = part_of(true, r.co, cut),
-                               .sp = part_of(r.has_sp, r.sp, cut),
-                               .automatic = part_of(r.has_mode, r.automatic, cut),
-                               .sample_time_s = r.period_s,
-                               .co_low = co_range[0],
-                               .co_high = co_range[1]});
+                                  .co = part_of(true, r.co, cut),
+                                  .sp = part_of(r.has_sp, r.sp, cut),
+                                  .automatic = part_of(r.has_mode, r.automatic, cut),
+                                  .sample_time_s = r.period_s,
+                                  .co_low = co_range[0],
+                                  .co_high = co_range[1]});
 }
 
 // Judges the loop's stretches and returns them.

@@ -73,11 +73,11 @@ std::string field_name(const Register& reg, const std::string& tag) {
 
 std::string name_in_owner(const Register& reg) {
   if (registers::writable(reg)) return std::string("set/") + reg.name;
-  const bool again =
-      std::any_of(registers::registers().begin(), registers::registers().end(), [&](const Register& other) {
-        return other.area == Area::loop && !registers::writable(other) &&
-               std::string_view(other.name) == reg.name;
-      });
+  const bool again = std::any_of(registers::registers().begin(), registers::registers().end(),
+                                 [&](const Register& other) {
+                                   return other.area == Area::loop && !registers::writable(other) &&
+                                          std::string_view(other.name) == reg.name;
+                                 });
   return (again && reg.area == Area::third ? "third/" : "") + std::string(reg.name);
 }
 

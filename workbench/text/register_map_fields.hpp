@@ -17,12 +17,12 @@
 namespace loopwarden::workbench {
 
 // The order of the tables in all documents.
-inline constexpr std::array kTableOrder{
-    registers::Table::input_register, registers::Table::discrete_input,
-    registers::Table::holding_register, registers::Table::coil};
+inline constexpr std::array kTableOrder{registers::Table::input_register,
+                                        registers::Table::discrete_input,
+                                        registers::Table::holding_register, registers::Table::coil};
 
 const char* type_text(const registers::Register& reg);  // "u16", "f32", "bit"
-const char* order_text(hal::modbus::ByteOrder order);      // "abcd"
+const char* order_text(hal::modbus::ByteOrder order);   // "abcd"
 bool is_bit(const registers::Register& reg) noexcept;   // a coil or a discrete input
 int read_function(registers::Table table) noexcept;     // 1 to 4
 

@@ -12,10 +12,10 @@
 namespace loopwarden::workbench {
 namespace {
 
+using nlohmann::json;
 using registers::Area;
 using registers::Register;
 using registers::Table;
-using nlohmann::json;
 
 constexpr const char* kFlowTab = "lw-tab";
 constexpr int kFlowRow = 50;  // pixels between two lines of nodes

@@ -57,13 +57,13 @@ void reserved_rows(std::string& text, Table table) {
 }  // namespace
 
 std::string map_markdown() {
-  std::string text =
-      filled(kMapIntroduction,
-             {{"VERSION", fmt::format("{}.{}", registers::kVersion >> 8, registers::kVersion & 0xFF)}});
+  std::string text = filled(
+      kMapIntroduction,
+      {{"VERSION", fmt::format("{}.{}", registers::kVersion >> 8, registers::kVersion & 0xFF)}});
   for (const Table table : kTableOrder) {
     const registers::Layout l = registers::layout(table);
-    text +=
-        fmt::format("| {}s | 0 | {} + {} k |\n", registers::to_text(table), l.first_loop, l.loop_stride);
+    text += fmt::format("| {}s | 0 | {} + {} k |\n", registers::to_text(table), l.first_loop,
+                        l.loop_stride);
     if (l.condition_stride > 0) {
       text += fmt::format("| {}s, second block | | {} + {} k |\n", registers::to_text(table),
                           l.first_condition, l.condition_stride);
@@ -98,10 +98,10 @@ std::string map_markdown() {
 std::string map_csv(const MapOptions& options) {
   std::string text = "table,address,plc,loop,name,type,words,scale,unit,access,meaning\n";
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    text +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{},\"{}\"\n", registers::to_text(reg.table), address,
-                    plc_number(reg.table, address), tag, reg.name, type_text(reg), registers::width(reg),
-                    reg.scale, reg.unit, registers::writable(reg) ? "rw" : "r", reg.meaning);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},\"{}\"\n", registers::to_text(reg.table),
+                        address, plc_number(reg.table, address), tag, reg.name, type_text(reg),
+                        registers::width(reg), reg.scale, reg.unit,
+                        registers::writable(reg) ? "rw" : "r", reg.meaning);
   });
   return text;
 }
@@ -113,9 +113,9 @@ std::string map_pymodbus(const MapOptions& options) {
       options.word_order == ByteOrder::cdab || options.word_order == ByteOrder::dcba;
   std::string registers;
   for_each(options, [&](const Register& reg, const std::string& tag, std::uint32_t address) {
-    registers += fmt::format("    ({}, {}, {}, {}, {}, {}),\n", quoted(registers::to_text(reg.table)),
-                             address, registers::width(reg), quoted(type_text(reg)), reg.scale,
-                             quoted(field_name(reg, tag)));
+    registers += fmt::format("    ({}, {}, {}, {}, {}, {}),\n",
+                             quoted(registers::to_text(reg.table)), address, registers::width(reg),
+                             quoted(type_text(reg)), reg.scale, quoted(field_name(reg, tag)));
   });
   return filled(kReadPython, {{"HOST", quoted(options.host)},
                               {"PORT", fmt::format("{}", options.port)},

@@ -63,8 +63,7 @@ Descriptor describe() {
           .header = "cam_obstruction.hpp",
           .check = check,
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
-            return CamObstruction(read.value("position"), read.value("band"),
-                                         read.value("jump"));
+            return CamObstruction(read.value("position"), read.value("band"), read.value("jump"));
           },
           .candidates = candidates,
           .alarms = {"stiction"},

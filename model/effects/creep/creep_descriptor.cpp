@@ -41,8 +41,7 @@ Descriptor describe() {
                      above_zero("time_constant", "s", "of what comes late")},
       .header = "creep.hpp",
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
-        return Creep(read.value("amount"), read.value("time_constant"),
-                            context.sample_time_s);
+        return Creep(read.value("amount"), read.value("time_constant"), context.sample_time_s);
       },
       .candidates = candidates,
       .alarms = {"unknown"},

@@ -44,8 +44,7 @@ Descriptor describe() {
                          above_zero("rate", "CO units/s", "of the drive, until it is there")},
           .header = "deadband_drive.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
-            return DeadbandDrive(read.value("band"), read.value("rate"),
-                                        context.sample_time_s);
+            return DeadbandDrive(read.value("band"), read.value("rate"), context.sample_time_s);
           },
           .candidates = candidates,
           .valve_rank = 2,

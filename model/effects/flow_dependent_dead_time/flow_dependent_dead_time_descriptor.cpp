@@ -48,7 +48,7 @@ Descriptor describe() {
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
         return FlowDependentDeadTime(context.dead_time_s, read.value("exponent"),
-                                            nominal(read, context), context.sample_time_s);
+                                     nominal(read, context), context.sample_time_s);
       },
       .takes_dead_time = true,
       .candidates = candidates,

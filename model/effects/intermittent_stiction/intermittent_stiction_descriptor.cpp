@@ -54,8 +54,8 @@ Descriptor describe() {
           .header = "intermittent_stiction.hpp",
           .check = check,
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
-            return IntermittentStiction({read.value("s"), read.value("j")},
-                                               read.value("from"), read.value("to"));
+            return IntermittentStiction({read.value("s"), read.value("j")}, read.value("from"),
+                                        read.value("to"));
           },
           .candidates = candidates,
           .valve_rank = 3,

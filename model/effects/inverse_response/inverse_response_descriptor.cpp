@@ -41,8 +41,7 @@ Descriptor describe() {
                               0.0)},
       .header = "inverse_response.hpp",
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
-        return InverseResponse(read.value("zero_time"), read.value("lag"),
-                                      context.sample_time_s);
+        return InverseResponse(read.value("zero_time"), read.value("lag"), context.sample_time_s);
       },
       .candidates = candidates,
       .more_by = "zero_time",

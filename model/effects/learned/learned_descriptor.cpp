@@ -10,7 +10,6 @@
 namespace loopwarden::effects::learned {
 namespace {
 
-
 constexpr std::size_t kMostPoints = 64;
 
 LearnedFilter::Coefficients column(const EffectSpec& spec, bool second) {

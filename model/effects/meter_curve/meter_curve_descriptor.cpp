@@ -9,7 +9,6 @@
 namespace loopwarden::effects::meter_curve {
 namespace {
 
-
 struct Named {
   const char* name;
   MeterCurve::Curve curve;

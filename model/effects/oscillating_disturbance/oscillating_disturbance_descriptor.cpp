@@ -59,7 +59,7 @@ Descriptor describe() {
           .header = "oscillating_disturbance.hpp",
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
             return OscillatingDisturbance(read.value("amplitude"), read.value("period"),
-                                                 read.value("phase"));
+                                          read.value("phase"));
           },
           .candidates = candidates,
           .examples = {{"oscillating_disturbance",

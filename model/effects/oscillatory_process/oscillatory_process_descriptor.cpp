@@ -60,7 +60,7 @@ Descriptor describe() {
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
         return OscillatoryProcess(read.value("damping"), read.value("natural_frequency"),
-                                         time_constant_s(read, context), context.sample_time_s);
+                                  time_constant_s(read, context), context.sample_time_s);
       },
       .candidates = candidates,
       .examples = {{"oscillatory_process",

@@ -8,10 +8,10 @@ namespace {
 
 Effect make(const SpecReader& read, const EffectContext& context) {
   return Positioner({.dead_band = read.value("dead_band"),
-                            .gain_per_s = read.value("gain"),
-                            .lag_s = read.value("lag"),
-                            .breakaway = read.value("breakaway")},
-                           context.output_low, context.output_high, context.sample_time_s);
+                     .gain_per_s = read.value("gain"),
+                     .lag_s = read.value("lag"),
+                     .breakaway = read.value("breakaway")},
+                    context.output_low, context.output_high, context.sample_time_s);
 }
 
 }  // namespace

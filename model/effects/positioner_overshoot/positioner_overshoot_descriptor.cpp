@@ -32,9 +32,9 @@ Descriptor describe() {
                          above_zero("natural_frequency", "rad/s", "undamped")},
           .header = "positioner_overshoot.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
-            return PositionerOvershoot(
-                read.value("damping"), read.value("natural_frequency"), context.sample_time_s,
-                {context.output_low, context.output_high});
+            return PositionerOvershoot(read.value("damping"), read.value("natural_frequency"),
+                                       context.sample_time_s,
+                                       {context.output_low, context.output_high});
           },
           .candidates = candidates,
           .valve_rank = 0,

@@ -15,7 +15,7 @@ Descriptor describe() {
           .header = "random_load.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
             return RandomLoad(read.value("intensity"), read.value("time_constant"),
-                                     context.sample_time_s, context.seed);
+                              context.sample_time_s, context.seed);
           },
           .is_noise = true,
           .examples = {{"random_load",

@@ -46,7 +46,7 @@ Descriptor describe() {
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
         return Recycle(read.value("share"), read.value("delay"), read.value("time_constant"),
-                              context.sample_time_s);
+                       context.sample_time_s);
       },
       .candidates = candidates,
       .examples = {{"recycle", {"recycle", {{"share", 0.4}, {"delay", 25.0}}}, Block::process}}};

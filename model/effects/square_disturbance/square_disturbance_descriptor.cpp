@@ -73,7 +73,7 @@ Descriptor describe() {
           .header = "square_disturbance.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
             return SquareDisturbance(read.value("amplitude"), read.value("period"),
-                                            read.value("phase"), context.sample_time_s);
+                                     read.value("phase"), context.sample_time_s);
           },
           .candidates = candidates,
           .examples = {{"square_disturbance",

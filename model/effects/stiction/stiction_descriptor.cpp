@@ -62,8 +62,7 @@ Effect make(const SpecReader& read, const EffectContext& context) {
   if (law == "karnopp") return StictionKarnopp(p, context.sample_time_s);
   if (law == "inertial") {
     return StictionInertial(p, {read.value("natural_frequency"), read.value("damping")},
-                                   context.sample_time_s,
-                                   {context.output_low, context.output_high});
+                            context.sample_time_s, {context.output_low, context.output_high});
   }
   if (differs_on_closing(read)) return StictionClosing(p, closing(read));
   return StictionChoudhury(p);

@@ -10,7 +10,6 @@
 namespace loopwarden::effects::valve_characteristic {
 namespace {
 
-
 struct Named {
   const char* name;
   ValveCharacteristic::Curve curve;

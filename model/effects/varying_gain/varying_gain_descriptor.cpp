@@ -10,7 +10,6 @@
 namespace loopwarden::effects::varying_gain {
 namespace {
 
-
 void check(const SpecReader& read, const EffectContext&) {
   const auto& table = read.spec().table;
   if (table.size() < 2 || table.size() > VaryingGain::kMostPoints) {

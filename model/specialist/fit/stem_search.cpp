@@ -63,7 +63,7 @@ void WindowFitter::Trial::with_stem(Law law, double u0, double period_s, Walk wa
     case Law::he:
       return walk([=](auto put) {
         return effects::HeLaw<typename decltype(put)::Number>{put(static_friction),
-                                                            put(moving_friction), put(stuck_at)};
+                                                              put(moving_friction), put(stuck_at)};
       });
     case Law::choudhury:
       return walk([=](auto put) {

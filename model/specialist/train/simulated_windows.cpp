@@ -17,11 +17,11 @@
 namespace loopwarden::specialist {
 namespace {
 
+using effects::Block;
+using effects::EffectSpec;
 using numeric::chance;
 using numeric::log_uniform;
 using numeric::Random;
-using effects::Block;
-using effects::EffectSpec;
 
 std::size_t choice(Random& random, std::size_t count) {
   return std::min(count - 1,

@@ -585,16 +585,14 @@ TEST_CASE(
   // As after a restart.
   daemon::journal::Journal again({.folder = bench.folder.path()});
   const auto states = again.open();
-  CHECK(states.memories.at({"box", "disk_full"}).raised ==
-        alarm::AlarmState::unacknowledged);
+  CHECK(states.memories.at({"box", "disk_full"}).raised == alarm::AlarmState::unacknowledged);
 }
 
 TEST_CASE(
     "a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
   Bench bench;
-  bench.board.process_changed(
-      0, std::vector<daemon::supervision::ProcessNews>{
-             {{alarm::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
+  bench.board.process_changed(0, std::vector<daemon::supervision::ProcessNews>{
+                                     {{alarm::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const json told = bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "bad_pv"})");
   CHECK(told.at("alarm").at("state") == "unacknowledged");
   CHECK_THAT(told.at("cause").get<std::string>(), Catch::Contains("PV can't be used"));
@@ -603,9 +601,8 @@ TEST_CASE(
   const json done = bench.ask(
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "bad_pv", "action": "acknowledge"})");
   CHECK(done.at("alarm").at("state") == "acknowledged");
-  bench.board.process_changed(0,
-                              std::vector<daemon::supervision::ProcessNews>{
-                                  {{alarm::AlarmKind::bad_pv, false}, "PV is good"}});
+  bench.board.process_changed(0, std::vector<daemon::supervision::ProcessNews>{
+                                     {{alarm::AlarmKind::bad_pv, false}, "PV is good"}});
   const std::vector<json> lines = bench.lines(4);
   CHECK(lines[0].at("to") == "unacknowledged");
   CHECK(lines[0].at("reason") == "PV is bad: link lost");

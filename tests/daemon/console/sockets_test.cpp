@@ -433,8 +433,7 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
                                                   .requested_mode = 1,
                                                   .age_ms = 12.5F});
   bench.board.window_judged(0, {}, {}, stiction_on());
-  bench.board.set_progress(0, watch::ModeTimes(0.1),
-                           {.control_performance = 91.0, .valve = 40.5},
+  bench.board.set_progress(0, watch::ModeTimes(0.1), {.control_performance = 91.0, .valve = 40.5},
                            alarm::WindowState::valid);
   record::RecordRow row;
   REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
@@ -474,8 +473,7 @@ TEST_CASE("of two alarms that wait the overview names the one of higher priority
   bench.board.process_changed(
       0, std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::output_lost, true}, ""}});
   CHECK(shown() == std::pair(json(7), json(2)));
-  bench.board.act(
-      0, {AlarmKind::output_lost, alarm::AlarmAction::acknowledge, 0, "me", {}});
+  bench.board.act(0, {AlarmKind::output_lost, alarm::AlarmAction::acknowledge, 0, "me", {}});
   CHECK(shown() == std::pair(json(0), json(1)));
 }
 
@@ -495,8 +493,7 @@ TEST_CASE(
                                      {{AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const int came = changes();
   CHECK(came > before);
-  bench.board.act(0,
-                  {AlarmKind::bad_pv, alarm::AlarmAction::acknowledge, 0, "me", {}});
+  bench.board.act(0, {AlarmKind::bad_pv, alarm::AlarmAction::acknowledge, 0, "me", {}});
   CHECK(changes() > came);
 }
 
@@ -511,9 +508,8 @@ TEST_CASE("the newest windows, with what each specialist makes of them", "[conso
   bench.board.window_judged(0, {}, judgement, {});
   bench.now_ms += 48'000;
   bench.board.window_not_fit(0, {}, alarm::WindowState::saturated);
-  bench.board.window_not_fit(
-      0, {}, alarm::WindowState::not_enough_movement,
-      {.result = alarm::WindowJudgement::Result::not_enough_movement});
+  bench.board.window_not_fit(0, {}, alarm::WindowState::not_enough_movement,
+                             {.result = alarm::WindowJudgement::Result::not_enough_movement});
   const auto windows = [&] {
     return bench.ask_status(R"({"request": "windows", "loop": "FIC-101"})").at("windows");
   };

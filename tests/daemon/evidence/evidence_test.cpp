@@ -20,13 +20,13 @@ namespace loopwarden::evidence_test {
 namespace {
 
 namespace fs = std::filesystem;
+using alarm::AlarmKind;
 using daemon::EvidenceStore;
 using evidence::Evidence;
 using evidence::EvidenceError;
 using evidence::read_evidence;
 using evidence::specialists_of;
 using evidence::write_evidence;
-using alarm::AlarmKind;
 
 Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
   Evidence e;

@@ -222,8 +222,8 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   alarms.window_judged(0, on);
   CHECK(bench.word("alarm_unknown") == 1);
   CHECK(bench.word("severity_unknown") == 0);
-  alarms.act(model_kind::backlash, alarm::AlarmAction::shelve,
-             bench.plant.box().utc_ms, bench.plant.box_reading.utc_ms + 90'000);
+  alarms.act(model_kind::backlash, alarm::AlarmAction::shelve, bench.plant.box().utc_ms,
+             bench.plant.box_reading.utc_ms + 90'000);
   CHECK(bench.word("alarm_backlash") == 6);
   CHECK(bench.word("shelve_backlash", 0, Table::holding_register) == 2);  // 1.5 min, rounded up
   CHECK(bench.word("any_shelved", 0, Table::discrete_input) == 1);
@@ -814,8 +814,8 @@ TEST_CASE("process alarms are bits of the third block, acknowledged and unshelve
         Exception::illegal_address);
 
   CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
-  CHECK(bench.plant.acknowledged_kinds == std::vector(alarm::kAlarmKinds.begin(),
-                                                      alarm::kAlarmKinds.end()));
+  CHECK(bench.plant.acknowledged_kinds ==
+        std::vector(alarm::kAlarmKinds.begin(), alarm::kAlarmKinds.end()));
 }
 
 TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway][map]") {
@@ -834,8 +834,8 @@ TEST_CASE("of a watched loop nothing can be written, alarms neither", "[map][wat
     INFO(reg.name);
     const Words words(registers::width(reg), 0);
     const auto write = [&](std::size_t loop) {
-      return bench.bank.write(reg.table, static_cast<std::uint16_t>(registers::address(reg, loop)), words,
-                              kMaster);
+      return bench.bank.write(reg.table, static_cast<std::uint16_t>(registers::address(reg, loop)),
+                              words, kMaster);
     };
     CHECK(write(1) == Exception::illegal_address);
     CHECK(write(2) != Exception::illegal_address);

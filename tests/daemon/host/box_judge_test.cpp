@@ -11,11 +11,11 @@
 
 namespace loopwarden::daemon::box_judge_test {
 
+using alarm::BoxAlarm;
+using alarm::index_of;
 using host::BoxJudge;
 using host::BoxLook;
 using host::BoxReport;
-using alarm::BoxAlarm;
-using alarm::index_of;
 
 namespace {
 

@@ -341,19 +341,19 @@ TEST_CASE("while the box's look at the disk hangs its other alarms come, and one
   std::atomic<double> wait_s{0.0};
   std::atomic<std::uint64_t> dropped{0};
   host::BoxLooker looker({.disk =
-                             [until = answers.get_future().share()] {
-                               until.wait();
-                               return host::DiskLook{.room_bytes = 1'000'000'000};
-                             },
-                         .status =
-                             [&] {
-                               protocol::DaemonStatus status;
-                               status.recorder.disk_wait_s = wait_s;
-                               return status;
-                             },
-                         .dropped = [&] { return dropped++; },
-                         .period = milliseconds(20)},
-                        bench.box_alarms);
+                              [until = answers.get_future().share()] {
+                                until.wait();
+                                return host::DiskLook{.room_bytes = 1'000'000'000};
+                              },
+                          .status =
+                              [&] {
+                                protocol::DaemonStatus status;
+                                status.recorder.disk_wait_s = wait_s;
+                                return status;
+                              },
+                          .dropped = [&] { return dropped++; },
+                          .period = milliseconds(20)},
+                         bench.box_alarms);
   const auto on = [&](BoxAlarm kind) { return bench.box_alarms.alarms().alarm(kind).active(); };
   looker.start();
   CHECK(eventually([&] { return on(BoxAlarm::records_dropped); }));

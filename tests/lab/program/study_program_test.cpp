@@ -26,9 +26,10 @@ TEST_CASE("every study prints JSON where it is asked for, and has help") {
     CHECK(help.text.find("--json") != std::string::npos);
     CHECK(help.text.find("Example: loopwarden-study " + std::string(name)) != std::string::npos);
   }
-  for (const std::string& words : {std::string("diagnose --cases 1"),
-                                   "alarm --specialists " + kSource +
-                                       "/examples/specialists/plant1 --runs 1 --windows 3 --days 0"}) {
+  for (const std::string& words :
+       {std::string("diagnose --cases 1"),
+        "alarm --specialists " + kSource +
+            "/examples/specialists/plant1 --runs 1 --windows 3 --days 0"}) {
     INFO(words);
     const ShellOutcome outcome = bash(kProgram + " " + words + " --json 2>/dev/null");
     CHECK(outcome.exit_code == 0);
@@ -70,8 +71,9 @@ TEST_CASE("the gallery names the measured record that it does not find") {
 }
 
 TEST_CASE("the study of specialists runs on those that ship") {
-  const ShellOutcome outcome = study("specialist table real unknown --quick --data " + kSource +
-                                     "/examples/specialists --records " + kSource + "/examples/plant1");
+  const ShellOutcome outcome =
+      study("specialist table real unknown --quick --data " + kSource +
+            "/examples/specialists --records " + kSource + "/examples/plant1");
   INFO(outcome.text);
   CHECK(outcome.exit_code == 0);
   CHECK(outcome.text.find("Table 9.1 with 9 specialists: 2") != std::string::npos);

@@ -155,9 +155,8 @@ TEST_CASE("an effect explains the alarm of its own name and those of its kind",
     CAPTURE(info.name);
     CHECK(agrees(info, "model_gap"));
     for (const std::string_view alarm : info.alarms) {
-      CHECK(std::any_of(kValveAlarms.begin(), kValveAlarms.end(), [&](const auto kind) {
-        return alarm == alarm::to_text(kind);
-      }));
+      CHECK(std::any_of(kValveAlarms.begin(), kValveAlarms.end(),
+                        [&](const auto kind) { return alarm == alarm::to_text(kind); }));
     }
     // Valve alarms are for valve effects, and each of these explains one.
     // What was learned has no cause that an alarm could name.

@@ -27,8 +27,8 @@ TEST_CASE("no reading is beyond the ends, and severity fades them in",
 TEST_CASE("one end is enough, none is refused, and they must not cross",
           "[effects][clipped_measurement]") {
   const auto complaint = [](std::map<std::string, double> parameters) {
-    effects::check_effect({"clipped_measurement", std::move(parameters)}, effects::Block::transmitter,
-                          {});
+    effects::check_effect({"clipped_measurement", std::move(parameters)},
+                          effects::Block::transmitter, {});
   };
   CHECK_NOTHROW(complaint({{"low", 2.0}}));
   CHECK_NOTHROW(complaint({{"high", 2.0}}));

@@ -80,8 +80,9 @@ TEST_CASE("it stands in the place of the process's dead time",
   plant::LoopModel with = model;
   with.process_effects = {{"flow_dependent_dead_time", {{"exponent", 0.0}}}};
   plant::LoopModel scheduled = model;
-  scheduled.scenario.faults = {
-      {{"flow_dependent_dead_time", {{"exponent", 0.0}}}, effects::Block::process, {.from_s = 5.0}}};
+  scheduled.scenario.faults = {{{"flow_dependent_dead_time", {{"exponent", 0.0}}},
+                                effects::Block::process,
+                                {.from_s = 5.0}}};
   plant::Plant plain(model, 1);
   plant::Plant same(with, 1);
   plant::Plant later(scheduled, 1);

@@ -68,7 +68,8 @@ TEST_CASE("the stem does not know of the leak", "[effects][leakage]") {
 
 TEST_CASE("a leak of more than the whole flow is refused", "[effects][leakage]") {
   const effects::EffectContext context{.output_low = 4.0, .output_high = 20.0};
-  CHECK_NOTHROW(effects::check_effect({"leakage", {{"flow", 16.0}}}, effects::Block::valve, context));
+  CHECK_NOTHROW(
+      effects::check_effect({"leakage", {{"flow", 16.0}}}, effects::Block::valve, context));
   CHECK_THROWS_WITH(
       effects::check_effect({"leakage", {{"flow", 16.1}}}, effects::Block::valve, context),
       "flow must be at most the output's span, 16 CO units (got 16.1)");

@@ -13,7 +13,6 @@ namespace positioner_overshoot_test {
 using loopwarden::effects::PositionerOvershoot;
 namespace effects = loopwarden::effects;
 
-
 TEST_CASE("the overshoot of a step is exp(-pi z / sqrt(1 - z^2))", "[plant][overshoot]") {
   const double damping = GENERATE(0.1, 0.3, 0.5, 0.7, 0.9);
   PositionerOvershoot positioner(damping, 2.0, 0.001);

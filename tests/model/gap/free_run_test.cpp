@@ -16,7 +16,6 @@ using namespace loopwarden::gap;
 using namespace loopwarden::test;
 namespace effects = loopwarden::effects;
 
-
 namespace {
 
 constexpr std::size_t kSamples = 700;

@@ -17,7 +17,6 @@ using namespace loopwarden;
 using namespace loopwarden::gap;
 using namespace loopwarden::test;
 
-
 namespace {
 
 constexpr std::size_t kSamples = 1000;

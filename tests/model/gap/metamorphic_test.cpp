@@ -33,7 +33,7 @@ plant::LoopModel with(const effects::EffectSpec& effect, effects::Block block) {
   plant::LoopModel truth = test::believed_model();
   (block == effects::Block::valve     ? truth.valve_effects
    : block == effects::Block::process ? truth.process_effects
-                                    : truth.disturbances)
+                                      : truth.disturbances)
       .push_back(effect);
   return truth;
 }

@@ -180,7 +180,8 @@ TEST_CASE("a model that the catalogue refuses makes no plant", "[plant][loop]") 
 
 TEST_CASE("two random effects are not the same noise", "[plant][loop]") {
   LoopModel model = plain();
-  const effects::EffectSpec load = effect("random_load", {{"intensity", 0.1}, {"time_constant", 50.0}});
+  const effects::EffectSpec load =
+      effect("random_load", {{"intensity", 0.1}, {"time_constant", 50.0}});
   model.disturbances = {load, load};
   Plant both(model, 1);
   model.disturbances = {load};

@@ -208,14 +208,12 @@ TEST_CASE(
     "[commission][explain][long]") {
   const gap::Record record = changed_at(gain_change(1.4), 900.0);
   const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
-  const twin::TellingStretch telling =
-      twin::telling_stretch(record, twin_model(), alarm, {});
+  const twin::TellingStretch telling = twin::telling_stretch(record, twin_model(), alarm, {});
   const gap::SampleRange stretch = telling.range;
   CHECK(telling.likeliest >= stretch.begin);
   CHECK(record.time_s(stretch.begin) == Approx(300.0).margin(45.0));
   CHECK(stretch.end > alarm);
-  const twin::Explanation e =
-      twin::explain(record, twin_model(), alarm, {}, test::serial);
+  const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
   REQUIRE(e.usable());
   REQUIRE(e.result.effects.size() == 1);
   CHECK(e.result.effects[0].spec.name == "gain_change");
@@ -250,9 +248,8 @@ TEST_CASE("of a loop of our own no change of the controller is named",
   other.controller.pid.gains.kp *= 2.0;
   const gap::Record record = test::record_of(other, 240.0);
   const auto controller_named = [&](bool judged) {
-    const twin::Explanation e =
-        twin::explain(record, test::believed_model(), record.size() - 1,
-                            {.judge_controller = judged}, test::serial);
+    const twin::Explanation e = twin::explain(record, test::believed_model(), record.size() - 1,
+                                              {.judge_controller = judged}, test::serial);
     const auto& effects = e.result.effects;
     return std::any_of(effects.begin(), effects.end(),
                        [](const auto& one) { return one.block == effects::Block::controller; });
@@ -379,17 +376,17 @@ TEST_CASE("a watch that begins in the middle of a move takes it for no change",
 TEST_CASE("some missing cycles are no new start of the watch", "[commission][twin]") {
   const gap::Record record = changed_at(gain_change(1.4), 600.0);
   const plant::LoopModel twin = twin_model();
-  watch::LoopMonitor watched({.sample_time_s = 0.1, .pv_high = 10.0, .co_high = 10.0}, {},
-                               nullptr, &twin);
+  watch::LoopMonitor watched({.sample_time_s = 0.1, .pv_high = 10.0, .co_high = 10.0}, {}, nullptr,
+                             &twin);
   double at_s = 0.0;
   for (std::size_t k = 0; k < record.size(); ++k) {
     if (k % 37 == 0) continue;
     const watch::MonitorStep step = watched.add({.period_index = k,
-                                                   .sp = record.sp[k],
-                                                   .pv = record.pv[k],
-                                                   .co = record.co[k],
-                                                   .automatic = true,
-                                                   .pv_good = true});
+                                                 .sp = record.sp[k],
+                                                 .pv = record.pv[k],
+                                                 .co = record.co[k],
+                                                 .automatic = true,
+                                                 .pv_good = true});
     if (step.twin && at_s == 0.0) at_s = record.time_s(k);
   }
   CHECK(at_s > 300.0);

@@ -16,7 +16,7 @@ constexpr double kAt_s = 300.0;
 
 // Healthy for five minutes, ten more with `faults`; what is known of the moment.
 twin::SinceChange named(const std::vector<std::pair<effects::EffectSpec, Block>>& faults,
-                              double earliest_s = kAt_s, double likeliest_s = kAt_s) {
+                        double earliest_s = kAt_s, double likeliest_s = kAt_s) {
   plant::LoopModel twin = test::believed_model();
   twin.transmitter.noise = 0.015;
   plant::LoopModel truth = twin;
@@ -29,8 +29,7 @@ twin::SinceChange named(const std::vector<std::pair<effects::EffectSpec, Block>>
   }
   const gap::Record record = test::run_of(truth, 900.0);
   const auto sample = [&](double t) { return static_cast<std::size_t>(t / record.period_s); };
-  return twin::since_change(record, {sample(earliest_s), sample(likeliest_s)}, twin,
-                                  test::serial);
+  return twin::since_change(record, {sample(earliest_s), sample(likeliest_s)}, twin, test::serial);
 }
 
 TEST_CASE("a change since a moment is named with its size, the plainest first",

@@ -153,7 +153,8 @@ TEST_CASE(
   ConditionWatch watch(kSettings);
   alarm::WindowMeasures measures;
   const alarm::AlarmConditions none{};
-  for (const alarm::AlarmKind kind : {alarm::AlarmKind::stiction, alarm::AlarmKind::backlash, alarm::AlarmKind::hysteresis}) {
+  for (const alarm::AlarmKind kind :
+       {alarm::AlarmKind::stiction, alarm::AlarmKind::backlash, alarm::AlarmKind::hysteresis}) {
     const alarm::AlarmConditions conditions = raised(kind, 4.0);
     watch.window(measures, &conditions);
     CHECK(watch.indices().valve == Approx(60.0));

@@ -24,8 +24,7 @@ namespace fs = std::filesystem;
 
 const std::string kProgram = LOOPWARDEN_BIN_DIR "/loopwarden";
 const std::string kModel = LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml";
-const std::string kHealthyModel =
-    LOOPWARDEN_SOURCE_DIR "/examples/models/plant1-believed.yaml";
+const std::string kHealthyModel = LOOPWARDEN_SOURCE_DIR "/examples/models/plant1-believed.yaml";
 const std::string kRecord = LOOPWARDEN_SOURCE_DIR "/examples/routine/r22.csv";
 
 ShellOutcome loopwarden(const std::string& arguments) {

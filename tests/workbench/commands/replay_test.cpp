@@ -170,16 +170,16 @@ TEST_CASE("replayed routine evidence has the same verdict; a different one is re
   e.loop = "FIC-101";
   std::uint64_t period = 0;
   for (const char* part : {"r22", "r23", "r22"}) {
-    const record::Record r =
-        record::read_record(LOOPWARDEN_SOURCE_DIR "/examples/routine/" + std::string(part) + ".csv");
+    const record::Record r = record::read_record(LOOPWARDEN_SOURCE_DIR "/examples/routine/" +
+                                                 std::string(part) + ".csv");
     for (std::size_t k = 0; k < r.size() && !e.routine; ++k) {
       const watch::MonitorStep step = watch.add({.period_index = period++,
-                                                   .sp = r.sp[k],
-                                                   .pv = r.pv[k],
-                                                   .co = r.co[k],
-                                                   .stem = std::nan(""),
-                                                   .automatic = true,
-                                                   .pv_good = true});
+                                                 .sp = r.sp[k],
+                                                 .pv = r.pv[k],
+                                                 .co = r.co[k],
+                                                 .stem = std::nan(""),
+                                                 .automatic = true,
+                                                 .pv_good = true});
       if (step.routine && step.conditions[alarm::index_of(alarm::AlarmKind::stiction)].on) {
         e.take(watch, step, alarm::AlarmReason::routine);
       }

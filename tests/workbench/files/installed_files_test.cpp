@@ -33,7 +33,8 @@ TEST_CASE("Files of the source tree are found at their place in the package") {
   const std::string root = share.path().string();
   write(share / "loopwarden/some-data/record.csv");
   write(share / "doc/loopwarden/examples/some-models/plant.yaml");
-  CHECK(installed("examples/some-data/record.csv", root) == root + "/loopwarden/some-data/record.csv");
+  CHECK(installed("examples/some-data/record.csv", root) ==
+        root + "/loopwarden/some-data/record.csv");
   CHECK(installed("./data/some-data", root) == root + "/loopwarden/some-data");
   CHECK(installed("examples/some-models/plant.yaml", root) ==
         root + "/doc/loopwarden/examples/some-models/plant.yaml");
@@ -92,7 +93,9 @@ TEST_CASE("Input files are searched in the package, output files are not") {
   sub->add_option("--model", model);
   sub->add_option("--out", out);
   look_in_package(app, share.path().string());
-  app.parse("gap examples/some-data/record.csv --model examples/some-data/model.yaml --out examples/some-data");
+  app.parse(
+      "gap examples/some-data/record.csv --model examples/some-data/model.yaml --out "
+      "examples/some-data");
   CHECK(record == (share / "loopwarden/some-data/record.csv").string());
   CHECK(model == (share / "loopwarden/some-data/model.yaml").string());
   CHECK(out == "examples/some-data");

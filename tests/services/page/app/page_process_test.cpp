@@ -27,8 +27,7 @@ std::string loop_file() {
          "safe_actions: {stop: 0, bad_pv: hold, output_lost: hold, enable_open: 0, recovery: "
          "previous_mode}\n"
          "recording: {enabled: true}\n"
-         "io: {backend: simulated, model: " LOOPWARDEN_SOURCE_DIR
-         "/examples/models/plant1.yaml}\n";
+         "io: {backend: simulated, model: " LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml}\n";
 }
 
 // A page on a free port, with page.yaml in the daemon's folder.
