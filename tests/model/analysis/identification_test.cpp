@@ -89,8 +89,8 @@ const ProcessFit& of_form(const Identification& found, ProcessForm form) {
   throw std::logic_error("no fit of this form");
 }
 
-// A PI loop on plant 1 under a wandering load; CO and PV rounded to 12 bits. The controller acts at every `every`-th
-// sample.
+// A PI loop on plant 1 under a wandering load; CO and PV rounded to 12 bits. The controller acts at
+// every `every`-th sample.
 struct LoopRun {
   std::vector<double> co, pv, sp;
 };
@@ -200,7 +200,7 @@ TEST_CASE("a record that is faster than its controller is seen to be closed",
   const Identification none = identified(still.co, still.pv, still.sp);
   CHECK(none.closed_loop);
   CHECK_FALSE(none.can_tell());
-  // Where SP moves, it is used as ever.
+  // If SP moves, it is used as usual.
   const LoopRun moving = loop_run(3, 0.4, 0.05, kPlant1, 0.2, 0.03, 3000, every);
   const Identification found = identified(moving.co, moving.pv, moving.sp);
   CHECK(found.closed_loop);
@@ -208,7 +208,7 @@ TEST_CASE("a record that is faster than its controller is seen to be closed",
   CHECK(found.best().gain.value == Approx(1.2264).epsilon(0.05));
 }
 
-TEST_CASE("clocked steps by hand are no controller", "[analysis][identification]") {
+TEST_CASE("clocked manual steps are no controller", "[analysis][identification]") {
   numeric::Random random(8);
   plant::Process process(kPlant1, kPeriod);
   std::vector<double> co, pv;
@@ -276,7 +276,8 @@ TEST_CASE("a loop that is closed by switching is no open loop", "[analysis][iden
   }
 }
 
-TEST_CASE("steps by hand are no controller, however they are timed", "[analysis][identification]") {
+TEST_CASE("manual steps are no controller, regardless of their timing",
+          "[analysis][identification]") {
   // Two levels at random times, five levels in a fixed order, five at random.
   std::size_t next = 0;
   const auto two_levels = [&next](std::size_t k, double, double co, numeric::Random& random) {
@@ -304,7 +305,7 @@ TEST_CASE("steps by hand are no controller, however they are timed", "[analysis]
   }
 }
 
-TEST_CASE("a CO that is logged too late closes no loop, and is said",
+TEST_CASE("a CO that is logged too late closes no loop, and this is reported",
           "[analysis][identification]") {
   const std::size_t late = GENERATE(1U, 2U);
   const double noise = GENERATE(0.0, 0.01);
@@ -353,7 +354,7 @@ TEST_CASE("a gain that depends on the opening is reported", "[analysis][identifi
 
 TEST_CASE("a model that leaves more than a straight line is refused",
           "[analysis][identification]") {
-  // PV drifts and CO is stepped, but the two have nothing to do with each other.
+  // PV drifts and CO is stepped, but the two are unrelated.
   std::vector<double> co, pv;
   numeric::Random random(2);
   double wander = 0.0;
@@ -367,7 +368,7 @@ TEST_CASE("a model that leaves more than a straight line is refused",
   CHECK_FALSE(found.reason.empty());
 }
 
-TEST_CASE("slow logging widens the intervals of the lags and is said",
+TEST_CASE("slow logging widens the intervals of the lags, and this is reported",
           "[analysis][identification]") {
   // The controller acts ten times a sample; T 1.2 of a sample.
   numeric::Random random(9);
@@ -462,7 +463,8 @@ TEST_CASE("an integrating process is found as one", "[analysis][identification]"
   CHECK(found.best().process().integrating());
 }
 
-TEST_CASE("a long record is thinned or cut, and that is said", "[analysis][identification][long]") {
+TEST_CASE("a long record is thinned or cut, and this is reported",
+          "[analysis][identification][long]") {
   // 1000 s of plant 1, a hundred thousand samples at 100 Hz: slow against the sampling.
   std::vector<double> co, pv;
   for (std::size_t k = 0; k < 10'000; ++k) {
@@ -485,7 +487,8 @@ TEST_CASE("a long record is thinned or cut, and that is said", "[analysis][ident
 
 TEST_CASE("a long record of a fast process is cut to where SP moves",
           "[analysis][identification][long]") {
-  // As fast as the sampling: nothing can be thinned. SP stands still for the first half.
+  // The process is as fast as the sampling, so the record can't be thinned. SP is constant in the
+  // first half.
   constexpr plant::ProcessParameters kFast{
       .gain = 1.2264, .time_constant_s = 0.3, .dead_time_s = 0.2};
   LoopRun r = loop_run(2, 0.0, 0.05, kFast, 0.2, 0.3, 15'000);
@@ -503,7 +506,7 @@ TEST_CASE("a long record of a fast process is cut to where SP moves",
   CHECK(found.best().gain.value == Approx(1.2264).epsilon(0.05));
 }
 
-TEST_CASE("a record alone suggests a loop model, and what it assumed is said",
+TEST_CASE("a record is enough for a loop model, and the assumptions are reported",
           "[analysis][identification]") {
   const LoopRun r = loop_run(7, 0.4, 0.05);
   const AssumedModel assumed =
@@ -536,7 +539,7 @@ TEST_CASE("a record alone suggests a loop model, and what it assumed is said",
   CHECK_FALSE(none.identification.reason.empty());
 }
 
-TEST_CASE("a second lag is found where there is one", "[analysis][identification]") {
+TEST_CASE("a second lag is found if the process has one", "[analysis][identification]") {
   const StepRecord two = step_record(0.8, 0.005, 3);
   const Identification found = identified(two.co, two.pv);
   REQUIRE(found.can_tell());
@@ -561,7 +564,7 @@ TEST_CASE("the tangent finds the dead time, and a lag that is too long by its av
   CHECK(t.process.time_constant_s < 1.12 * 1.694);
 }
 
-TEST_CASE("what can't be identified is said", "[analysis][identification]") {
+TEST_CASE("the reason is reported if a record can't be identified", "[analysis][identification]") {
   std::vector<double> co(100, 2.0), pv(100, 3.0);
   CHECK_THROWS_WITH(identified(co, pv), Catch::Contains("CO never moves"));
   co[50] = 5.0;
@@ -653,7 +656,8 @@ TEST_CASE("rules for integrating processes and second lags are those of their so
 }
 
 TEST_CASE("margins of an integrating process are those of its source", "[analysis][margins]") {
-  // SIMC on an integrator with dead time: gain margin 2.96, phase margin 46.9 deg, Ms 1.70 (Skogestad 2003).
+  // SIMC on an integrator with dead time: gain margin 2.96, phase margin 46.9 deg, Ms 1.70
+  // (Skogestad 2003).
   LinearLoop loop{.gains = {},
                   .gain = 0.2,
                   .integrating = true,
@@ -679,8 +683,8 @@ TEST_CASE("margins of an integrating process are those of its source", "[analysi
   CHECK(slow.delay_margin_s == Approx(std::numbers::pi / 2.0 / 5e-4 - 1.0).epsilon(2e-3));
 }
 
-TEST_CASE("margins are those of loops that can be worked out by hand", "[analysis][margins]") {
-  // Integral control of a fast process behind dead time D: phase -90 - w D, gain ki K / w.
+TEST_CASE("margins agree with loops that can be calculated on paper", "[analysis][margins]") {
+  // Integral control of a fast process after a dead time D: phase -90 - w D, gain ki K / w.
   LinearLoop loop{.gains = {.kp = 0.0, .ki = 0.5},
                   .gain = 1.0,
                   .dead_time_s = 1.0,

@@ -62,14 +62,16 @@ TEST_CASE("the gains in force come first, then each rule's own with what they do
     }
     model.controller.pid.gains = trial.gains;
     CHECK(trial.margins.sensitivity == margins(linear_loop(model)).sensitivity);
-    // The error's integral is D / (K ki) of a load step D; that of its size is more, as far as PV swings.
+    // After a load step D the integral of the error is D / (K ki). The integral of its absolute
+    // value is larger by the swings of PV.
     const double integral = 10.0 / (2.0 * trial.gains.ki);
     CHECK(trial.response.load_absolute_error > 0.999 * integral);
     if (trial.margins.sensitivity < 1.7) {
       CHECK(trial.response.load_absolute_error < 1.2 * integral);
     }
   }
-  // The integrals: SIMC 40, AMIGO 64, lambda 120 PV units s; what Ziegler-Nichols gives swings for long.
+  // The integrals: SIMC 40, AMIGO 64, lambda 120 PV units s. The Ziegler-Nichols tuning swings for
+  // long.
   REQUIRE(recommended(trials) != nullptr);
   CHECK(recommended(trials)->rule == TuningRule::simc);
 }
@@ -120,7 +122,7 @@ TEST_CASE("a process that falls is tuned as one that rises") {
   }
 }
 
-TEST_CASE("a filter that is given stands in the place of the rule's") {
+TEST_CASE("a given filter replaces the filter of the rule") {
   const TuningOptions pid{.form = ControllerForm::pid};
   CHECK(of(try_rules(plant_of(1.0), pid), TuningRule::zn).gains.derivative_filter_s == Approx(0.1));
   const auto trials = try_rules(plant_of(1.0), pid, 0.7);

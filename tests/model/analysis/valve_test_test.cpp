@@ -47,13 +47,13 @@ TEST_CASE(
     air.reset(5.0);
     return run(test, [&](double u) { return air.step(u); });
   };
-  // The ramp goes 6 in 50 s, 0.12 a second.
+  // The ramp rises by 6 in 50 s, 0.12 per second.
   CHECK(scan(ValveTest::dynamic_scan, 0.3).at("dead_band_percent") < 0.5);
   const double low = scan(ValveTest::dynamic_scan, 0.1).at("dead_band_percent");
   const double lower = scan(ValveTest::dynamic_scan, 0.06).at("dead_band_percent");
   CHECK(low > 2.0);
   CHECK(lower > 2.0 * low);
-  // Held for long enough, the stem arrives: it is no dead band in the sense of a valve's data sheet.
+  // After a long hold the stem arrives. So this is no dead band as in a valve's data sheet.
   CHECK(scan(ValveTest::static_scan, 0.1).at("dead_band_percent") < 0.5);
 }
 
@@ -68,7 +68,7 @@ TEST_CASE("valve tests measure what a valve was given", "[analysis][valve-test]"
         Approx(1.5).epsilon(0.05));
   CHECK(run(ValveTest::dynamic_scan, backlash).at("slope") == Approx(1.0).epsilon(0.02));
 
-  // Play has no stick band: it goes on at once, and back only beyond 1.5 %.
+  // Backlash has no stick band: the valve continues at once, and reverses only after 1.5 %.
   const ValveFigures study = run(ValveTest::step_study, backlash);
   CHECK(study.at("resolution_percent") == Approx(0.1));
   CHECK(study.at("dead_band_percent") == Approx(2.0));

@@ -38,7 +38,7 @@ plant::LoopModel rough_model() {
   return rough;
 }
 
-TEST_CASE("a rough model becomes a twin that the record can't tell from the plant",
+TEST_CASE("a rough model becomes a twin that the record can't distinguish from the plant",
           "[commission][long]") {
   const plant::LoopModel truth = test::believed_model();
   commission::Request request = request_of(truth);
@@ -97,7 +97,8 @@ TEST_CASE("a valve fault is refused by name, and up to the limit it is the twin'
   CHECK(commission::size_percent(taken.twin.valve_effects[0], 10.0) == Approx(3.0).margin(0.6));
 }
 
-TEST_CASE("records that can't make a twin say why, and nothing is searched", "[commission]") {
+TEST_CASE("records that can't make a twin report why, and the search does not start",
+          "[commission]") {
   commission::Request request = request_of(test::believed_model());
   request.accept_short = false;
   CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
@@ -110,7 +111,7 @@ TEST_CASE("records that can't make a twin say why, and nothing is searched", "[c
   request = request_of(test::believed_model());
   request.records[0].automatic.assign(samples, 0.0);
   CHECK(commissioned(request).outcome == Outcome::not_usable);
-  // What moves much of what was seen moves little of a range that is known.
+  // A movement that is large within the recorded values can be small within a given range.
   request = request_of(test::believed_model());
   request.ranges.pv = {0.0, 1000.0};
   CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
@@ -118,7 +119,7 @@ TEST_CASE("records that can't make a twin say why, and nothing is searched", "[c
   CHECK(commissioned(request).outcome == Outcome::not_usable);
 }
 
-// ---- beside the loop ---------------------------------------------------------------------------
+// ---- watching the loop -------------------------------------------------------------------------
 
 plant::LoopModel twin_model() {
   plant::LoopModel twin = test::believed_model();
@@ -126,7 +127,7 @@ plant::LoopModel twin_model() {
   return twin;
 }
 
-// The healthy loop, and behind `fault` seconds the other one.
+// The healthy loop, and after `fault` seconds the other one.
 gap::Record changed_at(const plant::ScheduledFault& fault, double seconds,
                        double gain_factor = 1.0) {
   plant::LoopModel truth = test::believed_model();
@@ -148,7 +149,7 @@ gap::Record changed_at(const plant::ScheduledFault& fault, double seconds,
   return record;
 }
 
-// s, when the watch comes on; 0: never.
+// s, when the condition is raised; 0: never.
 double comes_on_s(const gap::Record& record) {
   monitor::TwinWatch watch(twin_model());
   for (std::size_t k = 0; k < record.size(); ++k) {
@@ -175,7 +176,7 @@ TEST_CASE(
   CHECK(at_s < 450.0);
 }
 
-TEST_CASE("an outlier is no gap, a missing PV is none, and a gap in CO starts anew",
+TEST_CASE("neither an outlier nor a missing PV is a gap, and a gap in CO restarts the watch",
           "[commission][twin]") {
   gap::Record record = changed_at(gain_change(1.0), 300.0);
   record.pv[1500] = 9.0;
@@ -192,7 +193,7 @@ TEST_CASE("an outlier is no gap, a missing PV is none, and a gap in CO starts an
   CHECK(!on);
 }
 
-TEST_CASE("what was raised before a restart goes when the loop is as commissioned",
+TEST_CASE("a condition raised before a restart clears if the loop is as commissioned",
           "[commission][twin]") {
   const gap::Record record = changed_at(gain_change(1.0), 1100.0);
   monitor::TwinWatch watch(twin_model());
@@ -204,7 +205,7 @@ TEST_CASE("what was raised before a restart goes when the loop is as commissione
 }
 
 TEST_CASE(
-    "an explanation looks at what lies behind the change, names it, and gives the alarm its name",
+    "an explanation examines the data after the change, names it, and gives the alarm its name",
     "[commission][explain][long]") {
   const gap::Record record = changed_at(gain_change(1.4), 900.0);
   const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
@@ -280,7 +281,8 @@ TEST_CASE("windows of a twin have its noise and the set-point moves of its scena
 }
 
 // The last of the fit, from a model that is nearly right.
-TEST_CASE("the friction of a healthy valve is found beside all other numbers", "[commission]") {
+TEST_CASE("the friction of a healthy valve is found together with all other numbers",
+          "[commission]") {
   plant::LoopModel truth = test::believed_model();
   const auto polished = [&](const plant::LoopModel& start) {
     return commission::polish(start, test::record_of(truth, 400.0), 0.1);
@@ -289,7 +291,7 @@ TEST_CASE("the friction of a healthy valve is found beside all other numbers", "
   near.process.gain *= 1.04;
   near.process.dead_time_s *= 0.85;
   near.process.time_constant_s *= 1.1;
-  SECTION("none where there is none, and the numbers are the plant's") {
+  SECTION("no friction is found in a valve without friction, and the numbers are the plant's") {
     const commission::Polished made = polished(near);
     CHECK(made.changed);
     CHECK(made.friction_percent < 0.15);
@@ -307,7 +309,7 @@ TEST_CASE("the friction of a healthy valve is found beside all other numbers", "
     CHECK(made.load_intensity == Approx(0.005).margin(0.004));
     CHECK(made.model.process.gain == Approx(truth.process.gain).epsilon(0.02));
   }
-  SECTION("without leave for friction none is added") {
+  SECTION("no friction is added if it is not allowed") {
     truth.valve_effects = {{"backlash", {{"deadband", 0.06}}}};
     CHECK(commission::polish(near, test::record_of(truth, 400.0), 0.0).model.valve_effects.empty());
   }
@@ -343,7 +345,7 @@ TEST_CASE("a table's points go where the loop is, and it is bent to the record",
   }
 }
 
-TEST_CASE("where the healthy record never was, the twin's watch says nothing",
+TEST_CASE("outside the range of the healthy record, the twin's watch does not judge",
           "[commission][twin]") {
   const gap::Record changed = changed_at(gain_change(1.4), 600.0);
   plant::LoopModel twin = twin_model();

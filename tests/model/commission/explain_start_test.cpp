@@ -36,7 +36,7 @@ double set_point_at(double time_s) {
   return part == 0 ? 12.0 : part == 1 ? 13.0 : part == 2 ? 12.0 : 11.2;
 }
 
-// The valve sticks from `sticks_s` on. `stem`: where it begins, CO units; CO begins at 48.
+// The valve sticks from `sticks_s` on. The stem begins at `stem`, CO units; CO begins at 48.
 gap::Record run(double seconds, double stem, double sticks_s, std::uint64_t seed) {
   constexpr double co = 48.0;
   plant::LoopModel m = healthy_loop();

@@ -96,7 +96,7 @@ TEST_CASE("whatever a reload changes, CO stays on the course it had under the ol
                         .valve_position_valid = true};
     controller.step(in);
     controller.request_set_point(property::number(0.0, 100.0));
-    // PV has moved, and stands from then on.
+    // PV has moved, and is constant from then on.
     in.process_variable = property::number(0.0, 100.0);
     const std::int64_t periods = property::integer(2, 200);
     for (std::int64_t k = 0; k < periods; ++k) controller.step(in);
@@ -110,7 +110,7 @@ TEST_CASE("whatever a reload changes, CO stays on the course it had under the ol
     controller.configure(new_settings);
     const double course = as_before.step(in).output;
     const ControllerOutput now = controller.step(in);
-    // Where the new limits or the new rate don't let it follow, it lags behind.
+    // The output lags if the new limits or the new rate restrict it.
     const double rate = new_settings.output.rate_per_s;
     const double allowed = std::isfinite(rate) ? rate * kPeriod : kShare * kSpan;
     property::require(now.output >= std::min(course, output) - allowed - 1e-9 &&
@@ -188,7 +188,7 @@ TEST_CASE("an order in the period of new settings moves the output as ordered",
   CHECK(controller.step({.process_variable = 50.0}).output == 55.0);
 }
 
-TEST_CASE("later orders know nothing of the settings before", "[control][bumpless]") {
+TEST_CASE("later requests are independent of the previous settings", "[control][bumpless]") {
   ControllerSettings s;
   s.output.high = 60.0;
   LoopController controller(s, kPeriod, 50.0, 30.0);

@@ -43,7 +43,7 @@ TEST_CASE("a new controller is in manual and keeps its output", "[control][modes
 }
 
 TEST_CASE("manual to automatic is bumpless", "[control][modes]") {
-  SECTION("with set-point tracking nothing moves at all") {
+  SECTION("with set-point tracking neither output nor set point moves") {
     LoopController controller(settings(), kPeriod, 50.0, 30.0);
     controller.step(pv(42.0));
     controller.request_mode(Mode::automatic);
@@ -63,7 +63,7 @@ TEST_CASE("manual to automatic is bumpless", "[control][modes]") {
   }
 }
 
-TEST_CASE("automatic to manual holds what stands", "[control][modes]") {
+TEST_CASE("automatic to manual holds the present output", "[control][modes]") {
   LoopController controller = automatic(settings(), 50.0, 30.0);
   double output = 0.0;
   for (int k = 0; k < 20; ++k) output = controller.step(pv(45.0)).output;
@@ -71,7 +71,7 @@ TEST_CASE("automatic to manual holds what stands", "[control][modes]") {
   const ControllerOutput out = controller.step(pv(45.0));
   CHECK(out.mode == Mode::manual);
   CHECK(out.output == output);
-  controller.request_mode(Mode::manual);  // asked for again: still nothing moves
+  controller.request_mode(Mode::manual);  // asked for again: the output still doesn't move
   CHECK(controller.step(pv(20.0)).output == output);
 }
 
@@ -116,14 +116,14 @@ TEST_CASE("fallback in manual does not go back to the old wish", "[control][mode
   CHECK(controller.step(pv(45.0)).output == 5.0);
 }
 
-TEST_CASE("holding in fallback holds what really went out", "[control][modes]") {
+TEST_CASE("holding in fallback holds the output that was really applied", "[control][modes]") {
   LoopController controller = automatic(settings(), 50.0, 30.0);
   controller.step(pv(45.0));
   controller.applied(29.0);
   CHECK(controller.step_fallback(OutputAction::hold()).output == 29.0);
 }
 
-TEST_CASE("fallback goes to its value at the output's rate", "[control][modes]") {
+TEST_CASE("fallback moves to its value at the output's rate", "[control][modes]") {
   ControllerSettings s = settings();
   s.output.rate_per_s = 10.0;
   LoopController controller = automatic(s, 50.0, 30.0);
@@ -140,7 +140,7 @@ TEST_CASE("an operator can't ask for fallback", "[control][modes]") {
   CHECK(controller.requested_mode() == Mode::manual);
 }
 
-TEST_CASE("requests that are not finite change nothing", "[control][modes]") {
+TEST_CASE("requests that are not finite are ignored", "[control][modes]") {
   const double bad = GENERATE(values({kNan, kInfinity, -kInfinity}));
   CAPTURE(bad);
   LoopController controller(settings(), kPeriod, 50.0, 30.0);
@@ -200,7 +200,7 @@ TEST_CASE("new limits of the set point hold at once", "[control][modes]") {
   CHECK(controller.set_point_target() == 40.0);
 }
 
-TEST_CASE("retuning while running moves nothing", "[control][modes]") {
+TEST_CASE("retuning while running doesn't move the output", "[control][modes]") {
   ControllerSettings s = settings();
   LoopController controller = automatic(s, 50.0, 30.0);
   ControllerOutput out{};
@@ -229,7 +229,7 @@ TEST_CASE("the output's own limits hold in every mode", "[control][limits]") {
   CHECK(out.output <= 80.0);
 }
 
-TEST_CASE("anti-windup goes by what really went out", "[control][limits]") {
+TEST_CASE("anti-windup uses the output that was really applied", "[control][limits]") {
   const auto kind = GENERATE(AntiWindup::back_calculation, AntiWindup::conditional);
   // SP - PV = 10 for a long time, then -1. How long until the output turns down by 1?
   const auto periods_to_turn = [&](auto&& restrain, ControllerSettings s) {
@@ -252,7 +252,7 @@ TEST_CASE("anti-windup goes by what really went out", "[control][limits]") {
   const auto free = [](LoopController&, double) {};
 
   ControllerSettings s = settings();
-  SECTION("a device that goes no farther than 60") {
+  SECTION("a device that stops at 60") {
     const auto device = [](LoopController& c, double out) { c.applied(std::min(out, 60.0)); };
     CHECK(periods_to_turn(device, s) <= 30);
   }
@@ -294,7 +294,8 @@ TEST_CASE("a ramp finer than the converter's resolution arrives", "[control][lim
   CHECK(device == Approx(31.0));
 }
 
-TEST_CASE("a rate-limited step starts where the device really stands", "[control][limits]") {
+TEST_CASE("a rate-limited step starts from the actual position of the device",
+          "[control][limits]") {
   ControllerSettings s = settings();
   s.output.rate_per_s = 10.0;
   s.pid.tolerance = 0.05;
@@ -305,7 +306,7 @@ TEST_CASE("a rate-limited step starts where the device really stands", "[control
   CHECK(controller.step(pv(50.0)).output == Approx(21.0));
 }
 
-TEST_CASE("the jacket acts on the integral, or in shadow only says what it would do",
+TEST_CASE("the jacket acts on the integral, or in shadow only reports what it would do",
           "[control][jacket]") {
   ControllerSettings s = settings();
   s.jacket.form = JacketForm::paper;

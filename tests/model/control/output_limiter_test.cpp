@@ -9,7 +9,7 @@ namespace output_limiter_test {
 
 using namespace loopwarden::control;
 
-TEST_CASE("output stays in its range and says where it ended", "[control][limits]") {
+TEST_CASE("output stays in its range and reports which limit it reached", "[control][limits]") {
   const OutputLimits limits{.low = 10.0, .high = 90.0};
   const Limited high = limit_output(limits, 95.0, 50.0, 0.1);
   CHECK(high.output == 90.0);
@@ -65,7 +65,7 @@ TEST_CASE("a rate limit with steps below the deadband doesn't hold the output",
   CHECK(output == Approx(60.0).margin(0.5));
 }
 
-TEST_CASE("an output outside new limits comes in, deadband or not", "[control][limits]") {
+TEST_CASE("an output outside new limits returns into them, deadband or not", "[control][limits]") {
   const OutputLimits limits{.low = 20.0, .high = 80.0, .deadband = 5.0};
   CHECK(limit_output(limits, 20.5, 18.0, 0.1).output == 20.5);
   CHECK(limit_output(limits, 79.0, 82.0, 0.1).output == 79.0);

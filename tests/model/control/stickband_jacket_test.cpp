@@ -42,8 +42,8 @@ StickbandJacket after_slip(double slip_error, JacketSettings s = settings(Jacket
   return jacket;
 }
 
-// What is left of the integral action at the position after the slip, once the output has gone back
-// by 0.2 V and the stem has not followed: 1 is plain PI.
+// Returns the remaining share of the integral action at the position after the slip, once the
+// output has reversed by 0.2 V and the stem has not followed. 1 is plain PI.
 double share_left(StickbandJacket jacket, double error, double position = 5.4) {
   const double rate = jacket.step(inputs(error, 5.3, position));
   return 1.0 + rate / (kKi * error);
@@ -122,7 +122,7 @@ TEST_CASE("dwell forgets the valve while its read-back is not to be trusted", "[
   CHECK(share_left(jacket, -0.3) == 1.0);
 }
 
-TEST_CASE("an error that is not a number gives nothing and leaves no trace", "[jacket]") {
+TEST_CASE("an error that is not a number gives no correction and leaves no trace", "[jacket]") {
   const JacketForm form = GENERATE(JacketForm::paper, JacketForm::bounded, JacketForm::dwell);
   StickbandJacket jacket(settings(form), kPeriod);
   CHECK(jacket.step(inputs(kNan, 6.0, 5.0)) == 0.0);
@@ -161,7 +161,7 @@ TEST_CASE("dwell keeps the error of the slip while the stem slides on", "[jacket
   CHECK(share_left(jacket, -0.3, 5.5) == Approx(0.05));
 }
 
-TEST_CASE("dwell learns from a stem that comes loose after the output has gone back", "[jacket]") {
+TEST_CASE("dwell learns from a stem that breaks loose after the output has reversed", "[jacket]") {
   StickbandJacket jacket(settings(JacketForm::dwell), kPeriod);
   for (const double output : {5.0, 5.3, 5.02}) jacket.step(inputs(1.0, output, 5.0));
   jacket.step(inputs(1.0, 5.02, 5.2));
@@ -176,14 +176,14 @@ TEST_CASE("dwell treats both signs of a small error alike once it has crossed ze
   CHECK(share_left(jacket, -0.05) == Approx(0.05));
 }
 
-TEST_CASE("dwell does nothing before it has seen the valve stick and slip", "[jacket]") {
+TEST_CASE("dwell is inactive until it has seen the valve stick and slip", "[jacket]") {
   StickbandJacket jacket(settings(JacketForm::dwell), kPeriod);
   for (double output = 5.0; output < 6.0; output += 0.01) {
     REQUIRE(jacket.step(inputs(output < 5.5 ? 1.0 : -0.1, output, 5.0)) == 0.0);
   }
 }
 
-TEST_CASE("dwell does nothing while the valve follows", "[jacket]") {
+TEST_CASE("dwell is inactive while the valve follows", "[jacket]") {
   StickbandJacket jacket = after_slip(1.0);
   SECTION("stem and output move together, with a bias of the read-back") {
     for (double output = 5.5; output > 4.5; output -= 0.01) {
@@ -194,7 +194,7 @@ TEST_CASE("dwell does nothing while the valve follows", "[jacket]") {
     CHECK(jacket.step(inputs(-0.1, 5.5, 5.4)) == 0.0);
     CHECK(jacket.step(inputs(-0.1, 5.46, 5.4)) == 0.0);
   }
-  SECTION("a slow stem still comes while the output has hardly turned") {
+  SECTION("a slow stem still moves while the output has hardly reversed") {
     CHECK(jacket.step(inputs(-0.1, 5.47, 5.44)) == 0.0);
   }
   SECTION("both have moved by nearly the same") {
@@ -241,8 +241,7 @@ TEST_CASE("dwell always leaves a twentieth of the integral action, with its sign
   CHECK(least == Approx(0.05));
 }
 
-TEST_CASE("the jacket stands back above the mean error limit and returns below half of it",
-          "[jacket]") {
+TEST_CASE("the jacket pauses above the mean error limit and returns below half of it", "[jacket]") {
   JacketSettings s = settings(JacketForm::bounded);
   s.max_mean_error = 0.5;
   s.mean_error_time_s = 10.0;
@@ -273,7 +272,7 @@ TEST_CASE("the mean error is a first-order mean", "[jacket]") {
   CHECK(jacket.mean_error() == Approx(1.0 - std::exp(-1.0)).epsilon(0.01));
 }
 
-TEST_CASE("dwell keeps learning while it stands back", "[jacket]") {
+TEST_CASE("dwell keeps learning while it pauses", "[jacket]") {
   JacketSettings s = settings(JacketForm::dwell);
   s.max_mean_error = 0.02;
   s.mean_error_time_s = 1.0;
@@ -300,7 +299,7 @@ TEST_CASE("another form starts afresh, other settings keep what was learnt", "[j
     jacket.configure(settings(JacketForm::dwell));
     CHECK(share_left(jacket, -0.3) == 1.0);
   }
-  SECTION("off, where it does not stand back either") {
+  SECTION("off, without a pause") {
     jacket.configure(settings(JacketForm::off));
     jacket.step(inputs(1.0, 5.5, 5.4));
     CHECK_FALSE(jacket.standing_back());

@@ -44,7 +44,7 @@ TEST_CASE("a sticking valve is named, with its band, whatever the units") {
   CHECK(scaled.s == Approx(d.s));
 }
 
-TEST_CASE("a controller that acts the other way round changes nothing") {
+TEST_CASE("the direction of the controller doesn't change the verdict") {
   plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
   SmallLoop::Run run = SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
@@ -71,7 +71,7 @@ TEST_CASE("steps of the set point do not hide what the valve does between them")
   };
   CHECK(phase(sp) > 1.0);
   CHECK(phase({}) < 0.0);
-  // A hold in which CO hardly moves says nothing: the steps themselves are looked at.
+  // A hold in which CO hardly moves has no information, so the steps themselves are examined.
   const Series still =
       with_noise(made_of(4800, [&](double k) { return 50.0 + 15.0 * step(k); }), 0.05, 2);
   CHECK(diagnose({.pv = sp, .co = still, .sp = sp, .sample_time_s = 1.0}, LoopKind::flow)
@@ -144,7 +144,7 @@ TEST_CASE("a valve at its end is called saturation") {
   CHECK(diagnosed(run).cause == Cause::saturation);
 }
 
-TEST_CASE("too little to judge is said, not guessed") {
+TEST_CASE("too little data is reported instead of guessed") {
   const Series pv(50, 1.0);
   const Diagnosis d = diagnose({.pv = pv, .co = pv, .sp = {}});
   CHECK(d.verdict == DiagnosisVerdict::not_enough_data);
@@ -184,7 +184,7 @@ TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one
   }
 }
 
-TEST_CASE("a level whose set point moves is no valve effect, told its kind or not") {
+TEST_CASE("a level whose set point moves is no valve effect, with its kind given or not") {
   numeric::Random random(5);
   Series pv;
   Series co;
@@ -280,10 +280,10 @@ TEST_CASE("CO at rest is no saturation if PV is at SP, the valve is shut, or too
   }
   CHECK(diagnose(resting(200, 750, 60.0, -0.6).record(true)).cause != Cause::saturation);
   CHECK(diagnose(resting(200, 750, 60.0, -8.0).record(false)).cause != Cause::saturation);
-  // Shut on purpose: no flow, although SP was left where it was.
+  // Shut on purpose: no flow, although SP was not changed.
   CHECK(diagnose(resting(200, 750, 0.0, -50.0).record(true)).cause != Cause::saturation);
   CHECK(diagnose(resting(0, 900, 0.0, -50.0).record(true)).cause != Cause::saturation);
-  // In manual, as a mode column says: those samples are missing.
+  // In manual according to a mode column: those samples are missing.
   Resting manual = resting(300, 750, 100.0, -8.0);
   for (std::size_t k = 300; k < 750; ++k) manual.pv[k] = manual.co[k] = std::nan("");
   CHECK(diagnose(manual.record(true)).cause != Cause::saturation);

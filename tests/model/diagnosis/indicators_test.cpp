@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each indicator on a case of the books, the decision, the kind from a tag, and the verdict of a loop.
+// Each indicator on a textbook case, the decision, the kind from a tag, and the verdict of a loop.
 #include <array>
 #include <catch2/catch.hpp>
 #include <vector>
@@ -33,7 +33,7 @@ TEST_CASE("the movement's period is that of a cycle, and four memories of what d
   CHECK(movement_period(Series(300, 1.0), Series(300, 2.0)) == Approx(150.0));
 }
 
-TEST_CASE("phase: a square wave behind a triangle is odd, PV in step with CO is even") {
+TEST_CASE("phase: a square wave that lags a triangle is odd, PV in step with CO is even") {
   // Horch 1999: CO integrates the error of a valve that jumps from side to side.
   const Series co = triangles();
   const Series jumping = made_of(800, [](double k) { return square(k / 40.0); });
@@ -45,7 +45,7 @@ TEST_CASE("phase: a square wave behind a triangle is odd, PV in step with CO is 
   CHECK(phase_of(Series(800, 0.0), co) < 0.0);
 }
 
-TEST_CASE("play: PV behind a play is explained by it, PV behind none is not") {
+TEST_CASE("play: PV that lags by backlash is explained by it, other PV is not") {
   const Series co = triangles();
   plant::Backlash play(1.0);
   play.reset(0.0);
@@ -82,7 +82,7 @@ TEST_CASE(
   CHECK(fit_hammerstein(cycling.pv, cycling.co).evidence < kHammersteinVotes);
 }
 
-TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves nothing") {
+TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves no effect") {
   // PV is a load; CO = -PV in the same block.
   numeric::Random random(6);
   double x = 0.0;
@@ -144,7 +144,7 @@ ValveEvidence sticky_evidence() {
   return {.phase = 2.5, .play = 0.5, .hammerstein = 0.3, .standing = 0.7, .turns = kByTravel};
 }
 
-TEST_CASE("a valve is seen where CO turns by travel and PV stands, else it is likely") {
+TEST_CASE("a valve is seen if CO reverses by travel and PV is constant, otherwise it is likely") {
   const ValveEvidence e = sticky_evidence();
   CHECK(decide(e, Follows::at_once).grade == Grade::seen);
   ValveEvidence moving = e;
@@ -160,8 +160,7 @@ TEST_CASE("a valve is seen where CO turns by travel and PV stands, else it is li
   CHECK(decide(slow, Follows::by_integration).grade != Grade::seen);
 }
 
-TEST_CASE(
-    "a swing that keeps its time, or like clockwork, names no valve whatever else speaks for it") {
+TEST_CASE("a swing with a constant period, or driven from outside, names no valve") {
   for (const Turns& turns : {kByTime, kClockwork}) {
     ValveEvidence e = sticky_evidence();
     e.phase = 4.0;
@@ -176,7 +175,7 @@ TEST_CASE(
       CHECK_FALSE(d.settle.empty());
     }
   }
-  // A counts nothing behind a swing.
+  // A swing doesn't count for indicator A.
   ValveEvidence swing{
       .phase = -1.0, .play = 0.0, .hammerstein = 0.5, .standing = 0.1, .turns = kByTime};
   const double p = decide(swing, Follows::at_once).probability;
@@ -184,7 +183,7 @@ TEST_CASE(
   CHECK(decide(swing, Follows::at_once).probability == p);
 }
 
-TEST_CASE("PV that does not hang on CO tells nothing of the valve") {
+TEST_CASE("PV that does not depend on CO has no information about the valve") {
   ValveEvidence noise = sticky_evidence();
   noise.relation = 0.15;
   const ValveDecision d = decide(noise, Follows::at_once);
@@ -212,7 +211,7 @@ TEST_CASE("without a band PV that lags CO is no sticking valve") {
   CHECK(decide(banded, Follows::at_once).probability > kDecidedBelow);
 }
 
-TEST_CASE("PV in step with CO, and nothing foretold by a band, is no sticking valve") {
+TEST_CASE("PV in step with CO that no stick band predicts is no sticking valve") {
   // A fast loop in a log that holds its values: a play seems to explain them.
   const ValveEvidence held{.phase = -4.0, .play = 0.8, .hammerstein = 0.1, .standing = 0.9};
   CHECK(decide(held, Follows::at_once).probability <= kDecidedBelow);
@@ -239,7 +238,7 @@ TEST_CASE("the decision rises with every witness and stays within its bounds") {
         kLeastProbability);
 }
 
-TEST_CASE("a level is accused only where it cycles and PV stands while CO moves") {
+TEST_CASE("a level is accused only if it cycles and PV is constant while CO moves") {
   for (const Follows follows : {Follows::by_integration, Follows::slowly}) {
     CHECK(decide(sticky_evidence(), follows).grade == Grade::seen);
     ValveEvidence wanders = sticky_evidence();
@@ -256,7 +255,7 @@ TEST_CASE("a level is accused only where it cycles and PV stands while CO moves"
     ValveEvidence cycles = sticky_evidence();
     cycles.turns = {.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
     CHECK(decide(cycles, follows).grade == Grade::likely);
-    // Where PV follows at once the valve may stand in movement of any kind.
+    // If PV follows at once, the valve may stick in any kind of movement.
     CHECK(decide(wanders, Follows::at_once).grade == Grade::likely);
   }
 }

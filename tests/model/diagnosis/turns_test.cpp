@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What sets the turns of CO, whether PV stands meanwhile, and what a limit makes of both.
+// Tests the cause of the reversals of CO, the hold evidence of PV, and the effect of a limit on
+// both.
 #include "model/diagnosis/turns.hpp"
 
 #include <algorithm>
@@ -93,7 +94,7 @@ TEST_CASE("a clock from outside keeps its phase, a limit cycle forgets it") {
   const Turns limit_cycle = find_turns(zigzag(120, constant, forgotten));
   CHECK(limit_cycle.cycle_scatter < 0.06);
   CHECK(limit_cycle.by() == TurnsBy::neither);
-  // Too few cycles to tell.
+  // Too few cycles for a verdict.
   CHECK(find_turns(zigzag(12, constant, [] { return 20.0; })).by() == TurnsBy::neither);
 }
 
@@ -109,7 +110,7 @@ TEST_CASE("a valve whose moves up and down take different times still turns by t
             .by() == TurnsBy::travel);
 }
 
-TEST_CASE("PV stands behind a valve that sticks, and moves where it follows") {
+TEST_CASE("PV is constant after a valve that sticks, and moves with a valve that follows") {
   const Series co = made_of(800, [](double k) { return triangle(k / 40.0); });
   const Series jumping = made_of(800, [](double k) { return square(k / 40.0); });
   CHECK(standing_evidence(jumping, co, 40.0) > 0.7);

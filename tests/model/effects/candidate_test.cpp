@@ -42,7 +42,7 @@ EffectContext effect_context(const SearchContext& c) {
 
 }  // namespace
 
-TEST_CASE("every candidate is an effect of the catalogue, in a block where it may stand",
+TEST_CASE("every candidate is an effect of the catalogue, in a block that allows it",
           "[effects][candidate]") {
   std::set<std::string> names;
   for (const Candidate& c : candidates({})) {
@@ -80,7 +80,7 @@ TEST_CASE("the corners of every search are effects that can be stepped", "[effec
         CAPTURE(c.name, corner, context.period_s);
         CHECK(spec.name == c.name);
         CHECK_NOTHROW(check_effect(spec, c.block, effect_context(context)));
-        // What stands in the signal's path needs nothing solved.
+        // An effect in the signal's path has no solved parameters.
         if (c.in_path()) CHECK(c.effect(values, {}) == spec);
       }
     }
@@ -121,7 +121,7 @@ TEST_CASE("a sine's amplitude and phase follow from what was solved", "[effects]
   }
 }
 
-TEST_CASE("one friction a valve, and the plug behind it", "[effects][candidate]") {
+TEST_CASE("a valve has one friction, and the plug follows it", "[effects][candidate]") {
   std::set<std::string> frictions;
   for (const Candidate& c : candidates({})) {
     if (c.friction) frictions.insert(c.name);
@@ -152,7 +152,7 @@ TEST_CASE("the law of a healthy valve is one effect's, and it can be stepped",
   CHECK(laws == 1);
 }
 
-TEST_CASE("a place of the travel shows where CO left it and came back on both sides",
+TEST_CASE("a place of the travel shows if CO left it and returned on both sides",
           "[effects][candidate]") {
   const std::vector<Candidate> all = candidates({});
   const auto cam = std::find_if(all.begin(), all.end(), [](const Candidate& c) {

@@ -52,7 +52,7 @@ EffectSpec stiction(double s, double j) {
   return {.name = "stiction", .parameters = {{"s", s}, {"j", j}}};
 }
 
-// The key that the error names; "none" if there is no error.
+// Returns the key that the error names, or "none" without an error.
 std::string complaint(const EffectSpec& spec, Block block, std::string* message = nullptr) {
   try {
     check_effect(spec, block, kContext);
@@ -148,7 +148,7 @@ TEST_CASE("every word has a guide, and an example that can be simulated", "[effe
   }
 }
 
-TEST_CASE("an effect explains the alarm of its own name and those of its kind",
+TEST_CASE("an effect explains the alarm with its name and those of its kind",
           "[effects][catalogue]") {
   using loopwarden::monitor::kValveAlarms;
   for (const Descriptor& info : vocabulary()) {
@@ -160,7 +160,7 @@ TEST_CASE("an effect explains the alarm of its own name and those of its kind",
       }));
     }
     // Valve alarms are for valve effects, and each of these explains one.
-    // What was learned has no cause that an alarm could name.
+    // A learned effect has no cause that an alarm could name.
     CHECK(info.alarms.empty() == (info.blocks.front() != Block::valve || info.is_learned));
   }
   for (const auto kind : kValveAlarms) {
@@ -175,7 +175,7 @@ TEST_CASE("an effect explains the alarm of its own name and those of its kind",
   CHECK_FALSE(agrees(*find_effect("gain_change"), "unknown"));
 }
 
-TEST_CASE("every effect can be made in every block it may stand in, and stepped",
+TEST_CASE("every effect can be made in every block that allows it, and stepped",
           "[effects][catalogue]") {
   for (const Descriptor& info : effect_catalogue()) {
     CAPTURE(info.name);
@@ -385,7 +385,7 @@ TEST_CASE("options choose the variant", "[effects][catalogue]") {
   CHECK(spring.step(2.0, 0.0) == Approx(2.0));
 
   EffectSpec curve{.name = "valve_characteristic"};
-  // Rangeability 30 unless told otherwise, over the output's range of 0 to 10.
+  // Rangeability 30 by default, over the output's range of 0 to 10.
   CHECK(made(curve, "curve", "equal_percentage").step(5.0, 0.0) ==
         Approx(10.0 / (std::sqrt(30.0) + 1.0)));
   curve.table = {{0.0, 1.0}, {10.0, 7.0}};

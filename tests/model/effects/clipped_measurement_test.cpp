@@ -24,7 +24,7 @@ TEST_CASE("no reading is beyond the ends, and severity fades them in",
   CHECK(both.step(7.0) == Approx(6.0));
 }
 
-TEST_CASE("one end is enough, none is refused, and they must not cross",
+TEST_CASE("one limit is enough, at least one is required, and they must not cross",
           "[effects][clipped_measurement]") {
   const auto complaint = [](std::map<std::string, double> parameters) {
     effects::check_effect({"clipped_measurement", std::move(parameters)}, plant::Block::transmitter,

@@ -10,7 +10,7 @@ namespace deadband_drive_test {
 
 using namespace loopwarden;
 
-TEST_CASE("a drive rests within its band, then goes all the way at its rate",
+TEST_CASE("a drive rests within its band, then moves all the way at its rate",
           "[effects][deadband_drive]") {
   plant::DeadbandDrive drive(1.0, 4.5, 0.5);
   CHECK(drive.reset(50.0) == 50.0);
@@ -26,7 +26,7 @@ TEST_CASE("a drive rests within its band, then goes all the way at its rate",
   CHECK(drive.step(std::numeric_limits<double>::quiet_NaN()) == Approx(53.4));
 }
 
-TEST_CASE("a drive is found with band and rate, and its parts stand beside it",
+TEST_CASE("a drive is found with band and rate, and its parts are listed with it",
           "[effects][deadband_drive]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"deadband_drive", {{"band", 0.5}, {"rate", 0.35}}}};

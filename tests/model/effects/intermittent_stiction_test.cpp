@@ -34,7 +34,7 @@ TEST_CASE("the stem is free outside its stretch and sticks as ever inside",
   CHECK(stood > 20.0);
 }
 
-TEST_CASE("a stretch needs an end behind its beginning, and j at most s",
+TEST_CASE("a stretch needs an end after its beginning, and j at most s",
           "[effects][intermittent_stiction]") {
   const auto valve = [](double j, double from, double to) {
     effects::check_effect(

@@ -58,7 +58,7 @@ TEST_CASE("with a lag it is two lags that work against each other", "[effects][i
   CHECK(lowest < 3.7);
 }
 
-TEST_CASE("a loop at rest knows nothing of the zero, and severity scales it",
+TEST_CASE("a zero has no effect on a loop at rest, and severity scales it",
           "[effects][inverse_response]") {
   plant::InverseResponse zero(2.0, 0.0, 0.1);
   CHECK(zero.reset(5.0) == 5.0);

@@ -15,7 +15,7 @@ using namespace loopwarden;
 
 namespace {
 
-// What the search names first, alone against a changed gain and a bias, and how far the next is behind.
+// The result of a search among leakage, a changed gain and a bias: the best two names and the lead.
 struct Named {
   std::string first;
   std::string second;
@@ -44,7 +44,7 @@ TEST_CASE("a shut valve passes the leak, an open one what it passed before", "[e
   plant::Leakage leak(0.5, 4.0, 20.0);
   CHECK(leak.step(4.0) == Approx(4.5));
   CHECK(leak.step(20.0) == Approx(20.0));
-  // Two orifices in parallel: the seat's own, and the plug's over what the seat leaves of the capacity.
+  // Two orifices in parallel: the seat, and the plug over the rest of the capacity.
   for (double x = 4.0; x <= 20.0; x += 0.25) {
     const double capacity = 16.0;
     const double plug = (x - 4.0) / capacity;  // of what the plug can pass

@@ -10,7 +10,7 @@ namespace plugging_test {
 
 using namespace loopwarden;
 
-TEST_CASE("a step comes through a lag that has grown since the start", "[effects][plugging]") {
+TEST_CASE("a step passes through a lag that has grown since the start", "[effects][plugging]") {
   for (const double at_s : {10.0, 100.0}) {
     plant::Plugging line(0.05, 0.01);
     line.reset(2.0);

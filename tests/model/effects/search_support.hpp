@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the search names first among a few effects, for the tests of one of them.
+// Searches for one effect among a few names, for the tests of single effects.
 #pragma once
 
 #include <algorithm>

@@ -34,7 +34,7 @@ TEST_CASE("a first effect needs five nats", "[gap][accept]") {
   CHECK(worth_adding(a));
   a.score_with = 4.99;
   CHECK_FALSE(worth_adding(a));
-  // It need not gain everywhere: nothing says yet what the record's own misfit looks like.
+  // It need not gain everywhere: the size of the record's own error is not known yet.
   a = kFirst;
   a.block_t = -1.0;
   CHECK(worth_adding(a));
@@ -105,7 +105,7 @@ TEST_CASE("an effect without which the others do nearly as well is stepped back 
   CHECK_FALSE(superfluous(100.0, 87.99));
 }
 
-TEST_CASE("what is left of a larger set replaces a likelier one that closes nothing",
+TEST_CASE("the remainder of a larger set replaces a likelier one that closes no gap",
           "[gap][accept]") {
   const EffectSet stiction{{"stiction"}, 60.0, 0.05};
   const EffectSet step{{"step_disturbance"}, 76.0, 0.0995};
@@ -129,7 +129,7 @@ TEST_CASE("a name leads over the best explanation without it, of as many effects
         std::vector<double>{7.0});
 }
 
-TEST_CASE("what is bound to a place that CO doesn't show is nobody's rival", "[gap][accept]") {
+TEST_CASE("an effect at a place that CO doesn't show is no rival", "[gap][accept]") {
   EffectSet cam{{"cam_obstruction"}, 60.0};
   const EffectSet stiction{{"stiction"}, 50.0};
   CHECK(leads(stiction, std::vector<EffectSet>{cam, stiction}) == std::vector<double>{-10.0});

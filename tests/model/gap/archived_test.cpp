@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be said of a record of which an archive kept a part only.
+// Tests the statements that are allowed about a record of which an archive kept a part only.
 #include "model/gap/archived.hpp"
 
 #include <catch2/catch.hpp>
@@ -49,7 +49,7 @@ TEST_CASE("a stick wider than the archive's deviation is named, one that is narr
   CHECK(unknown.remainder->looks_like == gap::LooksLike::compression);
 }
 
-TEST_CASE("a controller beside a thinned record is never said to be another one", "[gap][long]") {
+TEST_CASE("in a thinned record a controller is never reported as a different one", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.controller.pid.gains.kp *= 2.0;
   const gap::Result result =

@@ -48,7 +48,7 @@ TEST_CASE("a name over noise is given with the confidence of its lead", "[gap][d
   CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
 }
 
-TEST_CASE("each of a pair has a lead and a confidence of its own", "[gap][decide]") {
+TEST_CASE("each of a pair has a separate lead and confidence", "[gap][decide]") {
   const Competition pair{{{"stiction", "gain_change"}, 200.0},
                          {{{"stiction"}, 185.0}, {{"gain_change", "backlash"}, 100.0}},
                          0.5};
@@ -61,13 +61,13 @@ TEST_CASE("each of a pair has a lead and a confidence of its own", "[gap][decide
   CHECK(d.named[1].confidence == Approx(0.8));
 }
 
-TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
+TEST_CASE("names within six nats of the first are alternatives", "[gap][decide]") {
   Competition near = one_name();
   near.tried[0].score = 94.01;
   CHECK(decided(near, noise()).named[0].alternatives == std::vector<std::string>{"backlash"});
   near.tried[0].score = 93.99;
   CHECK(decided(near, noise()).named[0].alternatives.empty());
-  // Of a pair only what stands in place of the name, each once.
+  // For a pair, only the names that replace this name, each once.
   const Competition pair{{{"stiction", "drift"}, 100.0},
                          {{{"backlash", "drift"}, 97.0},
                           {{"backlash", "extra_lag"}, 96.0},
@@ -80,7 +80,7 @@ TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
         std::vector<std::string>{"backlash", "extra_lag", "output_bias"});
 }
 
-TEST_CASE("what closes nothing is no rival, however likely", "[gap][decide]") {
+TEST_CASE("an effect that closes no gap is no rival, however likely", "[gap][decide]") {
   Competition load = one_name();
   load.tried.push_back({{"step_disturbance"}, 120.0, 0.4999});
   const Decision d = decided(load, noise());
@@ -92,7 +92,7 @@ TEST_CASE("what closes nothing is no rival, however likely", "[gap][decide]") {
         std::vector<std::string>{"step_disturbance"});
 }
 
-TEST_CASE("what the reading itself shows stands, whatever the fit says", "[gap][decide]") {
+TEST_CASE("a finding of the reading itself is kept, whatever the fit", "[gap][decide]") {
   Decision d = decided(one_name(), more_than_noise());
   d.by_reading = true;
   CHECK(outcome_of(d, Proof::refuted) == Outcome::missing_effect);
@@ -109,7 +109,8 @@ TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap
   CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
   CHECK(outcome_of(d, Proof::partly) == Outcome::missing_effect);
 
-  // What closes enough on the data of the fit is believable, and worth what such names are worth.
+  // A name that closes enough on the data of the fit is believable. It gets the usual confidence of
+  // such names.
   Residuals mostly = more_than_noise();
   mostly.believable = true;
   const Decision named = decided(one_name(), mostly);

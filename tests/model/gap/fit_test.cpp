@@ -89,7 +89,7 @@ TEST_CASE("the process stays within the model's uncertainty, whatever is missing
   }
 }
 
-TEST_CASE("a wandering load is told from noise, and one that is too large shows at the limit",
+TEST_CASE("a wandering load is no noise, and one that is too large shows at the limit",
           "[gap][fit]") {
   plant::LoopModel truth = test::believed_model();
   Setup quiet(truth);
@@ -121,7 +121,7 @@ TEST_CASE("what a healthy valve leaves for seconds is not taken for a load", "[g
     const gap::Fitter fitter(setup.run, setup.record.pv, used, {.load = 0.3, .valve = valve}, true);
     return fitter.load_ratio(fitter.fit_model());
   };
-  CHECK(load_beside(0.0) > 0.1);  // nothing else can whiten it
+  CHECK(load_beside(0.0) > 0.1);  // only the load can whiten it
   CHECK(load_beside(2.0) < 0.02);
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("play between stem and plug is found in its size", "[gap][fit]") {
   const gap::Fit fit = setup.with("backlash");
   CHECK(fit.point.searched[0][0] == Approx(0.8).epsilon(0.08));
   CHECK(std::abs(fit.solved[0] - 1.0) <= 0.03 + 1e-9);
-  // Taking it out again leaves the model alone.
+  // Removing the term again restores the model.
   const gap::Fit less = setup.fitter.fit_without(fit, 0, 100);
   CHECK(less.terms.empty());
   CHECK(less.deviance > fit.deviance + 100.0);

@@ -20,7 +20,7 @@ constexpr double kNoise = 0.015;
 
 using Column = std::vector<double>;
 
-// A set point that moves once in 16 s, and one that stands.
+// A set point that moves once in 16 s, and a constant one.
 Column moving_sp(std::uint64_t seed = 5) {
   numeric::Random random(seed);
   Column sp;
@@ -143,7 +143,7 @@ TEST_CASE("what follows but does not matter is let pass", "[gap][independence]")
   CHECK(counts.follows_sp);
 }
 
-TEST_CASE("without moves of SP the test has no power, and says so", "[gap][independence]") {
+TEST_CASE("without moves of SP the test has no power, and reports this", "[gap][independence]") {
   const Column load = wandering(7);
   const Independence standing = tested(load, Column(kSamples, 5.0));
   CHECK_FALSE(standing.tested);
@@ -157,7 +157,7 @@ TEST_CASE("without moves of SP the test has no power, and says so", "[gap][indep
   CHECK_FALSE(tested(load, early).tested);
 }
 
-TEST_CASE("one move is enough where what is left would stand out", "[gap][independence]") {
+TEST_CASE("one move is enough if the remaining error would be conspicuous", "[gap][independence]") {
   Column sp(kSamples, 4.0);
   for (std::size_t k = 2000; k < kSamples; ++k) sp[k] = 6.0;
   CHECK(tested(wandering(7), sp).tested);
@@ -166,7 +166,7 @@ TEST_CASE("one move is enough where what is left would stand out", "[gap][indepe
   const Column answer = through_lag(through_lag(sp, 2.0), 2.0);
   for (std::size_t k = 0; k < kSamples; ++k) error[k] += 0.2 * (answer[k] - 5.0);
   CHECK(tested(error, sp).follows_sp);
-  // At the very end nothing can answer any more.
+  // After a move at the very end, no sample is left for a response.
   Column late(kSamples, 4.0);
   late.back() = 4.1;
   const Independence test = tested(wandering(7), late);
@@ -174,7 +174,7 @@ TEST_CASE("one move is enough where what is left would stand out", "[gap][indepe
   CHECK(test.why_not == "SP moves too little there");
 }
 
-TEST_CASE("where nothing is left there is nothing to test", "[gap][independence]") {
+TEST_CASE("pure noise passes the test, even with a constant SP", "[gap][independence]") {
   numeric::Random random(8);
   Column error;
   for (std::size_t k = 0; k < kSamples; ++k) error.push_back(kNoise * random.normal());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is learned of a plant that no name fits, by the whole workflow with the names taken out.
+// Tests the law that is learned for a plant that no name fits, with the whole workflow and without
+// the names.
 #include "model/gap/learn.hpp"
 
 #include <algorithm>
@@ -72,7 +73,7 @@ TEST_CASE("a disturbance of no form is not learned", "[gap][learn]") {
   CHECK(result.corrected == test::believed_model());
 }
 
-TEST_CASE("where nothing is missing nothing is learned", "[gap][learn]") {
+TEST_CASE("no law is learned if the model is complete", "[gap][learn]") {
   CHECK(nameless(test::record_of(test::believed_model(), 200.0)).outcome == gap::Outcome::no_gap);
 }
 
@@ -84,7 +85,7 @@ TEST_CASE("a name that is left out is not given, and learning can be left out", 
   CHECK(result.candidates.empty());
 }
 
-TEST_CASE("a law ousts names by a fifth of the gap, in all or on two blocks of three",
+TEST_CASE("a law outperforms names by a fifth of the gap, in all or on two blocks of three",
           "[gap][learn]") {
   // Six blocks of ten samples; the model leaves 1 in each.
   gap::Learned law;

@@ -104,7 +104,7 @@ TEST_CASE("samples that are not used are passed over", "[gap][load]") {
   for (std::size_t k = 0; k < kSamples; ++k) {
     if (random.uniform() > 0.3) continue;
     used[k] = false;
-    series[k] = 1e9;  // what stands there must not matter
+    series[k] = 1e9;  // this value must not matter
   }
   const LoadFilter filter(used, kPeriod, kRatio);
   const std::vector<double> e = whitened(filter, series);
@@ -136,8 +136,8 @@ TEST_CASE("determinant and squares are those of the dense covariance", "[gap][lo
 }
 
 TEST_CASE("what a valve leaves for seconds does not cost the level", "[gap][load]") {
-  // A constant beside what forgets itself in 2 s: a load alone, as large as it must be to whiten that,
-  // hardly knows the constant from a load.
+  // A constant plus a part that forgets itself in 2 s. A load that is large enough to whiten that
+  // part hardly distinguishes the constant from a load.
   constexpr std::size_t kSamples = 1000;
   const std::vector<bool> used(kSamples, true);
   const std::vector<double> level(kSamples, 1.0);
@@ -151,7 +151,7 @@ TEST_CASE("what a valve leaves for seconds does not cost the level", "[gap][load
   CHECK(with_valve > 5.0);
 }
 
-TEST_CASE("without a load nothing changes", "[gap][load]") {
+TEST_CASE("without a load the series is unchanged", "[gap][load]") {
   const std::vector<double> series = wandering(50, 0.5, 1.0, 1);
   const LoadFilter filter(std::vector<bool>(50, true), kPeriod, 0.0);
   CHECK(whitened(filter, series) == series);

@@ -103,7 +103,7 @@ TEST_CASE("a level from one moment on is named, with its moment", "[gap][locate]
   CHECK(first.share_of_gap > 0.95);
 }
 
-TEST_CASE("a constant, a drift and a sine have names of their own", "[gap][locate]") {
+TEST_CASE("a constant, a drift and a sine have separate names", "[gap][locate]") {
   Case r = missing([](double) { return -0.3; });
   std::vector<Located> all = r.located();
   check_shares(all);
@@ -165,7 +165,7 @@ TEST_CASE("a reversal is blamed for what follows it", "[gap][locate]") {
   CHECK(share(all, "after the controller output reverses") > 0.95);
 }
 
-TEST_CASE("a stretch that stands out is found in time", "[gap][locate]") {
+TEST_CASE("a conspicuous stretch is found in time", "[gap][locate]") {
   Case r = missing([](double t) { return wobble(t) * (t >= 25.0 && t < 37.5 ? 5.0 : 0.2); });
   std::vector<Located> all = r.located();
   check_shares(all);
@@ -190,7 +190,7 @@ TEST_CASE("the blocks share the gap by what each effect brings", "[gap][locate]"
 
 TEST_CASE("a controller that differs takes its part of the gap", "[gap][locate]") {
   Case r = missing(wobble);
-  r.noise_floor_rmse = r.rmse;  // nothing is left for the plant
+  r.noise_floor_rmse = r.rmse;  // no error is left for the plant
   r.controller_rmse = 0.5;
   const std::vector<Located> all = r.located();
   check_shares(all);
@@ -222,7 +222,8 @@ TEST_CASE("what is left looks like what would leave it", "[gap][locate]") {
   CHECK(left(missing([](double) { return 0.0; })) == LooksLike::nothing_known);
   CHECK(left(missing(wobble), true) == LooksLike::disturbance);
 
-  // A triangle of 40 s: what comes after each reversal is the valve's, a sine through it all is not.
+  // A triangle of 40 s: an error after each reversal belongs to the valve, a sine all the time
+  // doesn't.
   std::vector<double> co;
   for (std::size_t k = 0; k < kSamples; ++k) {
     const double phase = std::fmod(0.1 * static_cast<double>(k), 40.0) / 20.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What changes neither loop nor record but in how they are written must not change the answer; workflow_test.cpp has other
-// units.
+// Changes of notation, which change neither loop nor record, must not change the answer.
+// workflow_test.cpp has other units.
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>

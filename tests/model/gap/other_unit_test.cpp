@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units other than the model's are told from effects that scale something.
+// Units other than the model's are distinguished from effects that scale a signal.
 #include "model/gap/other_unit.hpp"
 
 #include <catch2/catch.hpp>
@@ -32,7 +32,7 @@ plant::LoopModel sticky_model() {
 
 }  // namespace
 
-TEST_CASE("a record in another unit is told, also where the valve sticks", "[gap]") {
+TEST_CASE("a record in another unit is reported, also if the valve sticks", "[gap]") {
   const plant::LoopModel model = test::believed_model();
   for (const plant::LoopModel& truth : {model, sticky_model()}) {
     const gap::Record record = test::record_of(truth, 130.0);
@@ -92,7 +92,7 @@ TEST_CASE("without a set point a value out of the range must speak for it", "[ga
   CHECK_FALSE(gap::other_unit(record, model));
 }
 
-TEST_CASE("what was converted comes back", "[gap]") {
+TEST_CASE("a conversion is reversible", "[gap]") {
   const plant::LoopModel model = test::believed_model();
   const gap::Record record = test::record_of(model, 20.0);
   const SignalUnit kelvin{"", 273.15, 283.15};

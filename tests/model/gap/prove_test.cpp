@@ -8,7 +8,7 @@ namespace prove_test {
 
 using namespace loopwarden::gap;
 
-TEST_CASE("the gap closed counts from the floor, and only where there is a gap", "[gap][prove]") {
+TEST_CASE("the gap closed counts from the floor, and only if there is a gap", "[gap][prove]") {
   CHECK(gap_closed(1.0, 0.1, 0.1) == Approx(1.0));
   CHECK(gap_closed(1.0, 1.0, 0.1) == 0.0);
   CHECK(gap_closed(1.0, std::sqrt(0.5), 0.0) == Approx(0.5));
@@ -40,7 +40,7 @@ TEST_CASE("likelier innovations don't hold a name that closes too little", "[gap
 TEST_CASE("without a gap to speak of the innovations judge over noise", "[gap][prove]") {
   Trial t{.rest_is_noise = true, .model_innovations = 100.0, .choice_innovations = 50.0};
   CHECK(judge(t) == Proof::holds);
-  // What shows only before the holdout can't be better there, but must not be worse.
+  // An effect that shows only before the holdout can't be better there, but must not be worse.
   t.choice_innovations = 104.9;
   CHECK(judge(t) == Proof::holds);
   t.choice_innovations = 105.1;

@@ -40,7 +40,7 @@ std::vector<double> held(std::vector<double> pv, double interval, double first) 
   return pv;
 }
 
-TEST_CASE("a held reading is told by its beat, and counts once for each renewal",
+TEST_CASE("a held reading is recognised by its beat, and counts once for each renewal",
           "[gap][reading]") {
   const std::vector<double> pv = held(noisy(2000), 14.0, 5.0);
   const ReadingFinding found = examine_reading(pv);
@@ -59,7 +59,7 @@ TEST_CASE("a beat that is no whole number of samples is found", "[gap][reading]"
   CHECK(found.held->interval_samples == Approx(7.3).epsilon(0.001));
   for (std::size_t k = 1; k < pv.size(); ++k) {
     if (pv[k] != pv[k - 1]) {
-      // Within a sample of where it changed.
+      // Within a sample of the change.
       REQUIRE((found.measured[k] || found.measured[k - 1] ||
                (k + 1 < pv.size() && found.measured[k + 1])));
     }
@@ -82,7 +82,7 @@ TEST_CASE("noise, rounding and a historian's compression are no beat", "[gap][re
   CHECK_FALSE(examine_reading(compressed).held);
 }
 
-TEST_CASE("an end of the reading is told where PV comes back to it and stays", "[gap][reading]") {
+TEST_CASE("a limit of the reading is recognised if PV returns to it and stays", "[gap][reading]") {
   std::vector<double> pv = noisy(2000);
   for (double& v : pv) v = std::clamp(v, 3.5, 6.5);
   const ReadingFinding found = examine_reading(pv);

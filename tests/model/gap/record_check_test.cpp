@@ -187,7 +187,7 @@ TEST_CASE("turns count beyond the band, at the sample that shows them", "[gap][r
   CHECK(gap::reversals(slow, 0.5).size() == 1);
 }
 
-TEST_CASE("noise is seen between values that stand here and there", "[gap][record]") {
+TEST_CASE("noise is seen between values that are constant here and there", "[gap][record]") {
   numeric::Random random(4);
   std::vector<double> column;
   for (std::size_t k = 0; k < 8000; ++k) {
@@ -198,7 +198,8 @@ TEST_CASE("noise is seen between values that stand here and there", "[gap][recor
   CHECK(gap::noise_of_stored({1.0, gap::kNone, 2.0}) == 0.0);
 }
 
-TEST_CASE("a PV that stands only as it was stored is no fault of the record", "[gap][record]") {
+TEST_CASE("a PV that is constant only because of its storage is no fault of the record",
+          "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 130.0);
   for (std::size_t k = 0; k < record.size(); ++k) {
@@ -211,7 +212,7 @@ TEST_CASE("a PV that stands only as it was stored is no fault of the record", "[
   CHECK(check.noise_rms == Approx(0.015).epsilon(0.25));
 }
 
-TEST_CASE("noise is seen beside slow movement, outliers and rounding", "[gap][record]") {
+TEST_CASE("noise is seen in spite of slow movement, outliers and rounding", "[gap][record]") {
   numeric::Random random(4);
   std::vector<double> column;
   for (int k = 0; k < 3000; ++k) {

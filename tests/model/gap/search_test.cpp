@@ -24,7 +24,7 @@ struct Found {
   SearchResult search;
 };
 
-// What is found among the candidates named, where PV is that of `truth` with noise.
+// Searches among the named candidates, with the PV of `truth` plus noise.
 Found search_for(const plant::LoopModel& truth, const std::set<std::string>& among,
                  const SearchOptions& options = {}, double least_rms = 0.015,
                  double noise_rms = 0.015) {
@@ -50,7 +50,7 @@ const std::set<std::string> kQuick{"gain_change", "output_bias", "drift", "step_
 
 }  // namespace
 
-TEST_CASE("nothing is chosen where the model is right", "[gap][search]") {
+TEST_CASE("no effect is chosen if the model is right", "[gap][search]") {
   const Found found = search_for(test::believed_model(), kQuick);
   CHECK(found.names.empty());
   CHECK(found.search.path.empty());

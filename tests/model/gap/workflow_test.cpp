@@ -27,7 +27,7 @@ gap::Result find(const gap::Record& record, const plant::LoopModel& model,
 
 }  // namespace
 
-TEST_CASE("where nothing is missing, nothing is named and the model stays", "[gap][long]") {
+TEST_CASE("a right model is kept and no effect is named", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   const gap::Result result = find(test::record_of(model, 130.0), model);
   CHECK(result.outcome == gap::Outcome::no_gap);
@@ -60,7 +60,7 @@ TEST_CASE("a changed gain is named, located and added", "[gap][long]") {
   for (const auto& [by, share] : shares) CHECK(share == Approx(1.0));
 }
 
-TEST_CASE("a held reading is named by its beat, and nothing else for it", "[gap][long]") {
+TEST_CASE("a held reading is named by its beat, and is the only name", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.transmitter_effects = {{"held_measurement", {{"interval", 1.3}}}};
   const plant::LoopModel model = test::believed_model();
@@ -77,12 +77,12 @@ TEST_CASE("a held reading is named by its beat, and nothing else for it", "[gap]
   const gap::Result unnamed =
       gap::find_gap(test::record_of(truth, 130.0), model, without, test::serial, [](double) {});
   CHECK(unnamed.effects.empty());
-  // A model that has it lacks nothing.
+  // A model with this effect has no gap.
   const gap::Result known = find(test::record_of(truth, 130.0), truth);
   CHECK(known.outcome == gap::Outcome::no_gap);
 }
 
-TEST_CASE("a clipped reading is named, flat or with noise behind the limit", "[gap][long]") {
+TEST_CASE("a clipped reading is named, flat or with noise beyond the limit", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.transmitter_effects = {{"clipped_measurement", {{"high", 5.8}}}};
@@ -220,11 +220,12 @@ TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][long]
   CHECK(result.effects.empty());
 }
 
-TEST_CASE("a model whose valve sticks starts from where the record's valve stood", "[gap][long]") {
+TEST_CASE("a model whose valve sticks starts from the position of the record's valve",
+          "[gap][long]") {
   plant::LoopModel model = test::believed_model();
   model.valve_effects = {{"stiction", {{"s", 1.5}, {"j", 0.5}}}};
   gap::Record record = test::record_of(model, 120.0);
-  // Cut where the stem rests beside CO.
+  // Cut at a moment when the stem rests apart from CO.
   const auto cut = [&](std::vector<double>& column) {
     column.erase(column.begin(), column.begin() + 300);
   };
@@ -239,7 +240,7 @@ TEST_CASE("a model whose valve sticks starts from where the record's valve stood
   CHECK(std::sqrt(sum / static_cast<double>(pv.size())) < 0.03);
 }
 
-TEST_CASE("a CO that stands still accuses neither valve nor process", "[gap][long]") {
+TEST_CASE("a constant CO accuses neither valve nor process", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.transmitter_effects = {{"output_bias", {{"bias", 0.8}}}};
@@ -299,7 +300,7 @@ gap::Record under_load(plant::LoopModel truth, double seconds, double moved_s) {
 
 }  // namespace
 
-TEST_CASE("the truth given as the model under a load leaves nothing to close", "[gap][long]") {
+TEST_CASE("the truth given as the model under a load leaves no gap to close", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
   const gap::Result result = find_one(under_load(truth, 200.0, 200.0), truth);
@@ -311,7 +312,7 @@ TEST_CASE("the truth given as the model under a load leaves nothing to close", "
   CHECK(result.floor.rmse() == Approx(result.before.holdout_rmse).epsilon(0.02));
 }
 
-TEST_CASE("where SP stands a load is not tested, and no name is sure", "[gap][long]") {
+TEST_CASE("if SP is constant a load is not tested, and no name is sure", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.75;
   const gap::Result stood = find_one(under_load(truth, 150.0, 90.0), test::believed_model());
@@ -362,7 +363,7 @@ TEST_CASE("a richer effect is not named for the simpler one that is not in the c
   }
 }
 
-TEST_CASE("a gain that wanders on is said until the last third, where that gets no worse",
+TEST_CASE("a gain that wanders on is reported until the last third if that gets no worse",
           "[gap][workflow]") {
   plant::LoopModel truth = test::believed_model();
   const plant::LoopModel model = truth;

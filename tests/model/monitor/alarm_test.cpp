@@ -43,7 +43,7 @@ Alarm alarm_in(S raised, bool shelved, bool valid, bool explained, bool latching
   memory.shelved_until_ms = shelved ? kNow + kMinute : 0;
   Alarm alarm({.latching = latching, .shelve_limit_ms = kLimit}, memory);
   if (valid) {
-    // A judged window that agrees with the state changes nothing but the validity.
+    // A judged window that agrees with the state changes only the validity.
     if (raised == S::unacknowledged || raised == S::acknowledged) {
       alarm.condition_on(kNow - 1, 5.0);
     } else {
@@ -54,7 +54,7 @@ Alarm alarm_in(S raised, bool shelved, bool valid, bool explained, bool latching
   return alarm;
 }
 
-// Whether an operator's action was taken; true for what is none.
+// Returns whether an operator's action was taken; true for an event that is no action.
 bool apply(Alarm& alarm, Event event) {
   switch (event) {
     case Event::on: alarm.condition_on(kNow, 7.0); return true;
@@ -71,7 +71,7 @@ bool apply(Alarm& alarm, Event event) {
   return false;
 }
 
-// The tables that the machine is held against: rows are what lies under shelf and suppression.
+// The expected transitions. Rows are the states without shelf and suppression.
 struct Row {
   S before;
   S on;
@@ -104,7 +104,7 @@ S visible(S raised, bool shelved, bool valid, bool explained) {
 
 }  // namespace
 
-TEST_CASE("every state and every event, as the table says", "[monitor][alarm]") {
+TEST_CASE("every state and every event follow the table", "[monitor][alarm]") {
   for (const Row& row : kTable) {
     for (const bool shelved : {false, true}) {
       for (const bool valid : {false, true}) {
@@ -185,7 +185,8 @@ TEST_CASE("the texts and numbers that users rely on", "[monitor][alarm]") {
   }
 }
 
-TEST_CASE("before the first window an alarm can't come, and says so", "[monitor][alarm]") {
+TEST_CASE("before the first window an alarm can't be raised, and reports this",
+          "[monitor][alarm]") {
   Alarm alarm;
   CHECK(alarm.state() == S::suppressed);
   alarm.condition_off(kNow);
@@ -233,7 +234,7 @@ TEST_CASE("severity: the newest, and the worst since the alarm was raised", "[mo
   CHECK(alarm.memory().severity_percent == 0.0);
 }
 
-TEST_CASE("a restart takes up what was remembered, and nothing impossible", "[monitor][alarm]") {
+TEST_CASE("a restart restores the remembered state, except impossible ones", "[monitor][alarm]") {
   Alarm before;
   before.condition_on(kNow, 4.0);
   REQUIRE(before.acknowledge(kNow + 1));

@@ -35,14 +35,14 @@ AlarmConditions raised(AlarmKind kind, double severity_percent) {
 
 }  // namespace
 
-TEST_CASE("before a stretch is full, and without read-back and judge, nothing is claimed",
+TEST_CASE("before a stretch is full, and without read-back and judge, no index is reported",
           "[monitor][condition]") {
   ConditionWatch watch(kSettings);
   for (std::uint64_t k = 1; k < kStretch; ++k) watch.add(cycle(k, kNan), {});
   CHECK(std::isnan(watch.indices().environment));
   watch.add(cycle(kStretch, kNan), {});
   WindowMeasures measures;
-  // The upper bound from PV and CO is none.
+  // The upper bound from PV and CO is no measurement.
   measures.stick_percent = 9.0;
   measures.stick_source = StickSource::ellipse;
   measures.variability_percent = 0.3;
@@ -171,9 +171,10 @@ TEST_CASE(
   CHECK(std::isnan(watch.indices().valve));
 }
 
-TEST_CASE("valve and stick are not known until a window lies behind the last change of verdict",
+TEST_CASE("valve and stick are unknown until a window has passed since the last change of verdict",
           "[monitor][condition]") {
-  // CO swings by 10 % of its span; the stem follows at once, then only once CO has gone 6 % from its turning point.
+  // CO swings by 10 % of its span; the stem follows at once, then only after CO has moved 6 % from
+  // its turning point.
   constexpr double kStuck = 1.2;  // CO units
   WindowSettings settings = kSettings;
   settings.overlap = 0.0;
@@ -209,10 +210,10 @@ TEST_CASE("valve and stick are not known until a window lies behind the last cha
   CHECK(healthy.stick_percent < 0.3);
   CHECK(watch.indices().valve > 97.0);
 
-  // Half a window later it sticks, and the twin says that something has changed.
+  // Half a window later it sticks, and the twin reports that something has changed.
   run(kStretch / 2, false);
   run(100, true);
-  CHECK(watch.indices().valve > 97.0);  // nobody knows better yet
+  CHECK(watch.indices().valve > 97.0);  // no better value is available yet
   AlarmConditions conditions{};
   conditions[index_of(AlarmKind::model_gap)].on = true;
   CHECK(watch.verdict(conditions));
@@ -231,7 +232,7 @@ TEST_CASE("valve and stick are not known until a window lies behind the last cha
   CHECK(sticky.stick_percent == Approx(100.0 * kStuck / 20.0).margin(1.0));
   CHECK(watch.indices().valve == Approx(10.0 * (10.0 - sticky.stick_percent)));
 
-  // Repaired, and told so: the sticky window is none of the valve's as it is by now.
+  // Repaired, and reported so: the sticky window doesn't describe the present valve.
   CHECK(watch.verdict({}));
   CHECK(std::isnan(watch.indices().valve));
   run(kStretch, false);
@@ -251,7 +252,7 @@ TEST_CASE("an alarm of routine evidence lowers the valve without a window that w
 TEST_CASE("that no alarm is raised is no measurement of valve or actuator",
           "[monitor][condition]") {
   ConditionWatch watch(kSettings);
-  // Judged, with a read-back whose stem never turned: nothing was measured of its stick.
+  // Judged, with a read-back whose stem never reversed: its stick was not measured.
   for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.0), {});
   AlarmConditions conditions{};
   WindowMeasures measures;
@@ -266,7 +267,7 @@ TEST_CASE("that no alarm is raised is no measurement of valve or actuator",
   conditions[index_of(AlarmKind::stiction)].on = true;
   watch.window(measures, &conditions);
   CHECK(watch.indices().valve == Approx(32.0));
-  // A stick band that was measured to be nothing is as good as can be.
+  // A measured stick band of zero is the best possible.
   measures.stick_source = StickSource::read_back;
   conditions = {};
   watch.window(measures, &conditions);

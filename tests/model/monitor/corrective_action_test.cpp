@@ -52,7 +52,7 @@ TEST_CASE("corrective action is off unless it is asked for", "[monitor][correcti
   CHECK(action.state() == State::off);
 }
 
-TEST_CASE("the jacket is switched on for an alarm that comes, from a steady baseline",
+TEST_CASE("the jacket is switched on for a newly raised alarm, from a steady baseline",
           "[monitor][corrective]") {
   CorrectiveAction action({.enabled = true});
   // Sticking since before: no reason to act.
@@ -89,7 +89,7 @@ TEST_CASE("what the error does after the settling decides", "[monitor][correctiv
     const CorrectiveStep step = windows(action, 1, errors(9.0 + 0.6 * static_cast<double>(kTrial)));
     CHECK(step.order == Order::back);
     CHECK(step.to == State::given_up);
-    // Not again for this alarm, whatever comes.
+    // Not again for this alarm, under any condition.
     CHECK_FALSE(windows(action, 20, errors(20.0)).changed());
     // The valve is repaired, and sticks once more.
     CHECK(action.window(errors(1.0), false, false).to == State::waiting);
@@ -136,7 +136,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
     CHECK(action.veto(Veto::none).to == State::waiting);
     CHECK(windows(action, kWait, errors(10.0)).order == Order::on);
   }
-  SECTION("set by hand: it stays as the operator wants it") {
+  SECTION("set manually: it stays as the operator wants it") {
     const CorrectiveStep step = action.veto(Veto::hands_off);
     CHECK(step.order == Order::none);
     CHECK(step.to == State::vetoed);
@@ -144,7 +144,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
       CHECK(action.veto(Veto::back).order == Order::back);
       CHECK(action.state() == State::vetoed);
     }
-    SECTION("nothing acts without supervision when the veto is lifted") {
+    SECTION("the jacket doesn't act without supervision when the veto is lifted") {
       CHECK(action.veto(Veto::none).order == Order::back);
       CHECK(action.state() == State::waiting);
       CHECK(windows(action, kWait, errors(10.0)).order == Order::on);
@@ -178,14 +178,14 @@ TEST_CASE("an order that the loop refuses ends it for this alarm", "[monitor][co
   CorrectiveAction action = trying();
   const CorrectiveStep step = action.refused();
   CHECK(step.to == State::given_up);
-  CHECK(step.order == Order::none);  // it is not on: nothing to take back
+  CHECK(step.order == Order::none);  // it is not on and needs no withdrawal
   CHECK_FALSE(windows(action, 3 * kDecision, errors(10.0)).changed());
-  // Whoever orders nothing can't be refused.
+  // An action without a request can't be refused.
   CHECK_FALSE(action.refused().changed());
   CHECK(action.window(errors(10.0), false, false).to == State::waiting);
 }
 
-TEST_CASE("a reload begins it anew where it acts, and nowhere else", "[monitor][corrective]") {
+TEST_CASE("a reload restarts it if it acts, and only then", "[monitor][corrective]") {
   CorrectiveAction action = trying();
   SECTION("trying") {}
   SECTION("helping") {
@@ -288,7 +288,7 @@ TEST_CASE("planned moves that know the valve too roughly stay in shadow", "[moni
   CHECK(action.state() == State::in_shadow);
 }
 
-TEST_CASE("planned moves in shadow begin anew with what explains the alarm anew",
+TEST_CASE("planned moves in shadow restart with a new explanation of the alarm",
           "[monitor][corrective]") {
   CorrectiveAction action = shadowing(10.0, false);
   CHECK_FALSE(action.moves(in_shadow(0.2), kShadow_s).changed());
@@ -344,7 +344,7 @@ TEST_CASE("planned moves that are only offered begin by a person's order",
   SECTION("ordered") {
     CHECK(action.ordered().order == Order::shadow);
     CHECK_FALSE(action.ordered().changed());
-    // Begun anew after manual without another order: it was for this alarm.
+    // Restarted after manual without another request: it was for this alarm.
     CHECK(action.interrupted(false).order == Order::back);
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
@@ -399,7 +399,7 @@ TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
       REQUIRE(action.moves(in_shadow(0.4), kShadow_s).to == State::trying);
     }
   }
-  SECTION("what the shadow did before is of no account") {
+  SECTION("the earlier result of the shadow is ignored") {
     CHECK_FALSE(action.moves(ended(GivenBack::no_gain, true), 1.0).changed());
   }
   SECTION("vetoed, and the veto lifted: the valve is still known") {

@@ -109,13 +109,13 @@ TEST_CASE("a deviation rests in manual, while SP moves, and for a while after bo
     for (int i = 0; i < 100; ++i) loop.run(0.1, i % 2 == 0 ? 50.05 : 49.95, 40.0);
     CHECK_FALSE(loop.watch.rests());
   }
-  SECTION("a set point that is not known tells nothing") {
+  SECTION("an unknown set point raises no deviation") {
     loop.run(1.0, kNone, 40.0);
     CHECK_FALSE(loop.watch.beyond(K::deviation, false));
   }
 }
 
-TEST_CASE("the rate of change is the slope of a ramp, and begins anew after a bad PV",
+TEST_CASE("the rate of change is the slope of a ramp, and restarts after a bad PV",
           "[monitor][limit]") {
   Loop loop;
   const auto ramp = [&](double slope, double seconds) {

@@ -52,7 +52,7 @@ TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
   }
   CHECK(alarms.any_suppressed());
 
-  SECTION("what comes meanwhile is its consequence, not an alarm") {
+  SECTION("a condition found meanwhile is its consequence, not an alarm") {
     const auto more =
         alarms.window_judged(4, with({{K::backlash, 9.0}, {K::low_air_supply, 20.0}}));
     CHECK(more.empty());
@@ -62,7 +62,7 @@ TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
     REQUIRE(alarms.act(K::low_air_supply, AlarmAction::shelve, 4, 1000).accepted);
     CHECK(alarms.alarm(K::stiction).state() == S::suppressed);
   }
-  SECTION("when the air is back, the others show what their own condition says") {
+  SECTION("when the air is back, the others follow their own condition") {
     alarms.window_judged(5, with({{K::stiction, 6.0}}));
     CHECK(alarms.alarm(K::low_air_supply).state() == S::returned_unacknowledged);
     CHECK(alarms.alarm(K::stiction).state() == S::acknowledged);
@@ -78,7 +78,7 @@ TEST_CASE("a window that can't be judged suppresses what is off and keeps what i
   CHECK(changed.view().size() == 5);
   CHECK(alarms.alarm(K::hysteresis).state() == S::unacknowledged);
   CHECK(alarms.alarm(K::stiction).state() == S::suppressed);
-  CHECK(alarms.window_not_valid().empty());  // said once
+  CHECK(alarms.window_not_valid().empty());  // reported once
   const AlarmTransitions back = alarms.window_judged(2, with({{K::hysteresis, 5.0}}));
   CHECK(back.view().size() == 5);
   for (const AlarmTransition& t : back.view()) {
@@ -151,7 +151,7 @@ TEST_CASE(
   CHECK(after.alarm(K::bad_pv).state() == S::normal);
 }
 
-TEST_CASE("what follows from another alarm is suppressed while that one is on, and comes after it",
+TEST_CASE("a consequence is suppressed while its cause is on, and is raised after it",
           "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::deviation);
@@ -171,7 +171,7 @@ TEST_CASE("what follows from another alarm is suppressed while that one is on, a
   CHECK(alarms.alarm(K::deviation).state() == S::unacknowledged);
 }
 
-TEST_CASE("a limit stands for itself as soon as PV is good, though bad_pv stays on",
+TEST_CASE("a limit is raised as its own alarm as soon as PV is good, though bad_pv stays on",
           "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::pv_high_high);
@@ -187,7 +187,7 @@ TEST_CASE("a limit stands for itself as soon as PV is good, though bad_pv stays 
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
 }
 
-TEST_CASE("what came and went with its cause alone is told by the cause alone",
+TEST_CASE("a consequence that began and ended with its cause is reported by the cause only",
           "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.process_changed(
@@ -198,7 +198,7 @@ TEST_CASE("what came and went with its cause alone is told by the cause alone",
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::normal);
 }
 
-TEST_CASE("what follows from what ends where nothing follows from itself", "[monitor][alarm]") {
+TEST_CASE("the graph of consequences ends, and no alarm follows from itself", "[monitor][alarm]") {
   for (const K effect : kAlarmKinds) {
     CHECK_FALSE(follows(effect, effect));
     for (const K cause : kAlarmKinds) {
@@ -206,7 +206,7 @@ TEST_CASE("what follows from what ends where nothing follows from itself", "[mon
       if (!follows(effect, cause)) continue;
       CHECK_FALSE(follows(cause, effect));
       CHECK(is_process_alarm(effect) == is_process_alarm(cause));
-      // So an alarm that stands for itself is always left of what is on.
+      // So the active alarms always include one without an active cause.
       for (const K root : kAlarmKinds) {
         if (follows(cause, root)) CHECK_FALSE(follows(root, effect));
       }
@@ -214,10 +214,10 @@ TEST_CASE("what follows from what ends where nothing follows from itself", "[mon
   }
 }
 
-TEST_CASE("of several process alarms the one that came first is marked", "[monitor][alarm]") {
+TEST_CASE("the first raised of several process alarms is marked", "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.process_changed(5, one(K::output_lost, true));
-  CHECK_FALSE(alarms.first_out(K::output_lost));  // it is alone
+  CHECK_FALSE(alarms.first_out(K::output_lost));  // it is the only one
   alarms.process_changed(6, one(K::bad_pv, true));
   CHECK(alarms.first_out(K::output_lost));
   CHECK_FALSE(alarms.first_out(K::bad_pv));
@@ -280,7 +280,7 @@ TEST_CASE("a latching process alarm stays until it is reset", "[monitor][alarm]"
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::latched_unacknowledged);
 }
 
-TEST_CASE("process alarms have names of their own, no size, and a guide", "[monitor][alarm]") {
+TEST_CASE("process alarms have separate names, no size, and a guide", "[monitor][alarm]") {
   std::vector<std::string> names;
   for (const K kind : kProcessAlarms) {
     names.emplace_back(to_text(kind));
@@ -332,7 +332,7 @@ TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
   CHECK(gravest(Ne107::function_check, Ne107::out_of_specification) == Ne107::function_check);
 }
 
-TEST_CASE("a condition that is explained counts for the other alarm until it goes",
+TEST_CASE("a condition that is explained counts for the other alarm until it clears",
           "[monitor][alarm]") {
   LoopAlarms alarms = healthy();
   alarms.window_judged(1, with({{K::stiction, 5.0}}));
@@ -381,7 +381,7 @@ TEST_CASE("a condition that is explained again counts for the newest name, or fo
   CHECK(alarms.alarm(K::model_gap).active());
 }
 
-TEST_CASE("what is not raised is not explained, and a shelved alarm is none afterwards",
+TEST_CASE("an alarm that is not raised is not explained, and a shelved alarm is off afterwards",
           "[monitor][alarm]") {
   LoopAlarms alarms = healthy();
   CHECK(alarms.explained(1, K::stiction, K::model_gap, 0.0).empty());

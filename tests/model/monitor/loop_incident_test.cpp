@@ -71,7 +71,7 @@ TEST_CASE("one change that raises three alarms is one incident", "[monitor][inci
     loop.shows(9 * kMinute, {K::model_gap, K::stiction, K::backlash});
     CHECK(loop.now().name == "stiction");
     CHECK(loop.now().has(K::backlash));
-    // Though the order of alarms has stiction first, the one that came first counts.
+    // Though the order of alarms has stiction first, the first raised alarm counts.
     Loop other;
     other.shows(kMinute, {K::backlash});
     other.shows(2 * kMinute, {K::backlash, K::stiction});
@@ -99,14 +99,14 @@ TEST_CASE("an incident ends half an hour after its last alarm", "[monitor][incid
   CHECK(loop.shows(49 * kMinute, {}).empty());
   CHECK(loop.now().open());
 
-  SECTION("what comes until then joins, and the quiet time begins anew") {
+  SECTION("an alarm raised until then joins, and the quiet time restarts") {
     loop.shows(49 * kMinute, {K::backlash});
     CHECK(loop.now().opened_ms == kMinute);
     loop.shows(50 * kMinute, {});
     CHECK(loop.shows(79 * kMinute, {}).empty());
     CHECK(loop.shows(80 * kMinute, {}).front().kind == Change::ended);
   }
-  SECTION("what comes later is another") {
+  SECTION("a later alarm opens another incident") {
     const auto ended = loop.shows(50 * kMinute, {});
     REQUIRE(ended.size() == 1);
     CHECK(ended.front().kind == Change::ended);
@@ -181,7 +181,7 @@ TEST_CASE("a short alarm leaves its incident open for forty minutes", "[monitor]
   CHECK(loop.shows(41 * kMinute, {}).front().kind == Change::ended);
 }
 
-TEST_CASE("the explanation names an incident where it is sure", "[monitor][incident]") {
+TEST_CASE("the explanation names an incident if it is sure", "[monitor][incident]") {
   Loop loop;
   loop.shows(kMinute, {K::model_gap});
   loop.shows(2 * kMinute, {K::model_gap, K::stiction});
@@ -206,19 +206,19 @@ TEST_CASE("the explanation names an incident where it is sure", "[monitor][incid
       CHECK(loop.now().renamed.back().from == "gain_change");
       CHECK(loop.now().renamed.back().at_ms == 20 * kMinute);
     }
-    SECTION("also where it is not sure any more: then the alarms say it") {
+    SECTION("also if it is not sure any more: then the alarms give the name") {
       loop.incident.explained(20 * kMinute, says("gain_change", Block::process, 0.5));
       CHECK(loop.now().name == "stiction");
       CHECK(loop.now().cause == Block::valve);
       CHECK_FALSE(loop.now().explained());
     }
   }
-  SECTION("where it is not sure, or has no name, the alarm's stays") {
+  SECTION("if it is not sure, or has no name, the alarm's name stays") {
     CHECK(loop.incident.explained(5 * kMinute, says("gain_change", Block::process, 0.89)).empty());
     CHECK(loop.incident.explained(5 * kMinute, says("", Block::process, 0.9)).empty());
     CHECK(loop.now().name == "stiction");
   }
-  SECTION("of an alarm of before, or of another, it says nothing") {
+  SECTION("it doesn't apply to an earlier alarm or another one") {
     IncidentExplanation old = says("gain_change", Block::process, 0.9);
     old.raised_ms = 0;
     CHECK(loop.incident.explained(5 * kMinute, old).empty());
@@ -229,7 +229,7 @@ TEST_CASE("the explanation names an incident where it is sure", "[monitor][incid
   }
 }
 
-TEST_CASE("an incident goes on after a restart", "[monitor][incident]") {
+TEST_CASE("an incident continues after a restart", "[monitor][incident]") {
   Loop before;
   before.shows(kMinute, {K::stiction});
   Loop after;

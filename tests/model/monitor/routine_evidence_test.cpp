@@ -49,7 +49,7 @@ SmallLoop flow_loop(std::uint64_t seed) {
 }
 
 struct Raised {
-  std::size_t window = 0;  // in which the condition came on, from 1; 0: it did not
+  std::size_t window = 0;  // in which the condition was raised, from 1; 0: it was not
   std::size_t seen_in =
       0;  // in which diagnose() first saw stiction in it and the one before as one record
 };

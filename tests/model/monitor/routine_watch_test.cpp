@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routine evidence of a running loop: it takes more than one window, forgets what it could not watch, and is weighed
-// with what the specialists say.
+// Routine evidence of a running loop: it takes more than one window, forgets unobservable effects,
+// and is weighed against the verdicts of the specialists.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
@@ -117,7 +117,7 @@ SmallLoop::Run on_change(SmallLoop::Run run, double pv_band, double co_band) {
   return run;
 }
 
-TEST_CASE("what a source that reports on change hides raises nothing, and is told",
+TEST_CASE("an effect that a source with report on change hides raises no alarm",
           "[routine][watch]") {
   WindowSettings settings = kSettings;
   settings.on_change = true;
@@ -134,7 +134,7 @@ TEST_CASE("what a source that reports on change hides raises nothing, and is tol
   CHECK(raised(wide, plain));
   CHECK(plain.judgement().sees_from_percent == 0.0);
 
-  // Wider than what is left out: seen, and what could not be is told.
+  // Wider than the omitted changes: seen, and the smallest visible band is reported.
   RoutineWatch seen(settings);
   CHECK(raised(on_change(wide, 0.3, 1.0), seen));
   CHECK(seen.judgement().source.co.kind == analysis::ArchiveKind::exception);
@@ -152,7 +152,8 @@ TEST_CASE("what a source that reports on change hides raises nothing, and is tol
   CHECK(credulous.judgement().verdict == diagnosis::DiagnosisVerdict::valve_effect);
   CHECK(credulous.judgement().sum > hidden.judgement().sum);
 
-  // So seldom that no rule can be told: nothing is named. When all of it comes again it is seen.
+  // The reports are too rare for a rule, so no rule is named. The effect is seen again when all
+  // reports arrive.
   RoutineWatch seldom(settings);
   CHECK_FALSE(raised(on_change(wide, 0.05, 2.5), seldom));
   CHECK(std::isinf(seldom.judgement().sees_from_percent));
@@ -163,7 +164,7 @@ TEST_CASE("what a source that reports on change hides raises nothing, and is tol
   CHECK(stiction_on(seldom));
 }
 
-TEST_CASE("where nobody knows SP there is routine evidence, and no window", "[routine][watch]") {
+TEST_CASE("without a known SP there is routine evidence, and no window", "[routine][watch]") {
   const auto run = sticky(2 * RoutineWatch::kSamples);
   WindowSettings settings = kSettings;
   settings.has_set_point = false;
@@ -180,8 +181,7 @@ TEST_CASE("where nobody knows SP there is routine evidence, and no window", "[ro
   CHECK(windows.state() == WindowState::no_set_point);
 }
 
-TEST_CASE("a band as a healthy valve has it raises nothing, and takes a condition back",
-          "[routine]") {
+TEST_CASE("a band as in a healthy valve raises no alarm, and clears a condition", "[routine]") {
   const auto run = sticky(4 * RoutineWatch::kSamples);
   // A band of 4 in a span of 2000 is 0.2 %, in one of 1000 0.4 %.
   const double half_span = GENERATE(500.0, 1000.0);
@@ -201,7 +201,7 @@ TEST_CASE("a band as a healthy valve has it raises nothing, and takes a conditio
   CHECK(stiction_on(restored) == !small);
 }
 
-TEST_CASE("a loop that is disturbed raises nothing, however long", "[routine]") {
+TEST_CASE("a disturbed loop raises no alarm, however long", "[routine]") {
   const auto run = disturbed(10 * RoutineWatch::kSamples);
   RoutineWatch watch(kSettings);
   std::size_t judged = 0;

@@ -8,7 +8,7 @@ namespace twin_remarks_test {
 using namespace loopwarden::monitor;
 using Kind = TwinNews::Kind;
 
-TEST_CASE("a load outside is told as it comes and as it goes", "[twin]") {
+TEST_CASE("a load outside is reported when it begins and when it ends", "[twin]") {
   TwinNews news;
   TwinRemarks now{.judging = Judging::here};
   CHECK_FALSE(news.add(now, 1.0));
@@ -20,7 +20,7 @@ TEST_CASE("a load outside is told as it comes and as it goes", "[twin]") {
   CHECK(news.add(now, 1.0) == Kind::load_back);
 }
 
-TEST_CASE("a loop that is not judged is told once it lasts, and that it is judged again",
+TEST_CASE("a loop that is not judged is reported once it lasts, and again when it is judged",
           "[twin]") {
   TwinNews news;
   const TwinRemarks here{.judging = Judging::here};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The twin's controller and its load beside a loop.
+// Tests the twin's controller and load watches of a loop.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -33,7 +33,7 @@ plant::LoopModel twin_model() {
 }
 
 struct Side {
-  double controller_s = 0.0;  // when the watch comes on; 0: never
+  double controller_s = 0.0;  // when the condition is raised; 0: never
   double change_s = 0.0;
   double load_s = 0.0;
   // model_gap of a loop that another controller has, and of one of our own; 0: never.
@@ -119,7 +119,7 @@ Side beside(const Change& change, const plant::LoopModel& twin = twin_model()) {
   return out;
 }
 
-TEST_CASE("a loop that is as commissioned raises nothing", "[twin]") {
+TEST_CASE("a loop that is as commissioned raises no condition", "[twin]") {
   const Side side = beside({});
   CHECK(side.controller_s == 0.0);
   CHECK(side.change_s == 0.0);
@@ -145,7 +145,7 @@ TEST_CASE("a controller that was retuned or limited is seen, and only there", "[
   CHECK(side.change_s == 0.0);
 }
 
-TEST_CASE("a controller that the healthy record does not show is not watched, and says why",
+TEST_CASE("a controller that the healthy record does not show is not watched, with the reason",
           "[twin]") {
   plant::LoopModel twin = twin_model();
   twin.twin->controller->rms = 0.2;
@@ -188,7 +188,7 @@ TEST_CASE("a load that steps or drifts is a load of its size and no change of th
   CHECK(side.load_size > 0.5);
 }
 
-TEST_CASE("where nothing moves, nothing was tested", "[twin]") {
+TEST_CASE("without movement the loop stays untested", "[twin]") {
   Change still;
   still.sp_move = 0.0;
   for (const double untested_s : beside(still).untested_s) CHECK(untested_s > 1000.0);

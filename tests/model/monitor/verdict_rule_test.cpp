@@ -54,7 +54,7 @@ TEST_CASE("windows that lie too far back do not count", "[monitor]") {
   CHECK_FALSE(on(rule, AlarmKind::backlash));
 }
 
-TEST_CASE("a name below the threshold raises nothing, and another name neither", "[monitor]") {
+TEST_CASE("a name below the threshold raises no alarm, and another name neither", "[monitor]") {
   VerdictRule rule;
   for (int i = 0; i < 10; ++i) rule.add(fault(AlarmKind::hysteresis, 0.49));
   CHECK_FALSE(on(rule, AlarmKind::hysteresis));
@@ -66,7 +66,7 @@ TEST_CASE("a name below the threshold raises nothing, and another name neither",
   CHECK_FALSE(on(rule, AlarmKind::backlash));
 }
 
-TEST_CASE("a condition goes when the windows have forgotten it, not before", "[monitor]") {
+TEST_CASE("a condition clears when the windows have forgotten it, not before", "[monitor]") {
   VerdictRule rule;
   for (int i = 0; i < 5; ++i) rule.add(fault(AlarmKind::low_air_supply, 0.9));
   REQUIRE(on(rule, AlarmKind::low_air_supply));
@@ -98,7 +98,7 @@ TEST_CASE("the daemon's rule takes fifteen windows to believe in a repair", "[mo
   CHECK(on(rule, AlarmKind::stiction));
   rule.add(healthy());
   CHECK_FALSE(on(rule, AlarmKind::stiction));
-  // Raising is by the newest five alone.
+  // Only the newest five raise an alarm.
   rule.add(fault(AlarmKind::stiction, 0.9));
   CHECK_FALSE(on(rule, AlarmKind::stiction));
 }
@@ -132,14 +132,14 @@ TEST_CASE("the size of an alarm is the median of the windows that name it", "[mo
     INFO(i << ": " << severity());
     if (i >= 2) CHECK(severity() == Approx(6.1).margin(0.4));
   }
-  // What another fault's windows say is not of this one, nor what a doubtful window does.
+  // The windows of another fault don't count for this one, nor does a doubtful window.
   rule.add(fault(AlarmKind::backlash, 0.9, 50.0));
   rule.add(fault(AlarmKind::stiction, 0.4, 50.0));
   CHECK(severity() == Approx(6.1));
   // A fault that grows is followed once most windows agree.
   for (int i = 0; i < 8; ++i) rule.add(fault(AlarmKind::stiction, 0.9, 12.0));
   CHECK(severity() == Approx(12.0));
-  // Few windows, as after a restart, change nothing.
+  // A few windows, as after a restart, keep the severity.
   rule.restart();
   rule.add(fault(AlarmKind::stiction, 0.9, 90.0));
   rule.add(fault(AlarmKind::stiction, 0.9, 90.0));

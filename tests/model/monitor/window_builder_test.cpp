@@ -54,7 +54,7 @@ TEST_CASE("windows follow one another with the overlap that was asked for", "[mo
   }
 }
 
-TEST_CASE("a window holds the newest samples, in order, whatever went before",
+TEST_CASE("a window holds the newest samples, in order, independent of earlier ones",
           "[monitor][window]") {
   WindowBuilder builder({.overlap = 0.9,
                          .sample_time_s = 0.1,
@@ -135,7 +135,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
   if (builder.add(cycle(next + 1)) == Progress::none && reason != WindowState::gap) {
     CHECK(builder.state() == WindowState::filling);
   }
-  // A whole window is gathered afresh: nothing from before is in it.
+  // A whole window is collected again, without earlier samples.
   const auto full = add(builder, next + 2, next + 2 + 2 * kWindowSamples);
   REQUIRE_FALSE(full.empty());
   const Window w = builder.window();
@@ -165,9 +165,9 @@ TEST_CASE("late cycles are bridged, counted, and no more than a window can bear"
     std::uint64_t at = next;
     while (builder.add(cycle(at)) != Progress::full) ++at;
     const Window w = builder.window();
-    CHECK(at == kWindowSamples * decimation - 1);  // as if nothing were missing
+    CHECK(at == kWindowSamples * decimation - 1);  // as if no cycle were missing
     CHECK(w.bridged_cycles == kMostBridged * decimation);
-    // What rises in a straight line is met by one; SP and CO stand still meanwhile.
+    // A straight rise is bridged by a straight line; SP and CO are held meanwhile.
     bool on_the_line = true;
     bool co_behind = false;
     for (std::size_t i = 1; i < kWindowSamples; ++i) {
@@ -189,21 +189,22 @@ TEST_CASE("late cycles are bridged, counted, and no more than a window can bear"
   }
 }
 
-TEST_CASE("a window that ends within a bridge is told with the next cycle", "[monitor][window]") {
+TEST_CASE("a window that ends within a bridge is completed by the next cycle",
+          "[monitor][window]") {
   WindowBuilder builder({.overlap = 0.5, .sample_time_s = 0.1});
   add(builder, 0, kWindowSamples - 2);
   CHECK(builder.add(cycle(kWindowSamples + 1)) == Progress::full);
   CHECK(builder.window().pv.size() == kWindowSamples);
   CHECK(builder.window().pv.back() == Approx(static_cast<double>(kWindowSamples + 1) + 0.2));
   CHECK(builder.window().bridged_cycles == 3);
-  // The one after ends where it would have ended.
+  // The next window ends at its usual place.
   const auto full = add(builder, kWindowSamples + 2, 2 * kWindowSamples);
   REQUIRE(full.size() == 2);
   CHECK(full.front() == kWindowSamples - 1 + 480);
   CHECK(full.back() == kWindowSamples - 1 + 2 * 480);
 }
 
-TEST_CASE("a stretch that can't be used is told once, and again when its reason changes",
+TEST_CASE("a stretch that can't be used is reported once, and again when its reason changes",
           "[monitor][window]") {
   WindowBuilder builder({.overlap = 0.5, .sample_time_s = 0.1});
   Cycle c = cycle(1);

@@ -80,7 +80,7 @@ TEST_CASE("the share of a window at an end of the output", "[monitor][measures]"
   CHECK(s.measured().saturated_percent == Approx(100.0 * 144.0 / 961.0));
 }
 
-TEST_CASE("travel and reversals are the stem's, or CO's where there is none",
+TEST_CASE("travel and reversals are the stem's, or CO's without a read-back",
           "[monitor][measures]") {
   Samples s;
   // Up and down by 2 of 20 units, 10 samples each way: 48 reversals in 48 strokes.

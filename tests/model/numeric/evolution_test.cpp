@@ -78,7 +78,7 @@ TEST_CASE("steps without slopes", "[numeric]") {
   CHECK(run(1, {.trials = 6400}, 5, stairs).cost == 0.0);
 }
 
-TEST_CASE("an answer on the bounds is reached, and nothing outside is judged", "[numeric]") {
+TEST_CASE("an answer on the bounds is reached, and no place outside is evaluated", "[numeric]") {
   bool outside = false;
   const auto slope = [&](const Place& p) {
     for (const double v : p) outside = outside || v < 0.0 || v > 1.0;

@@ -66,7 +66,7 @@ TEST_CASE("three exponents in bounds (Hock-Schittkowski 25)", "[numeric]") {
       r(i) = std::exp(-std::pow(u - x[1], x[2]) / x[0]) - at;
     }
   };
-  // From nearer than the book's start, where the slopes are nothing to a computer.
+  // From a start nearer than the textbook's, where the slopes underflow.
   const LeastSquares found = least_squares({{.value = 60.0, .low = 0.1, .high = 100.0},
                                             {.value = 20.0, .low = 0.0, .high = 25.6},
                                             {.value = 1.6, .low = 0.0, .high = 5.0}},
@@ -130,7 +130,7 @@ TEST_CASE("a place that can't be judged is not moved to", "[numeric]") {
   CHECK(stays.x[0] == 3.0);
 }
 
-TEST_CASE("what shows nothing stays where it is", "[numeric]") {
+TEST_CASE("a parameter without influence keeps its value", "[numeric]") {
   const auto blind = [](const std::vector<double>& x, Eigen::VectorXd& r) {
     r.resize(2);
     r << x[0] - 3.0, 0.5;

@@ -86,7 +86,7 @@ TEST_CASE("correlation of lines and of unrelated values", "[numeric]") {
   CHECK(correlation(x, std::vector<double>{1.0, -1.0, -1.0, 1.0}) == Approx(0.0).margin(1e-15));
 }
 
-TEST_CASE("nothing, and values without spread", "[numeric]") {
+TEST_CASE("empty input, and values without spread", "[numeric]") {
   const std::vector<double> none;
   const std::vector<double> same(5, 2.5);
   for (const double value :

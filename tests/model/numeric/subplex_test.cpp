@@ -20,7 +20,8 @@ TEST_CASE("the least of a function with a kink", "[numeric]") {
   CHECK(least < 5e-3);
 }
 
-TEST_CASE("an answer on a bound, from beside it, and nothing judged outside", "[numeric]") {
+TEST_CASE("an answer on a bound, from a start next to it, without evaluations outside",
+          "[numeric]") {
   bool outside = false;
   std::vector<double> x{0.95};
   subplex(x, {0.3}, 0.0, 1.0,

@@ -16,7 +16,7 @@ TEST_CASE("the stem sticks at the bump and jumps past it, both ways", "[plant][c
   CHECK(cam.step(41.0) == 40.0);
   CHECK(cam.step(45.0) == 40.0);
   CHECK(cam.step(45.001) == Approx(42.0).margin(0.002));  // jumped
-  CHECK(cam.step(50.0) == 47.0);                          // band - jump behind from here on
+  CHECK(cam.step(50.0) == 47.0);                          // lags by band - jump from here on
   CHECK(cam.step(45.0) == 42.0);
   CHECK(cam.step(41.0) == 42.0);
   CHECK(cam.step(40.0) == 42.0);

@@ -21,7 +21,7 @@ namespace effect_test {
 
 using namespace loopwarden::plant;
 
-TEST_CASE("a schedule says when and how severely", "[plant][effect]") {
+TEST_CASE("a schedule defines the time and the severity", "[plant][effect]") {
   CHECK(Schedule{}.always());
   CHECK(Schedule{}.severity(-1e9) == 1.0);
   const Schedule schedule{.from_s = 100.0, .to_s = 300.0, .ramp_s = 50.0};

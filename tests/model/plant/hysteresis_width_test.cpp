@@ -46,7 +46,7 @@ TEST_CASE("the loop opens gradually and a minor loop closes", "[plant][hysteresi
   CHECK(at_59 < top);
   CHECK(top - at_59 < 0.25);
   CHECK(at_59 - at_58 > top - at_59);
-  // Back to where it turned: it remembers that point (no drift of a minor loop).
+  // Back to its turning point: it remembers that point (no drift of a minor loop).
   CHECK(sweep(hysteresis, 58.0, 60.0) == Approx(top));
 }
 

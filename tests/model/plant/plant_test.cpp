@@ -117,7 +117,7 @@ TEST_CASE("the output to start from gives the PV that is wanted", "[plant][loop]
   Plant plant(model, 1);
   plant.reset(plant.output_for(5.0));
   CHECK(plant.process_variable() == Approx(5.0));
-  // What can't be reached ends at the output's range.
+  // A PV that can't be reached gives the end of the output's range.
   CHECK(plant.output_for(99.0) == Approx(10.0));
   CHECK(plant.output_for(-99.0) == Approx(0.0).margin(1e-9));
 }

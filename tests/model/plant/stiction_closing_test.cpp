@@ -13,7 +13,7 @@ namespace stiction_closing_test {
 using namespace loopwarden;
 using plant::StictionClosing;
 
-TEST_CASE("the same friction both ways is the law it stands on", "[plant][stiction]") {
+TEST_CASE("the same friction both ways is the one-way law", "[plant][stiction]") {
   StictionClosing both({1.2, 0.5}, {1.2, 0.5});
   plant::StictionChoudhury one({1.2, 0.5});
   both.reset(5.0);
@@ -46,7 +46,7 @@ TEST_CASE("each way takes its own friction and what the other way left", "[plant
   CHECK(x - low == Approx(0.7 - 0.5).margin(0.005));  // j
 }
 
-TEST_CASE("what is not said of closing is as on opening, and only one law knows of it",
+TEST_CASE("closing values that are missing equal those of opening, and only one law has them",
           "[plant][stiction]") {
   const effects::EffectContext context{.output_high = 10.0};
   const auto stepped = [&](const plant::EffectSpec& spec) {

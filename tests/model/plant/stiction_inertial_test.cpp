@@ -85,7 +85,7 @@ TEST_CASE("overdamped, a slip creeps to where the moving friction holds it", "[p
   CHECK(last == Approx(5.701 - 0.3).margin(1e-3));
 }
 
-TEST_CASE("at severity 0 the stem follows at once; what is not a number moves nothing",
+TEST_CASE("at severity 0 the stem follows at once; a CO that is no number keeps the stem",
           "[plant][stiction]") {
   StictionInertial valve(kFriction, {6.0, 0.3}, kPeriod_s);
   valve.reset(5.0);

@@ -32,8 +32,8 @@ struct Slip {
   double jump;  // CO units
 };
 
-// The first slip of a rising ramp of 0.5 CO units/s after a fall from 10 to 0: where, and how far
-// the stem goes beyond what the ramp itself would have moved it.
+// The first slip of a rising ramp of 0.5 CO units/s after a fall from 10 to 0: its place, and the
+// movement of the stem beyond that of the ramp itself.
 template <class Law>
 Slip slip_after_reversal(Law law, double period_s) {
   const double step = 0.5 * period_s;  // CO units

@@ -23,7 +23,7 @@ inline plant::LoopModel flow_loop() {
   return m;
 }
 
-// What every condition explains down to twice the noise, with movement.
+// Fits that every condition explains down to twice the noise, with movement.
 inline specialist::WindowFits plain_fits() {
   specialist::WindowFits f;
   f.usable = true;
@@ -53,8 +53,8 @@ inline specialist::ParallelFor backwards() {
   };
 }
 
-// CO up and down in slow ramps through a play of `deadband` and a lag with dead time, simulated here by
-// other code than the fitter's: sample by sample, in CO units, from the middle of the play.
+// CO up and down in slow ramps through a play of `deadband` and a lag with dead time. Code other
+// than the fitter's simulates it: sample by sample, in CO units, from the middle of the play.
 struct PlayWindow {
   std::vector<double> pv, co;
   specialist::LoopWindow view() const { return {pv, co}; }

@@ -72,7 +72,7 @@ TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]
   CHECK(severity_of(f, Condition::hysteresis) == 6.0);
   CHECK(severity_of(f, Condition::low_air_supply) == 6.0);
   CHECK(severity_of(f, Condition::no_fault) == 0.0);
-  // And the verdict says so.
+  // The verdict agrees.
   const WindowVerdict verdict = TeamJudge(puppet_team({0.0, 9.0, 0.0, 0.0, 0.0, 0.0})).judge(f);
   CHECK(verdict.verdict == VerdictName::stiction);
   CHECK(verdict.severity_percent == 3.0);
@@ -91,7 +91,7 @@ TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[s
   CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).verdict == VerdictName::no_fault);
   CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).severity_percent == 0.0);
   CHECK(verdict({0, 0, 0, 0, 0, 6}, plain).verdict == VerdictName::unknown);
-  // Faults together are sure, though none stands out: the window can't tell which.
+  // The faults together are sure, but no single one is: the window can't separate them.
   CHECK(verdict({0, 0, 7, 6.9, 0, 0}, plain).verdict == VerdictName::not_enough_movement);
   CHECK(verdict({0, 0, 7, 5, 0, 0}, plain).verdict == VerdictName::backlash);
   // Something is wrong, but a fault may be it as well.
@@ -136,7 +136,7 @@ TEST_CASE("a trained team knows play of other code than its own, and a healthy v
   CHECK(sum == Approx(1.0));
 }
 
-TEST_CASE("fresh windows with a fault are named right where they can tell, few healthy ones are",
+TEST_CASE("fresh windows with a clear fault are named right, few healthy ones are named",
           "[specialist][long]") {
   TeamJudge judge(trained().team);
   const plant::LoopModel model = tests::flow_loop();
@@ -162,8 +162,7 @@ TEST_CASE("fresh windows with a fault are named right where they can tell, few h
   CHECK(10 * named >= 9 * decided);
 }
 
-TEST_CASE("training depends on the seed alone, not on the order of the work",
-          "[specialist][long]") {
+TEST_CASE("training depends only on the seed, not on the order of the work", "[specialist][long]") {
   const TeamTraining again = small_team(tests::backwards());
   REQUIRE(again.epochs.size() == trained().epochs.size());
   CHECK(again.validation == trained().validation);

@@ -25,7 +25,7 @@ std::vector<double> noise(std::size_t count, std::uint64_t seed) {
   return x;
 }
 
-TEST_CASE("variability: nothing in white noise, all of a slow swing, what theory says of an AR(1)",
+TEST_CASE("variability: zero in white noise, all of a slow swing, as in theory for an AR(1)",
           "[survey]") {
   CHECK(variability(noise(5000, 1), 3) < 0.02);
   std::vector<double> swing(5000);
@@ -36,7 +36,7 @@ TEST_CASE("variability: nothing in white noise, all of a slow swing, what theory
   for (std::size_t k = 1; k < ar.size(); ++k) ar[k] += 0.9 * ar[k - 1];
   CHECK(variability(ar, 1) == Approx(0.81).margin(0.02));
   CHECK(variability(ar, 4) == Approx(std::pow(0.9, 8)).margin(0.03));
-  // Missing samples leave rows out and change nothing else.
+  // Missing samples only remove rows.
   for (std::size_t k = 0; k < ar.size(); k += 97) ar[k] = kMissing;
   CHECK(variability(ar, 1) == Approx(0.81).margin(0.02));
   CHECK(std::isnan(variability(noise(50, 1), 3)));
