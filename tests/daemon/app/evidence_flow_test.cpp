@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands for `loopwarden` here is a script that counts how often it is asked, and fails where it is told to.
+// A script replaces `loopwarden` here. It counts its calls, and fails at the run that the test
+// names.
 #include "daemon/app/evidence_flow.hpp"
 
 #include <algorithm>
@@ -25,7 +26,7 @@ using model::AlarmKind;
 constexpr std::int64_t kRaised_ms = 1'800'000'000'000;
 
 struct Bench {
-  // `fails`: the run that ends with an error; 0: none does.
+  // `fails`: the number of the run that ends with an error; 0: no run fails.
   explicit Bench(double faster, int fails = 0) {
     std::ofstream(folder / "explain")
         << "#!/bin/sh\necho run >> '" << runs_file().string() << "'\n[ $(wc -l < '"

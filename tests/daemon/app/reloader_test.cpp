@@ -111,7 +111,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("a reload is told step by step, and its hash is that of the files", "[app][reload]") {
+TEST_CASE("a reload is reported step by step, and its hash is that of the files", "[app][reload]") {
   Bench bench;
   const std::uint32_t first = bench.reloader->config_hash();
   bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
@@ -129,7 +129,7 @@ TEST_CASE("a reload is told step by step, and its hash is that of the files", "[
   CHECK_FALSE(bench.reloader->state(99));
 }
 
-TEST_CASE("a dry run says the same and does nothing", "[app][reload]") {
+TEST_CASE("a dry run reports the same and changes no loop", "[app][reload]") {
   Bench bench;
   const std::uint32_t first = bench.reloader->config_hash();
   bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
@@ -143,7 +143,7 @@ TEST_CASE("a dry run says the same and does nothing", "[app][reload]") {
   CHECK(bench.kp() == 0.5);
 }
 
-TEST_CASE("while something waits, the hash tells what is in force", "[app][reload]") {
+TEST_CASE("while a key waits, the hash is that of the configuration in force", "[app][reload]") {
   Bench bench;
   const std::uint32_t first = bench.reloader->config_hash();
   const std::string described = with(kLoop, "loop: FIC-101", "loop: FIC-101\ndescription: feed");
@@ -161,7 +161,7 @@ TEST_CASE("while something waits, the hash tells what is in force", "[app][reloa
   CHECK(bench.reloader->config_hash() == mixed);
   CHECK(bench.waiting("waiting_for_restart") == 1);
   CHECK(bench.reloader->status().refused != "");
-  // Back to the old files nothing waits.
+  // After a return to the old files no key waits.
   bench.write("loops.d/a.yaml", kLoop);
   CHECK(bench.reload().at("outcome") == "in_force");
   CHECK(bench.reloader->config_hash() == first);
@@ -190,7 +190,7 @@ TEST_CASE("no reload while a loop is being commissioned", "[app][reload]") {
   CHECK(bench.kp() == 0.5);
 }
 
-TEST_CASE("a reload that comes during a commissioning is carried out when it has ended",
+TEST_CASE("a reload that arrives during a commissioning is carried out after its end",
           "[app][reload]") {
   Bench bench;
   bench.loops[0].commissioning->take(std::nullopt, "uid 0", 0, Commissioning::Clock::now());
@@ -245,7 +245,7 @@ TEST_CASE("settings that wait for the output do not come into force during a com
   const auto waiting = [&] { return json(bench.reloader->status()).at("waiting_for_output"); };
   REQUIRE(waiting().size() == 2);
   CHECK(waiting()[0].at("why") == "until its commissioning by uid 0 has ended");
-  move_output(8.0);  // back where it stood
+  move_output(8.0);  // back at its old value
   bench.loops[0].commissioning->give_back();
   bench.run(5);
   bench.reloader->step();
@@ -264,7 +264,7 @@ TEST_CASE("an offer that the loop took as it was withdrawn does not stay in forc
   bench.write("loops.d/a.yaml",
               with(with(kLoop, "limits: [1, 9]", "limits: [1, 4]"), "kp: 0.35", "kp: 0.5"));
   CHECK(bench.reload().at("outcome") == "waits");
-  // Back to the old files: nothing is to be applied, and the offer is withdrawn.
+  // Back to the old files: no change is left to apply, and the offer is withdrawn.
   bench.write("loops.d/a.yaml", kLoop);
   const std::uint64_t number = bench.reloader->post("uid 1000", false, false);
   REQUIRE(test::eventually([&] {
@@ -289,7 +289,7 @@ TEST_CASE("an offer that the loop took as it was withdrawn does not stay in forc
 }
 
 TEST_CASE(
-    "a reload takes no gains back that a person has set and no file has, unless it is told to",
+    "a reload keeps gains that a person has set and no file has, unless the request overrides them",
     "[app][reload]") {
   Bench bench;
   const auto tune = [&](double kp, bool person) {
@@ -303,7 +303,7 @@ TEST_CASE(
   REQUIRE(not_in_file());
   CHECK(not_in_file()->file.kp == 0.35);
 
-  SECTION("refused, with who set them, and nothing else is taken either") {
+  SECTION("refused, with who set them, and the other changes are not applied either") {
     bench.write("loops.d/a.yaml", with(kLoop, "ki: 0.04", "ki: 0.05"));
     bench.write("loopwardend.yaml", "log_level: debug\n");
     const json dry = bench.done(bench.reloader->post("uid 1000", true, false));
@@ -341,7 +341,7 @@ TEST_CASE(
     CHECK(bench.reload().at("outcome") == "in_force");
     CHECK(bench.kp() == 0.35);
   }
-  SECTION("gains that came while the file's were on their way are not in the file") {
+  SECTION("gains that arrived while the file's were on their way are not in the file") {
     bench.write("loops.d/a.yaml", with(kLoop, "limits: [1, 9]", "limits: [1, 4]"));
     CHECK(bench.reload(true).at("outcome") == "waits");
     tune(0.7, true);
@@ -354,7 +354,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("limits that wait come into force with CO, unless a later reload says otherwise",
+TEST_CASE("limits that wait are in force with CO, unless a later reload changes them",
           "[app][reload]") {
   Bench bench;
   const std::string narrow =

@@ -29,7 +29,7 @@ using nlohmann::json;
 using console_bench::Bench;
 using console_bench::stiction_on;
 
-TEST_CASE("what is no request is refused with a reason, and nothing is ordered") {
+TEST_CASE("a line that is no request is refused with a reason, and the loop gets no command") {
   Bench bench;
   const std::string line = GENERATE(
       as<std::string>(), "", "not json", "[]", "{}", R"({"request": 5})", R"({"request": "dance"})",
@@ -60,7 +60,7 @@ TEST_CASE("what is no request is refused with a reason, and nothing is ordered")
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("the status has the condition indices, null where one is not known") {
+TEST_CASE("the status has the condition indices, null for an unknown index") {
   Bench bench;
   const auto condition = [&] {
     return bench.ask(R"({"request": "status"})").at("loops")[0].at("monitor").at("condition");
@@ -102,7 +102,7 @@ TEST_CASE("an order reaches the loop's mailbox as it was given") {
   CHECK_FALSE(orders[0].output);
 }
 
-TEST_CASE("gains act from the next cycle on, and are said to be in no file until they are") {
+TEST_CASE("gains act from the next cycle on, and are reported as unsaved until a file has them") {
   Bench bench({.page = {.tuning = true}, .edge = {}});
   bench.run(2);
   record::RecordRow row;
@@ -129,7 +129,7 @@ TEST_CASE("gains act from the next cycle on, and are said to be in no file until
   CHECK(now.at("by") == "ella@10.0.0.5 by page (uid 1000)");
   CHECK(now.at("since_ms") == bench.now_ms);
 
-  // What was seen is no longer so.
+  // The values that the user saw are out of date.
   const json late = bench.ask(tune.dump(), console::SocketName::page);
   bench.run(1);
   const json refused = bench.outcome(late);
@@ -226,7 +226,7 @@ TEST_CASE("manual and an output in one request: both, in one cycle, and both are
 }
 
 TEST_CASE(
-    "an order that can't act is refused with the reason, and stands in the journal as refused") {
+    "a command that can't act is refused with the reason, and the journal has it as refused") {
   Bench bench;
   bench.run(2);
   const auto refused = [&](const char* request, const char* reason) {
@@ -310,7 +310,7 @@ TEST_CASE("a record that is started and stopped is in the journal with its file"
   CHECK(lines[1].at("what") == "record stopped");
 }
 
-TEST_CASE("what jacket and compensator do stands in two places of the status, with a unit each") {
+TEST_CASE("the status has jacket and compensator in two places, with a unit each") {
   Bench bench;
   bench.loops.front().channels->records.try_push({.period_index = 1,
                                                   .jacket_rate = 0.5F,
@@ -351,7 +351,7 @@ TEST_CASE(
   CHECK(status.at("loops")[0].at("recording").at("rows") == 10);
 }
 
-TEST_CASE("the status says when PV stands at the end of what its transmitter can measure") {
+TEST_CASE("the status shows a PV at the end of its transmitter's range") {
   Bench bench;
   const auto limit = [&](std::uint64_t period, hal::Limit at) {
     bench.loops.front().channels->records.try_push(
@@ -450,7 +450,7 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   CHECK(stiction().at("state") == "unacknowledged");
   CHECK(stiction().at("severity_percent") == 6.5);
   CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 16);
-  // What is wrong is not known: nor is how much.
+  // For `unknown`, neither the cause nor its size is known.
   const json answer = bench.ask(R"({"request": "alarms"})");
   for (const json& alarm : answer.at("alarms")) {
     const json& name = alarm.at("alarm");
@@ -485,7 +485,7 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   CHECK(reason);
 }
 
-TEST_CASE("how the alarms are meant is told of all loops or of one") {
+TEST_CASE("the settings of the alarms are shown for all loops or for one") {
   Bench bench;
   const auto loops_of = [&](const json& request) {
     std::set<std::string> loops;

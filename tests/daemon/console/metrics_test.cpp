@@ -40,7 +40,7 @@ std::string text() {
   return metrics_text(daemon, 1, [&](std::size_t) { return loop; });
 }
 
-TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
+TEST_CASE("the metrics have the values of the status, in base units", "[metrics]") {
   const std::string all = "\n" + text();
   const auto has = [&](const std::string& line) {
     INFO(line);
@@ -75,7 +75,7 @@ TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
   has("loopwarden_wake_up_seconds_bucket{le=\"+Inf\"} 10");
   has("loopwarden_wake_up_seconds_sum 4e-05");
   has("loopwarden_wake_up_seconds_count 10");
-  // What is not known is left out, never a number that means nothing.
+  // An unknown value is left out; no number replaces it.
   CHECK(all.find("loopwarden_process_variable{") == std::string::npos);
   CHECK(all.find("input=\"valve_position\"") == std::string::npos);
   CHECK(all.find("of=\"environment\"") == std::string::npos);

@@ -91,7 +91,7 @@ TEST_CASE("the fifth report finds no room, and the journal has who asked", "[con
   bench.reports.run_next([](std::chrono::milliseconds) { return false; });
   const json all = bench.ask_status(R"({"request": "reports", "loop": "FIC-101"})").at("reports");
   REQUIRE(all.size() == 4);
-  CHECK(all[3].at("state") == "failed");  // what makes them here writes nothing
+  CHECK(all[3].at("state") == "failed");  // the report maker here writes no file
   CHECK(all[3].at("by") == "ella@10.0.0.5 by page (uid 1000)");
   CHECK(all[3].at("from_ms") == kOldest_ms);
   CHECK(all[2].at("state") == "waiting");

@@ -47,7 +47,7 @@ std::string all_done() {
 
 }  // namespace
 
-TEST_CASE("without a setup nothing is told", "[setups]") {
+TEST_CASE("without a setup the list is empty", "[setups]") {
   const Configuration configuration;
   CHECK(configuration.setups().empty());
   std::filesystem::create_directory(configuration.folder / "setup");
@@ -90,13 +90,13 @@ TEST_CASE("a step runs while the program that writes the file is there", "[setup
   CHECK(configuration.setups().at(0).steps[1].state == "open");
 }
 
-TEST_CASE("a setup that is done is not told any more", "[setups]") {
+TEST_CASE("a finished setup is not listed any more", "[setups]") {
   const Configuration configuration;
   configuration.write("FIC-101.json", all_done());
   CHECK(configuration.setups().empty());
 }
 
-TEST_CASE("a file that is none of a setup tells nothing, and hides no other", "[setups]") {
+TEST_CASE("a file that is no setup is not listed, and hides no other", "[setups]") {
   const Configuration configuration;
   constexpr std::size_t kTooMuch = 70'000;
   for (const char* text : {"", "{", "[]", "5", "{}", R"({"steps": 5})", R"({"steps": {"loop": 5}})",
@@ -132,7 +132,7 @@ TEST_CASE("the command for a folder with odd characters is one a shell takes", "
                                  configuration.folder.path().string() + "/plant'\\''s files'");
 }
 
-TEST_CASE("of many setups some are told", "[setups]") {
+TEST_CASE("only some of many setups are listed", "[setups]") {
   const Configuration configuration;
   for (int i = 100; i < 150; ++i) {
     configuration.write("FIC-" + std::to_string(i) + ".json", kAtDevices);

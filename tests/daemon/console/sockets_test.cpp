@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What each socket offers and refuses, and that one of them can't be used to hold up another.
+// Tests the requests that each socket offers and refuses, and that one socket can't hold up
+// another.
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -75,7 +76,7 @@ std::string with(const char* request, const json& more) {
 
 }  // namespace
 
-TEST_CASE("status.sock reads, and orders nothing", "[console][sockets]") {
+TEST_CASE("status.sock reads, and commands no loop", "[console][sockets]") {
   Bench bench(kAll);
   for (const char* request : kReading) {
     INFO(request);
@@ -92,7 +93,7 @@ TEST_CASE("status.sock reads, and orders nothing", "[console][sockets]") {
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing",
+TEST_CASE("page.sock and edge.sock accept only the allowed commands, and don't read",
           "[console][sockets]") {
   const SocketName socket = GENERATE(SocketName::page, SocketName::edge);
   const bool alarms = GENERATE(false, true);
@@ -101,7 +102,7 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
   Rights rights;
   (socket == SocketName::page ? rights.page : rights.edge) = {
       .alarms = alarms, .control = control, .reports = reports};
-  // What the other one may does not help.
+  // The rights of the other socket don't help.
   (socket == SocketName::page ? rights.edge : rights.page) = {
       .alarms = true, .control = true, .reports = true};
   Bench bench(rights);
@@ -143,8 +144,7 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
   }
 }
 
-TEST_CASE("who ordered by the page stands in the journal with user and address",
-          "[console][sockets]") {
+TEST_CASE("the journal has the user and address of a command by the page", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   double set_point = 30.0;  // another one each time
@@ -166,7 +166,7 @@ TEST_CASE("who ordered by the page stands in the journal with user and address",
         std::string(64, 'x') + " by page (uid 1000)");
 }
 
-TEST_CASE("what a fitter found stands in the journal with what was said", "[console][sockets]") {
+TEST_CASE("the journal has a technician's finding together with the alarm", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   bench.board.window_judged(0, {}, {}, stiction_on());
@@ -185,8 +185,7 @@ TEST_CASE("what a fitter found stands in the journal with what was said", "[cons
              Catch::Contains("FIC-999"));
 }
 
-TEST_CASE("a note stands in the journal with who, the time it is about and its words",
-          "[console][sockets]") {
+TEST_CASE("the journal has a note with its author, its time and its words", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   const std::int64_t about_ms = bench.now_ms - 3'600'000;
@@ -246,7 +245,7 @@ TEST_CASE("names that could pass for something else are refused", "[console][soc
   CHECK(bench.ask(R"({"request": "journal"})").at("lines").empty());
 }
 
-TEST_CASE("on control.sock nobody speaks for others", "[console][sockets]") {
+TEST_CASE("on control.sock a request can't name another user", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   CHECK_THAT(error_of(bench.ask(with(kSet, {{"user", "anna"}}))), Catch::Contains("page.sock"));
@@ -479,9 +478,8 @@ TEST_CASE("of two alarms that wait the overview names the one of higher priority
   CHECK(shown() == std::pair(json(0), json(1)));
 }
 
-TEST_CASE(
-    "whoever reads the registers is told that an alarm changed, though the map has none of it",
-    "[console][registers]") {
+TEST_CASE("reading the registers reports that an alarm changed, though the map doesn't have it",
+          "[console][registers]") {
   using loopwarden::monitor::AlarmKind;
   Bench bench;
   const auto changes = [&] {
@@ -601,7 +599,7 @@ TEST_CASE("a loop by itself is what the status has of it, and more", "[console][
   CHECK(described.at("folder") == (bench.folder / "segments" / "FIC-101").string());
 }
 
-TEST_CASE("while the set point follows the last order, the loop tells where to",
+TEST_CASE("while the set point follows the last command, the loop reports its target",
           "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(2);

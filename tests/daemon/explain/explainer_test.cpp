@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands for `loopwarden` here is a script: what it is given, how it ends, how long it takes.
+// A script replaces `loopwarden` here. The tests check its arguments, its exit and its duration.
 #include "daemon/explain/explainer.hpp"
 
 #include <atomic>
@@ -135,7 +135,8 @@ TEST_CASE("a child that fails, dies or answers nonsense leaves a reason", "[expl
   CHECK(explainer.status().explained == 0);
 }
 
-TEST_CASE("one at a time, each when its minutes are there; a full queue says so", "[explain]") {
+TEST_CASE("one job at a time, each when its minutes are recorded; a full queue is reported",
+          "[explain]") {
   Bench bench("echo start >> \"$3/../log\"; sleep 0.3; echo end >> \"$3/../log\"; exit 1");
   Explainer explainer = bench.make({.program = {}, .most_waiting = 2});
   ExplainJob late = bench.job(0);
@@ -154,7 +155,8 @@ TEST_CASE("one at a time, each when its minutes are there; a full queue says so"
 }
 
 TEST_CASE(
-    "what waits is on the disk from the start, and goes on after a restart with what is there",
+    "a waiting job is on the disk from the start, and continues after a restart with the saved "
+    "data",
     "[explain]") {
   Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
   const fs::path evidence = bench.folder / "evidence";
@@ -198,7 +200,8 @@ TEST_CASE(
   CHECK_FALSE(read_pending(evidence));
 }
 
-TEST_CASE("minutes that a restart cut short, and that tell nothing, say so", "[explain]") {
+TEST_CASE("a restart that cuts the minutes short is reported if they explain too little",
+          "[explain]") {
   const bool cut = GENERATE(true, false);
   Bench bench(R"(cat > "$3/explanation.json" <<'J'
 {"alarm": "stiction", "final_name": null, "raised_ms": 1, "ended_ms": 2, "verdict": "not_explained",
@@ -221,12 +224,11 @@ J)");
   } else {
     CHECK(sentence == "Too little moves.");
   }
-  // Whoever reads the folder is told the same.
+  // The folder has the same text.
   CHECK(read_explanation(bench.folder / "evidence").sentence == sentence);
 }
 
-TEST_CASE("minutes that a restart cut short are waited for again, of the run that goes on",
-          "[explain]") {
+TEST_CASE("minutes that a restart cut short are collected again from the next run", "[explain]") {
   Bench bench("if grep -q 55 \"$3/minutes.csv\"; then cat > \"$3/explanation.json\" <<'J'\n" +
               std::string(kExplanation) + R"(
 J
@@ -253,7 +255,7 @@ fi)");
   CHECK(explainer.status().explained == 1);
 }
 
-TEST_CASE("a history that began anew after the alarm does not replace the minutes that were saved",
+TEST_CASE("a history that restarted after the alarm does not replace the minutes that were saved",
           "[explain]") {
   Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
   const fs::path evidence = bench.folder / "evidence";
@@ -354,7 +356,7 @@ TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {
   CHECK(bench.reports.empty());
 }
 
-TEST_CASE("other work is done between explanations, and makes room for one that comes due",
+TEST_CASE("other work is done between explanations, and is interrupted for one that is due",
           "[explain]") {
   Bench bench("echo explained >> \"$3/../log\"; exit 1");
   std::atomic<int> left = 2;
@@ -384,8 +386,7 @@ TEST_CASE("other work is done between explanations, and makes room for one that 
   CHECK(tests::read_file(bench.folder / "log") == "begun\nexplained\nbegun\n");
 }
 
-TEST_CASE("other work begins when it is told of, and minutes that wait are saved beside it",
-          "[explain]") {
+TEST_CASE("other work begins on request, and waiting minutes are saved meanwhile", "[explain]") {
   Bench bench("exit 1");
   std::atomic<bool> wanted = false;
   std::atomic<bool> at_work = false;
@@ -409,7 +410,7 @@ TEST_CASE("other work begins when it is told of, and minutes that wait are saved
   CHECK(explainer.stop_for(std::chrono::seconds(60)));
 }
 
-TEST_CASE("without the workbench nothing is explained", "[explain]") {
+TEST_CASE("without the workbench no job is explained", "[explain]") {
   Bench bench("exit 0");
   bench.program.clear();
   Explainer explainer = bench.make();

@@ -44,7 +44,7 @@ TEST_CASE("s and j of a valve that sticks are read where the explanation agrees"
     CHECK(e.stick->j_interval[1] == 0.0);
     CHECK(e.stick->confidence == 0.8);
   }
-  // Of one explanation, wherever it stands.
+  // Values of one explanation are read at any position in the list.
   CHECK_FALSE(read(sticks + ", " + gain_but(R"("backlash")"), true).stick);
   CHECK_FALSE(read(sticks, false).stick);
   CHECK_FALSE(read(gain, true).stick);

@@ -13,7 +13,7 @@
 
 namespace loopwarden::tests {
 
-// Loops that stand still, and remember what was asked of them.
+// Loops that never move, and that record the requests to them.
 class FakeLoops final : public daemon::gateway::LoopsView {
  public:
   explicit FakeLoops(std::size_t loops) {

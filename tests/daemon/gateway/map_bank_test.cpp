@@ -130,7 +130,7 @@ TEST_CASE("a loop's block: values, scaled copies, and one sequence for the whole
   CHECK(block.front() == block.back());
 }
 
-TEST_CASE("each bit of a loop says one thing, and each count of the box stands in its register",
+TEST_CASE("each bit of a loop has one meaning, and each count of the box is in its register",
           "[gateway][map]") {
   Bench bench;
   record::RecordRow& row = bench.plant.readings[0].row;
@@ -165,7 +165,7 @@ TEST_CASE("each bit of a loop says one thing, and each count of the box stands i
   CHECK(bench.box_word("status_bits") == 1 + 32);
 }
 
-TEST_CASE("what is not there is never sent as a number that is none", "[gateway][map]") {
+TEST_CASE("a missing value is never sent as a number", "[gateway][map]") {
   Bench bench;
   record::RecordRow& row = bench.plant.readings[0].row;
   row.pv = kNan;
@@ -185,13 +185,13 @@ TEST_CASE("what is not there is never sent as a number that is none", "[gateway]
     INFO(reg.name);
     CHECK(std::isfinite(bench.number(reg.name, 0, reg.table)));
   }
-  // The lowest number of a scaled copy is the mark of what is not there: nothing real takes it.
+  // The lowest number of a scaled copy marks a missing value: no real value uses it.
   row.pv = -1e6;
   row.pv_quality = 0xC0;
   CHECK(bench.word("pv_scaled") == 0x8001);
 }
 
-TEST_CASE("condition indices have a block of their own, and a mark where one is not known",
+TEST_CASE("condition indices have a separate block, and a mark for an unknown index",
           "[gateway][map]") {
   Bench bench;
   bench.plant.readings[1].watch.condition = {
@@ -200,7 +200,7 @@ TEST_CASE("condition indices have a block of their own, and a mark where one is 
   CHECK(bench.box_word("condition_stride") == 8);
   CHECK(bench.read(Table::input_register, 0xE008, 8) ==
         Words{9950, 0, 1234, 10'000, 0x8000, 0, 0, 0});
-  // The other loop's: nothing is known yet.
+  // The other loop: no index is known yet.
   CHECK(bench.read(Table::input_register, 0xE000, 5) == Words(5, 0x8000));
   Words words(9);
   CHECK(bench.bank.read(Table::input_register, 0xE008, words) == Exception::illegal_address);
@@ -218,8 +218,8 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   CHECK(bench.word("active_backlash", 0, Table::discrete_input) == 1);
   CHECK(bench.word("active_stiction", 0, Table::discrete_input) == 0);
   CHECK(bench.word("unacknowledged_backlash", 0, Table::discrete_input) == 1);
-  CHECK(bench.word("alarm_backlash", 1) == 7);  // the other loop: nothing judged yet
-  on[4] = {true, 6.5};  // `unknown`: what is wrong is not known, so neither is its size
+  CHECK(bench.word("alarm_backlash", 1) == 7);  // the other loop: no window judged yet
+  on[4] = {true, 6.5};  // `unknown`: the cause is unknown, and so is its size
   alarms.window_judged(0, on);
   CHECK(bench.word("alarm_unknown") == 1);
   CHECK(bench.word("severity_unknown") == 0);
@@ -294,7 +294,7 @@ TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "
     refused("in automatic the controller has the output");
     CHECK(bench.write("output_scaled", {1250}) == Exception::busy);
     refused("in automatic the controller has the output");
-    // What can't be is said before what can't be now.
+    // A request that can never succeed is refused before one that can't succeed now.
     CHECK(bench.write("output", Bench::words_of(100.5F)) == Exception::illegal_value);
     refused("output must be within 0 to 100 (got 100.5)");
   }
@@ -310,7 +310,7 @@ TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "
     bench.plant.readings[0].settings.controller.set_point_tracks_in_manual = false;
     CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::none);
   }
-  SECTION("automatic while it is not known where the output stands") {
+  SECTION("automatic while the position of the output is unknown") {
     standing = {.mode = control::Mode::manual, .output_known = false};
     CHECK(bench.write("mode", {1}) == Exception::busy);
     refused("not known");
@@ -465,12 +465,12 @@ TEST_CASE("one request that writes mode and output is judged by the mode that it
     CHECK(bench.plant.lines[0].what == "mode");
     CHECK(bench.plant.lines[1].what == "output");
   }
-  SECTION("manual, with a set point that would follow PV: nothing of it") {
+  SECTION("manual, with a set point that would follow PV: refused as a whole") {
     CHECK(bench.write("mode", block(0, 0, 55.0F, 30.0F)) == Exception::busy);
     CHECK(bench.plant.orders.empty());
     CHECK(bench.plant.lines.size() == 3);
   }
-  SECTION("automatic from manual, with a set point and the output that stands") {
+  SECTION("automatic from manual, with a set point and the present output") {
     bench.plant.readings[0].standing.mode = control::Mode::manual;
     CHECK(bench.write("mode", block(1, 0, 55.0F, 25.0F)) == Exception::none);
     REQUIRE(bench.plant.orders.size() == 1);
@@ -478,11 +478,11 @@ TEST_CASE("one request that writes mode and output is judged by the mode that it
     CHECK(bench.plant.orders[0].second.set_point == 55.0);
     CHECK_FALSE(bench.plant.orders[0].second.output);
   }
-  SECTION("automatic, with another output: nothing of it") {
+  SECTION("automatic, with another output: refused as a whole") {
     CHECK(bench.write("mode", block(1, 0, 55.0F, 30.0F)) == Exception::busy);
     CHECK(bench.plant.orders.empty());
   }
-  SECTION("the gap between two fields takes the 0 that it reads, nothing else, and not at an end") {
+  SECTION("the gap between two fields accepts only the 0 that it reads, and not at an end") {
     CHECK(bench.write("mode", block(0, 1, 60.0F, 30.0F)) == Exception::illegal_address);
     CHECK(bench.write("mode", {0, 0}) == Exception::illegal_address);
     CHECK(bench.bank.write(Table::holding_register, 33, Words{0, 0x4270, 0}, kMaster) ==
@@ -492,7 +492,7 @@ TEST_CASE("one request that writes mode and output is judged by the mode that it
 }
 
 TEST_CASE(
-    "jacket and compensator have registers of their own, in a block whose holding registers can't "
+    "jacket and compensator have separate registers, in a block whose holding registers can't "
     "be "
     "written but for model_gap",
     "[gateway][map]") {
@@ -514,10 +514,10 @@ TEST_CASE(
   CHECK(value(6) == 2.0F);
   CHECK(block[8] == 7);
   Words rest(23, 0);
-  rest[1] = 7;        // alarm_model_gap: suppressed, nothing has been judged
-  rest[15] = 0x8000;  // explanation_gap_closed: there is none
+  rest[1] = 7;        // alarm_model_gap: suppressed, no window has been judged
+  rest[15] = 0x8000;  // explanation_gap_closed: not available
   CHECK(Words(block.begin() + 9, block.end()) == rest);
-  // The old register is the jacket's alone.
+  // The old register belongs only to the jacket.
   CHECK(bench.number("jacket_rate", 1) == -0.25F);
   CHECK((bench.word("loop_bits", 1) & (16U | 64U)) == 64U);
   CHECK(bench.read(Table::coil, 32768, 8) == Words(8, 0));
@@ -560,7 +560,7 @@ TEST_CASE("the newest explanation of a loop's alarm can be read", "[gateway][map
   CHECK(bench.read(Table::holding_register, 32768 + 32 + 17, 1) == Words{2});
 }
 
-TEST_CASE("what is out of its limits, half, or no number is refused and changes nothing",
+TEST_CASE("a value out of its limits, half a value, or no number is refused without effect",
           "[gateway][map]") {
   Bench bench;
   CHECK(bench.write("sp", Bench::words_of(9.9F)) == Exception::illegal_value);
@@ -576,7 +576,7 @@ TEST_CASE("what is out of its limits, half, or no number is refused and changes 
   CHECK(bench.write("kp", Bench::words_of(-1.0F)) == Exception::illegal_value);
   CHECK(bench.write("sp_scaled", {9500}) == Exception::illegal_value);
   CHECK(bench.write("shelve_stiction", {481}) == Exception::illegal_value);
-  // The other half alone.
+  // Only the other half.
   const auto at = static_cast<std::uint16_t>(bench.address(Table::holding_register, "sp", 0) + 1);
   CHECK(bench.bank.write(Table::holding_register, at, Words{0}, kMaster) ==
         Exception::illegal_value);
@@ -644,7 +644,7 @@ TEST_CASE("what corrective action offers is begun by a register, and what it gai
   using loopwarden::monitor::CorrectiveState;
   auto& corrective = bench.plant.readings[1].watch.corrective;
   CHECK(calm(0) == Exception::none);
-  CHECK(calm(1) == Exception::none);  // nothing is offered
+  CHECK(calm(1) == Exception::none);  // no proposal is pending
   CHECK(bench.plant.begun.empty());
   corrective = CorrectiveState::offered;
   CHECK(calm(0) == Exception::none);
@@ -722,7 +722,7 @@ TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests a
   SECTION("zeros leave a person's shelf alone") {
     REQUIRE(alarms.act(model_kind::stiction, Action::shelve, now_ms, now_ms + 3'600'000).accepted);
     for (int second = 0; second < 100; ++second) shelve(0);
-    // What is left of it, read and written back, is no new shelving.
+    // The remaining time, read and written back, is no new shelving.
     shelve(60);
     bench.plant.box_reading.utc_ms += 5'000;
     shelve(60);
@@ -745,7 +745,7 @@ TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests a
     shelve(45, {"10.0.0.7:2000", true});  // hours later, without a 0 between, after a reconnection
     CHECK(actions() == 4);
   }
-  SECTION("a coil that is held acknowledges what was there, and nothing later") {
+  SECTION("a coil that is held acknowledges the present alarms, and no later ones") {
     for (int second = 0; second < 100; ++second) {
       CHECK(bench.write("acknowledge_stiction", {1}, 1, Table::coil) == Exception::none);
       CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
@@ -774,7 +774,7 @@ TEST_CASE("a request that does several things waits for the last of them", "[gat
   REQUIRE(bench.plant.newest_ticket == 3);
   CHECK(bench.bank.take_ticket() == 3);
   CHECK(bench.bank.take_ticket() == 0);
-  // What no operator does is not waited for.
+  // Writes that are no operator's command don't wait.
   CHECK(bench.bank.write(Table::holding_register, 0, Words{7}, kMaster) == Exception::none);
   CHECK(bench.bank.take_ticket() == 0);
 }
@@ -827,7 +827,7 @@ TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway
   CHECK(bench.plant.lines.empty());
 }
 
-TEST_CASE("of a watched loop nothing can be written, alarms neither", "[map][watch]") {
+TEST_CASE("a watched loop has no writable registers, alarms included", "[map][watch]") {
   Bench bench(3);
   bench.plant.watched = {1};
   for (const map::Register& reg : map::registers()) {
@@ -859,7 +859,7 @@ TEST_CASE("of a loop that is being commissioned manual alone can be written, and
   }
   CHECK(bench.plant.orders.empty());
   CHECK(bench.plant.commissioned.contains(1));
-  // Manual that is in force takes nothing back, however often a master repeats it.
+  // While manual is in force, repeating it takes no loop back from its commissioning.
   bench.plant.readings[1].standing.mode = control::Mode::manual;
   Words block{0, 0};
   for (const float value : {60.0F, 25.0F}) {
@@ -902,7 +902,7 @@ TEST_CASE("watched loops that come or go leave the registers of those controlled
   CHECK(registers_of_two(2000) == alone);
 }
 
-TEST_CASE("from loop 896 on there is no block, and the count says so", "[map][watch]") {
+TEST_CASE("from loop 896 on there is no block, and the count shows this", "[map][watch]") {
   Bench bench(900);
   CHECK(bench.box_word("loop_count") == map::kMostLoops);
   CHECK(map::kMostLoops == 895);

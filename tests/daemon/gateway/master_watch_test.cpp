@@ -69,7 +69,7 @@ TEST_CASE("a pause of the server is no silence of the master", "[gateway]") {
   CHECK(rounds.step(kRound, true, 2) == Event::none);  // it had waited in the socket
   CHECK_FALSE(rounds.watch.lost());
 
-  // Even where little is left, the round after the pause judges nobody; the one that follows does.
+  // Even with little time left, the round after the pause judges no master. The next round does.
   rounds.silent_for(3 * kSecond - kRound);
   CHECK(rounds.step(15 * kSecond, false, 2) == Event::none);
   CHECK(rounds.step(kRound, false, 2) == Event::lost);
@@ -83,7 +83,7 @@ TEST_CASE("where every round is late the master is watched all the same", "[gate
   CHECK(event == Event::lost);
 }
 
-TEST_CASE("without a timeout nobody is watched", "[gateway]") {
+TEST_CASE("without a timeout no master is watched", "[gateway]") {
   MasterWatch watch({});
   watch.step(0, true, 1);
   CHECK(watch.step(1'000'000 * kSecond, false, 1) == Event::none);

@@ -152,7 +152,7 @@ TEST_CASE("device identification: vendor, product, revision", "[gateway][pdu]") 
   CHECK(revision == Bytes{43, 14, 4, 0x82, 0, 0, 1, 2, 5, '1', '.', '2', '.', '3'});
   CHECK(ask(bank, {43, 14, 2, 0})[6] == 5);
   CHECK(ask(bank, {43, 14, 2, 4})[6] == 1);
-  CHECK(ask(bank, {43, 14, 1, 200})[6] == 3);  // begins anew
+  CHECK(ask(bank, {43, 14, 1, 200})[6] == 3);  // starts again
 
   const DeviceIdentity talkative{.vendor = std::string(500, 'v'),
                                  .product_code = std::string(500, 'p'),

@@ -162,7 +162,7 @@ TEST_CASE("noise on the line: counted, and the next request is answered", "[seri
   CHECK(bench.asked.size() == 1);
 }
 
-TEST_CASE("an answer that waits goes out when it may, or never once the master speaks again",
+TEST_CASE("a waiting answer is sent when it may, or never once the master speaks again",
           "[serial_server]") {
   Bench bench;
   bool there = false;
@@ -189,7 +189,7 @@ TEST_CASE("an answer that waits goes out when it may, or never once the master s
   CHECK(bench.received() == framed(second));
 }
 
-TEST_CASE("a line that goes is reported and opened again", "[serial_server]") {
+TEST_CASE("a lost line is reported and opened again", "[serial_server]") {
   Bench bench;
   ::close(bench.master);
   bench.master = -1;

@@ -80,7 +80,7 @@ Bytes frame(std::uint16_t transaction, std::uint8_t unit, const Bytes& pdu) {
 
 const Bytes kAsk{3, 0, 0, 0, 1};
 
-// Answers every request with its own bytes; time stands still unless it is moved.
+// Answers every request with its own bytes. The clock moves only if the test moves it.
 struct Bench {
   explicit Bench(TcpServerSettings settings = {}, const char* network = "127.0.0.0/8") {
     settings.port = 0;
@@ -190,7 +190,7 @@ TEST_CASE("requests come in pieces, or several at once", "[gateway][tcp]") {
   CHECK(client->received() == many);
 }
 
-TEST_CASE("what is no Modbus ends the connection, and nobody else's", "[gateway][tcp]") {
+TEST_CASE("a message that is no Modbus ends its own connection only", "[gateway][tcp]") {
   Bench bench;
   const auto other = bench.connect();
   const Bytes nonsense = GENERATE(Bytes{'G', 'E', 'T', ' '}, Bytes{0, 1, 0, 7, 0, 6, 1},
@@ -214,7 +214,8 @@ TEST_CASE("who is not on the list is turned away", "[gateway][tcp]") {
   CHECK(bench.server->counters().clients == 0);
 }
 
-TEST_CASE("a client that asks for nothing sound goes after the idle time", "[gateway][tcp]") {
+TEST_CASE("a client without a valid request is disconnected after the idle time",
+          "[gateway][tcp]") {
   Bench bench({.idle_timeout_s = 60.0});
   const auto silent = bench.connect();
   const auto slow = bench.connect();
@@ -266,7 +267,8 @@ TEST_CASE("200 connections: those that are of use keep their places", "[gateway]
   CHECK(master->received() == frame(2, 1, kAsk));
 }
 
-TEST_CASE("among those that were of use the longest silent one goes first", "[gateway][tcp]") {
+TEST_CASE("among the useful clients the longest silent one is disconnected first",
+          "[gateway][tcp]") {
   Bench bench({.most_clients = 2});
   const auto old = bench.connect();
   const auto recent = bench.connect();
@@ -305,7 +307,7 @@ TEST_CASE("a client that asks too often waits, the others do not", "[gateway][tc
     bench.pass(1.0);
     bench.rounds(20);
   }
-  CHECK(greedy->received().size() == 25 * size);  // nothing was lost
+  CHECK(greedy->received().size() == 25 * size);  // no answer was lost
   CHECK_FALSE(greedy->closed());
 }
 
@@ -328,7 +330,7 @@ TEST_CASE("a client that never reads its answers is not read from", "[gateway][t
   CHECK(bench.server->counters().requests < 4'000);
 }
 
-TEST_CASE("an answer that waits keeps its client waiting, and nobody else", "[gateway][tcp]") {
+TEST_CASE("a waiting answer keeps only its client waiting", "[gateway][tcp]") {
   Bench bench;
   const auto waits = bench.connect();
   const auto other = bench.connect();
@@ -352,7 +354,7 @@ TEST_CASE("an answer that waits keeps its client waiting, and nobody else", "[ga
   CHECK(waits->received() == both);
 }
 
-TEST_CASE("a client that went while its answer waited is forgotten with it", "[gateway][tcp]") {
+TEST_CASE("a client that left while its answer waited is forgotten with it", "[gateway][tcp]") {
   Bench bench;
   auto waits = bench.connect();
   bool there = false;
@@ -389,7 +391,7 @@ TEST_CASE("random and mutated frames: the server lives and serves the others", "
   }
 }
 
-TEST_CASE("a port that is taken is said to be", "[gateway][tcp]") {
+TEST_CASE("a port that is in use is reported", "[gateway][tcp]") {
   Bench bench;
   TcpServerSettings settings;
   settings.port = bench.server->port();

@@ -63,7 +63,7 @@ void sql(const std::filesystem::path& file, const char* text) {
 
 }  // namespace
 
-TEST_CASE("a line comes back as it was posted", "[journal]") {
+TEST_CASE("a line is read back as it was posted", "[journal]") {
   const tests::TemporaryFolder folder;
   Journal journal(settings_in(folder));
   CHECK(journal.open().memories.empty());
@@ -102,7 +102,7 @@ TEST_CASE("a line comes back as it was posted", "[journal]") {
   CHECK(journal.status().error.empty());
 }
 
-TEST_CASE("lines are searched by what stands in them, and by nothing else", "[journal]") {
+TEST_CASE("lines are searched only by their content", "[journal]") {
   const tests::TemporaryFolder folder;
   Journal journal(settings_in(folder));
   journal.open();
@@ -131,7 +131,7 @@ TEST_CASE("lines are searched by what stands in them, and by nothing else", "[jo
   CHECK(ids({.loop = "FIC-101", .kind = Kind::register_write}) == Ids{4, 2});
   CHECK(ids({.from_ms = 1007, .to_ms = 1008}) == Ids{9, 8});
   CHECK(ids({.most = 2, .text = "aNNa"}) == Ids{10, 9});
-  // What means something to SQL is text here.
+  // Characters with a meaning in SQL are text here.
   CHECK(ids({.text = "% SURE_"}) == Ids{4});
   CHECK(ids({.text = "%"}) == Ids{4});
   CHECK(ids({.text = "100_%"}).empty());
@@ -142,7 +142,7 @@ TEST_CASE("lines are searched by what stands in them, and by nothing else", "[jo
   CHECK(ids({.most = 0}).empty());
 }
 
-TEST_CASE("what came is found by its time, in a journal from before there was an index for it, too",
+TEST_CASE("raised alarms are found by their time, also in a journal older than the index",
           "[journal]") {
   const tests::TemporaryFolder folder;
   const auto post = [](Journal& journal, std::int64_t utc_ms, const std::string& from,
@@ -235,7 +235,7 @@ TEST_CASE("what the alarms remember survives a restart", "[journal]") {
   CHECK(states.memories.at({"FIC-102", "stiction"}) == remembered(AlarmState::unacknowledged));
 }
 
-TEST_CASE("killed at any moment, nothing is taken back that was said to be done", "[journal]") {
+TEST_CASE("after a kill at any moment, each line that was confirmed is kept", "[journal]") {
   const tests::TemporaryFolder folder;
   for (int round = 0; round < 5; ++round) {
     std::array<int, 2> done{};
@@ -310,7 +310,7 @@ TEST_CASE("a damaged file is moved aside, and the alarms remember all the same",
   CHECK(again.status().damaged == 0);
 }
 
-TEST_CASE("a journal of a later version stays as it is; lines wait in memory, and it is said why",
+TEST_CASE("a journal of a later version is not changed; lines wait in memory, with the reason",
           "[journal]") {
   const tests::TemporaryFolder folder;
   const std::filesystem::path file = folder / "journal.sqlite";
@@ -335,7 +335,7 @@ TEST_CASE("a journal of a later version stays as it is; lines wait in memory, an
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
     CHECK(entry.path().string().find(".damaged-") == std::string::npos);
   }
-  // Moved away by hand: a new one begins, with what waited.
+  // Moved away manually: a new journal begins, with the waiting lines.
   std::filesystem::rename(file, folder / "kept");
   REQUIRE(test::eventually([&] { return journal.status().waiting == 0; }));
   CHECK(journal.newest(10).size() == 1);
@@ -391,7 +391,7 @@ TEST_CASE("a disk that refuses: lines wait, are counted, and come when there is 
   CHECK(again.open().memories.at({"FIC-101", "stiction"}).raised == AlarmState::acknowledged);
 }
 
-TEST_CASE("a folder that can't be written: the journal says so and goes on", "[journal]") {
+TEST_CASE("a folder that can't be written: the journal reports it and continues", "[journal]") {
   const tests::TemporaryFolder folder;
   tests::write_file(folder / "file", "in the way");
   JournalSettings settings = settings_in(folder);

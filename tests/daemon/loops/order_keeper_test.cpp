@@ -84,7 +84,7 @@ TEST_CASE("mode and set point are on the disk at the next look", "[restart]") {
   bench.order({.mode = Mode::manual});
   CHECK(bench.look(0.05));
   CHECK(bench.on_disk().mode == Mode::manual);
-  // In manual the set point follows PV: that is nobody's order.
+  // In manual the set point follows PV. This is no operator's command.
   bench.run(50);
   CHECK_FALSE(bench.look(5.0));
   CHECK(bench.on_disk().set_point == 62.5);

@@ -78,13 +78,12 @@ TEST_CASE("manual waits in manual, and file takes the file's values; the journal
   CHECK(file.line->new_value == "AUTO, SP 12 m3/h");
 }
 
-TEST_CASE("without any orders from before the file has the say, and nothing is written",
-          "[restart]") {
+TEST_CASE("without saved commands the file decides, and no line is written", "[restart]") {
   const WarmStart first = warm_start(loop_config(), {});
   CHECK(first.start.mode == Mode::automatic);
   CHECK(first.start.set_point == 12.0);
   CHECK_FALSE(first.line);
-  // What was ordered is what the file has.
+  // The command equals the file.
   LastOrder same = last_order();
   same.set_point = 12.0;
   CHECK_FALSE(warm_start(loop_config(), known(same)).line);
@@ -119,7 +118,7 @@ TEST_CASE("in doubt a loop waits in manual, with the reason in the journal", "[r
     loop.pv.high = 250.0;
     why = "0 to 250";
   }
-  SECTION("nothing tells where the output stands") {
+  SECTION("the position of the output is unknown") {
     loop.start.output_is_told = false;
     why = "where the output stands";
   }

@@ -33,7 +33,7 @@ TEST_CASE("the newest minutes are kept in their order, the oldest go", "[monitor
   CHECK(history.newest() == 124);
 }
 
-TEST_CASE("missing cycles and bad PV are NaN; a long gap and manual begin anew",
+TEST_CASE("missing cycles and bad PV are NaN; a long gap and manual restart the history",
           "[monitor][history]") {
   History history(100.0, 0.1);
   history.add(cycle(1));

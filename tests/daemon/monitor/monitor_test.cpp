@@ -26,7 +26,7 @@ using model::AlarmState;
 using model::WindowState;
 using record::RecordRow;
 
-// Says what it is told to say, and counts.
+// Returns the judgement that the test sets, and counts its calls.
 class ScriptedJudge final : public model::WindowJudge {
  public:
   model::WindowJudgement judge(const model::Window& window) noexcept override {
@@ -171,7 +171,7 @@ struct Bench {
     monitor->round();
   }
 
-  // Of the first loop.
+  // For the first loop.
   model::ProcessSettings process{.normal_mode = model::NormalMode::automatic, .limits = {}};
   tests::TemporaryFolder folder;
   std::int64_t now_ms = 1'800'000'000'000;
@@ -179,7 +179,7 @@ struct Bench {
   std::vector<std::unique_ptr<base::SpscRing<RecordRow>>> rings;
   std::vector<std::unique_ptr<ScriptedJudge>> judges;
   std::vector<std::uint64_t> next;
-  // Of the first loop.
+  // For the first loop.
   rt::OrderBox box;
   std::atomic<std::uint8_t> standing{0};
   std::atomic<std::uint32_t> settings_taken{0};
@@ -198,7 +198,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("an alarm of routine evidence is raised once, with the samples that it comes from",
+TEST_CASE("an alarm of routine evidence is raised once, with the samples of that evidence",
           "[monitor]") {
   plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
   valve.reset(50.0);
@@ -247,7 +247,7 @@ TEST_CASE("an alarm of routine evidence is raised once, with the samples that it
   CHECK(e.co.back() == Approx(run.co[both - 1]).epsilon(1e-6));
 }
 
-TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is repaired",
+TEST_CASE("a fault in enough windows is an alarm, and clears when the valve is repaired",
           "[monitor]") {
   Bench bench;
   bench.run(2 * kWindow);
@@ -255,7 +255,7 @@ TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is rep
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(kWindow);
-  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);  // one window is none
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);  // one window raises no alarm
   bench.run(kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
   CHECK(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent == 6.0);
@@ -270,8 +270,7 @@ TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is rep
   CHECK(bench.board->watch(0).windows == 6);
 }
 
-TEST_CASE("a lost device is told by process alarms, with their reasons in the journal",
-          "[monitor]") {
+TEST_CASE("a lost device raises process alarms, with their reasons in the journal", "[monitor]") {
   const auto lost = [](RecordRow& row) {
     row.pv = std::nan("");
     row.pv_quality = static_cast<std::uint8_t>(hal::Quality::bad);
@@ -308,7 +307,7 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
     CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "AUTO; the normal mode is automatic");
     CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::normal);
   }
-  SECTION("what followed from them comes once it stands for itself") {
+  SECTION("a consequence is raised once it is an alarm without its cause") {
     bench.run_spoilt(
         601, [](RecordRow& row) { row.mode = static_cast<std::uint8_t>(control::Mode::manual); });
     CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
@@ -326,7 +325,7 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
   }
 }
 
-TEST_CASE("a limit that PV passes is told with both; a deviation rests in manual", "[monitor]") {
+TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[monitor]") {
   Bench bench;
   bench.process.at(AlarmKind::pv_high).fitted = true;
   bench.process.limits.at(AlarmKind::pv_high) = {60.0, 1.0};
@@ -384,7 +383,7 @@ TEST_CASE("each loop has its own process alarms, with or without specialists", "
         "nothing tells where the output stands");
 }
 
-TEST_CASE("the journal says of an alarm why it came and, otherwise, why it went", "[monitor]") {
+TEST_CASE("the journal has the reason why an alarm was raised or cleared", "[monitor]") {
   Bench bench;
   model::AlarmConditions conditions{};
   const auto twin = [&](bool on) {
@@ -510,7 +509,7 @@ TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]"
   CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
 }
 
-TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody waits for the disk",
+TEST_CASE("all waiting alarms are acknowledged at once, no other, without waiting for the disk",
           "[monitor]") {
   tests::TemporaryFolder folder;
   journal::Journal journal({.folder = folder.path()});  // not started: its disk never answers
@@ -546,8 +545,9 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
   CHECK(board.acknowledge_all(model::kAlarmKinds, "10.0.0.7:1000", {}).alarms.size() == 1);
 }
 
-TEST_CASE("what one change raises is one incident: told, acknowledged, and known after a restart",
-          "[monitor][incident]") {
+TEST_CASE(
+    "the alarms of one change are one incident: reported, acknowledged, and kept over a restart",
+    "[monitor][incident]") {
   Bench bench;
   const auto incident = [&](const WatchBoard& board) { return board.watch(0).incident.incident(); };
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
@@ -611,7 +611,7 @@ TEST_CASE("what one change raises is one incident: told, acknowledged, and known
   CHECK_FALSE(incident(*bench.board).open());
 }
 
-TEST_CASE("a shelved alarm comes back by itself when its time is over", "[monitor]") {
+TEST_CASE("a shelved alarm returns by itself after its time", "[monitor]") {
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
   bench.run(2 * kWindow);
@@ -647,7 +647,7 @@ TEST_CASE("loops are served in turn: a long queue of one does not keep the other
   CHECK(bench.monitor->status().windows == 6);
 }
 
-TEST_CASE("corrective action: journalled as the loop answers, and given up where it refuses",
+TEST_CASE("corrective action: journalled with the loop's answer, and given up if refused",
           "[monitor][corrective]") {
   Bench bench;
   bench.make_monitor({.enabled = true});
@@ -671,7 +671,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
   rt::Order order;
   REQUIRE(box.orders.try_pop(order));
   CHECK(order.jacket == rt::JacketWish::on);
-  CHECK(written().empty());  // nobody knows yet what came of it
+  CHECK(written().empty());  // the outcome is not known yet
 
   SECTION("refused: a reload has taken the jacket away") {
     box.answers.try_push({order.number, rt::Refusal::no_jacket});
@@ -705,7 +705,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
     bench.monitor->round();
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done",
                                                 "jacket back to shadow: trying > waiting: done"});
-    // The valve sticks still: once more, from a baseline of its own.
+    // The valve still sticks: once more, from a new baseline.
     bench.run((model::kBaseline - 1) * kWindow);
     CHECK_FALSE(box.orders.try_pop(order));
     bench.run(kWindow);
@@ -720,7 +720,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
   }
 }
 
-TEST_CASE("planned moves: from the explained alarm through a shadow to a loop that is calm",
+TEST_CASE("planned moves: from the explained alarm through a shadow to a steady loop",
           "[monitor][corrective]") {
   Bench bench;
   const bool on_order = GENERATE(false, true);
@@ -829,7 +829,7 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
   Explanation earlier = explained_at(bench.now_ms);
   --earlier.raised_ms;
   earlier.final_name = AlarmKind::model_gap;
-  // Of the incident before this one.
+  // From the incident before this one.
   bench.board->explained(0, earlier);
   bench.run(kWindow);
   CHECK(corrective() == model::CorrectiveState::waiting);
@@ -911,7 +911,7 @@ TEST_CASE("500 loops on one thread", "[monitor]") {
   CHECK(bench.monitor->status().windows == 500);
 }
 
-TEST_CASE("an explanation stands with the alarm, and gives it another name where it is sure",
+TEST_CASE("an explanation is kept with the alarm, and renames it if it is sure",
           "[monitor][explain]") {
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
@@ -935,7 +935,7 @@ TEST_CASE("an explanation stands with the alarm, and gives it another name where
   bench.board->explained(0, e);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::unacknowledged);
-  // The same condition goes on: it is the other alarm's now.
+  // The same condition continues: it belongs to the other alarm now.
   bench.run(kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::unacknowledged);
@@ -996,7 +996,7 @@ TEST_CASE("what is explained again has a line where its name is another one",
   CHECK(lines("incident renamed") == 1);
   CHECK(bench.board->watch(0).explanation->confidence == 0.96);
   CHECK(bench.board->watch(0).incident.incident().name == "gain_change");
-  // The newest stands: the alarm has its own name again.
+  // The newest explanation applies: the alarm has its own name again.
   e.effect = "stiction";
   e.block = plant::Block::valve;
   e.final_name.reset();
@@ -1008,7 +1008,7 @@ TEST_CASE("what is explained again has a line where its name is another one",
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::normal);
 }
 
-TEST_CASE("what the twin says beside its alarm stands on the board, and its news in the journal",
+TEST_CASE("remarks of the twin are in the registry with its alarm, and its news in the journal",
           "[monitor][twin]") {
   Bench bench;
   model::TwinRemarks remarks{.judging = model::Judging::here,

@@ -38,7 +38,7 @@ class Line {
   Line& operator=(const Line&) = delete;
   ~Line() { end(); }
 
-  // Every request that came.
+  // Ends the device and returns every request that it received.
   const std::vector<Bytes>& end() {
     quit_ = true;
     if (thread_.joinable()) thread_.join();

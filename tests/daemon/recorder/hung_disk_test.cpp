@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk that hangs: nobody waits for it but the threads that are made for it, what is lost is counted,
-// and all goes on when it answers again.
+// A hung disk: only the threads that are made for it wait, lost data is counted, and all parts
+// continue when the disk answers again.
 #include <fcntl.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>
@@ -84,7 +84,8 @@ struct Bench {
     return json::parse(client.request(request.dump(), std::chrono::seconds(60)));
   }
   json recording() { return ask({{"request", "status"}}).at("loops").at(0).at("recording"); }
-  // True once `count` more rows have been taken from the real-time thread and given to the recorder.
+  // Returns true once `count` more rows have been taken from the real-time thread and passed to the
+  // recorder.
   bool take(std::uint64_t count) {
     for (std::uint64_t i = 0; i < count; ++i) {
       loops.front().channels->records.try_push({.period_index = next++, .pv = 5.0});
@@ -123,7 +124,7 @@ loopwarden::monitor::AlarmConditions stiction_on() {
 
 TEST_CASE(
     "while the recorder's disk hangs, the watched threads move, the operator is answered, drops "
-    "are counted, and recording goes on afterwards",
+    "are counted, and recording continues afterwards",
     "[disk]") {
   Bench bench;
   REQUIRE(bench.take(5));
@@ -176,7 +177,7 @@ TEST_CASE("a CSV record over a disk that hangs: status and threads go on, its ro
   CHECK(record::read_record(started.at("file").get<std::string>()).size() == 8);
 }
 
-TEST_CASE("a CSV record that could not begin in time is not begun later behind the operator's back",
+TEST_CASE("a CSV record that could not begin in time is not begun later without the operator",
           "[disk]") {
   Bench bench;
   tests::HungDisk disk(bench.folder.path());
@@ -195,7 +196,7 @@ TEST_CASE("a CSV record that could not begin in time is not begun later behind t
 
 TEST_CASE(
     "while the journal's disk hangs: its lines wait in bounded memory, alarms are handled and "
-    "remembered, and the status says what is wrong",
+    "remembered, and the status reports the fault",
     "[disk]") {
   Bench bench;
   bench.board.window_judged(0, {}, {}, stiction_on());
@@ -242,8 +243,7 @@ TEST_CASE(
   CHECK(memory->second.shelved_until_ms > 0);  // its line was among those that found no room
 }
 
-TEST_CASE("while a disk hangs, every thread can be asked to end and nobody waits for long",
-          "[disk]") {
+TEST_CASE("while a disk hangs, every thread can be asked to end, and no wait is long", "[disk]") {
   Bench bench;
   tests::HungDisk disk(bench.folder.path());
   REQUIRE(bench.take(1));
@@ -260,8 +260,8 @@ TEST_CASE("while a disk hangs, every thread can be asked to end and nobody waits
   CHECK(bench.historian.status(0).segments.rows == 1);
 }
 
-TEST_CASE("while the metrics' disk hangs the operator is answered and nothing stops", "[disk]") {
-  // Opening a pipe that nobody reads waits as a disk does.
+TEST_CASE("while the metrics' disk hangs the operator is answered and no part stops", "[disk]") {
+  // Opening a pipe without a reader blocks as a hung disk does.
   const std::string pipe_name = "metrics.prom.tmp";
   Bench bench(pipe_name);
   CHECK(bench.moves());
@@ -272,7 +272,7 @@ TEST_CASE("while the metrics' disk hangs the operator is answered and nothing st
   ::close(reader);
 }
 
-TEST_CASE("an errand: nobody waits behind one that hangs, and its result may come too late",
+TEST_CASE("an errand: no other job waits for one that hangs, and its result may be too late",
           "[disk]") {
   std::atomic<bool> hangs{true};
   loopwarden::base::DiskErrand errand("lw-test");
@@ -304,7 +304,7 @@ TEST_CASE(
   spdlog::logger log("test", queue);
   log.set_pattern("%v");
   const std::string line(200, 'x');
-  for (int i = 0; i < 1000; ++i) log.info("{} {}", i, line);  // nobody reads
+  for (int i = 0; i < 1000; ++i) log.info("{} {}", i, line);  // without a reader
   CHECK(queue->lost() > 0);
   CHECK_FALSE(queue->stop_for(milliseconds(20)));
 
@@ -324,7 +324,7 @@ TEST_CASE(
   ::close(pipe[0]);
   CHECK(text.starts_with("0 x"));
   CHECK(text.find("\n1 x") < text.find("\n2 x"));
-  // One notice, or several where the pipe took a line in between: together they count every lost line.
+  // One notice, or several if the pipe took a line in between. Together they count every lost line.
   std::uint64_t said = 0;
   std::istringstream lines(text);
   for (std::string one; std::getline(lines, one);) {
@@ -370,7 +370,7 @@ TEST_CASE("what recorder and monitor were too slow for counts as dropped", "[dis
   Bench bench;
   rt::LoopChannels& channels = *bench.loops.front().channels;
   for (std::size_t i = 0; i < channels.watched.capacity() + 3; ++i) channels.watched.try_push({});
-  CHECK(bench.historian.dropped() == 3);  // nobody takes from the monitor's ring here
+  CHECK(bench.historian.dropped() == 3);  // no thread empties the monitor's ring here
   const tests::HungDisk disk(bench.folder.path());
   REQUIRE(bench.take(1));
   REQUIRE(eventually([&] { return disk.waiting() > 0; }));

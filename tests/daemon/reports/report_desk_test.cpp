@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands for `loopwarden` here is a script: what it is given, how it ends, how long it takes.
+// A script replaces `loopwarden` here. The tests check its arguments, its exit and its duration.
 #include "daemon/reports/report_desk.hpp"
 
 #include <catch2/catch.hpp>
@@ -73,8 +73,7 @@ std::vector<std::string> names(const std::vector<Report>& reports) {
 
 }  // namespace
 
-TEST_CASE("a report is made by the command of its kind, with nothing else on its line",
-          "[reports]") {
+TEST_CASE("a report is made by the command of its kind, with only its own arguments", "[reports]") {
   using Row = std::tuple<Kind, std::string, std::string, std::string>;
   const auto [kind, page, twin, more] = GENERATE(table<Kind, std::string, std::string, std::string>(
       {Row{Kind::gap, "report.html", "", "--out=OUT\n"},
@@ -109,12 +108,12 @@ TEST_CASE("a report is made by the command of its kind, with nothing else on its
                      "\n--background\n--loop=FIC-101\n--since=2027-01-15T05:13:20.123Z\n"
                      "--until=2027-01-15T07:43:20.000Z\n--socket=/run/x/control.sock\n" +
                      more);
-  // What it worked with is gone.
+  // Its working files are deleted.
   CHECK_FALSE(fs::exists(out / "records"));
   CHECK_FALSE(fs::exists(out / "tmp"));
 }
 
-TEST_CASE("a report that fails says why in the command's own words", "[reports]") {
+TEST_CASE("a failed report has the reason in the command's own words", "[reports]") {
   const auto [script, why, page] = GENERATE(table<std::string, std::string, bool>(
       {{"echo 'progress: gap 3 %' >&2; echo \"$OUT/records/r.csv: no movement\" >&2; exit 65",
         "records/r.csv: no movement", false},
@@ -190,7 +189,7 @@ TEST_CASE("four wait, each in its place, and the fifth finds no room", "[reports
   CHECK(names({bench.ended.begin(), bench.ended.begin() + 4}) == order);
 }
 
-TEST_CASE("two of one millisecond have names of their own", "[reports]") {
+TEST_CASE("two reports of one millisecond have different names", "[reports]") {
   Bench bench("");
   ReportDesk desk{bench.settings,
                   {.now_ms = [] { return kNow_ms; },
@@ -202,7 +201,7 @@ TEST_CASE("two of one millisecond have names of their own", "[reports]") {
   CHECK(one->name != other->name);
 }
 
-TEST_CASE("a report that is told to stop begins anew, before those that came later", "[reports]") {
+TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
   Bench bench(
       "if [ -e \"$OUT/../second\" ]; then echo '<title>' > \"$OUT/report.html\"; else "
       "touch \"$OUT/half\" \"$OUT/../second\"; exec sleep 600; fi");
@@ -236,7 +235,7 @@ TEST_CASE("how far a report is shows while it is made", "[reports]") {
   CHECK(seen.percent == 41);
 }
 
-TEST_CASE("of a loop the newest stay, but for what its loops work with", "[reports]") {
+TEST_CASE("the newest reports of a loop are kept, and those that its loops use", "[reports]") {
   Bench bench("echo '<title>' > \"$OUT/report.html\"");
   bench.settings.kept = 2;
   ReportDesk desk = bench.make();
@@ -253,7 +252,7 @@ TEST_CASE("of a loop the newest stay, but for what its loops work with", "[repor
   CHECK(fs::exists(bench.folder_of(made[4])));
 }
 
-TEST_CASE("a restart knows the reports, and tells those that it ended as failed", "[reports]") {
+TEST_CASE("a restart knows the reports, and marks those that it ended as failed", "[reports]") {
   Bench bench(
       "if [ $1 = survey ]; then echo x > \"$OUT/half\"; exec sleep 600; fi; echo "
       "'<title>' > \"$OUT/report.html\"; echo fine");

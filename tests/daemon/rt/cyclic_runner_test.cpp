@@ -64,7 +64,7 @@ TEST_CASE("loops of one period are spread over the ticks") {
   CHECK((later.front().flags & record::kLateCycle) == 0);
 }
 
-TEST_CASE("jitter shorter than a tick costs nothing and does not add up") {
+TEST_CASE("jitter shorter than a tick has no effect and does not add up") {
   Paced paced;
   Loop loop;
   paced.runner.add(loop.cycle, 1);

@@ -62,7 +62,7 @@ class Loop {
   }
   control::Fault fault() const { return static_cast<control::Fault>(row.fault); }
   control::Mode mode() const { return static_cast<control::Mode>(row.mode); }
-  // As the operator; `answer()` tells what became of it.
+  // Sends a command as the operator; `answer()` returns its outcome.
   bool order(const daemon::rt::Order& order) {
     return channels.operator_orders.orders.try_push(order);
   }

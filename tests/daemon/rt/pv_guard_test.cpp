@@ -37,7 +37,7 @@ TEST_CASE("a fresh value in range passes as it is") {
   CHECK(guard.check(good(-0.5, kSecond), {.value = 50.0}, kSecond).quality == hal::Quality::good);
 }
 
-TEST_CASE("age, range and numbers that are none make a value bad, each with its reason") {
+TEST_CASE("age, range and values that are no numbers make a value bad, each with its reason") {
   PvGuard guard(settings());
   const auto reason = [&](double value, std::int64_t age_ns) {
     const hal::Sample s = guard.check(good(value, kSecond), {.value = 50.0}, kSecond + age_ns);
@@ -185,7 +185,7 @@ TEST_CASE("a CO that is not known has not moved") {
   CHECK(looks.each(300, 320, 5.0, 72.0) == Reason::frozen);
 }
 
-TEST_CASE("the first value is not frozen, whatever it is and wherever the output stands") {
+TEST_CASE("the first value is not frozen, whatever its size and the output") {
   Looks looks(2.0);
   // A flow below the cut-off of its transmitter is exactly 0.
   CHECK(looks.at(100, 0.0, 50.0) == Reason::none);
@@ -197,7 +197,7 @@ TEST_CASE("an output that is learnt has not moved; one that moves from there has
   looks.guard.output_learned(60.0);
   CHECK(looks.each(13, 20, 5.0, 60.0) == Reason::none);
   CHECK(looks.each(20, 24, 5.0, 72.0) == Reason::frozen);
-  // Learnt while there is nothing to see, it counts once.
+  // A position that is learnt while PV is not visible counts once.
   looks.at(24, 5.1, 72.0);
   looks.at(25, 5.1, 72.0, Quality::bad);
   looks.guard.output_learned(-40.0);

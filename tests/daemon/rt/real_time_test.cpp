@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// No allocation, lock or system call in a cycle: on every backend, with every jacket and compensator.
+// A cycle makes no allocation, lock or system call: on every backend, with every jacket and
+// compensator.
 #include <catch2/catch.hpp>
 #include <fcntl.h>
 #include <unistd.h>
@@ -126,7 +127,7 @@ void check_no_offence() {
   CHECK(RealTimeSection::offences() == 0);
 }
 
-// The last offence of one thing done in a guarded section; empty: none.
+// Returns the last offence of an action in a guarded section; empty without an offence.
 std::string offence_of(const std::function<void()>& thing) {
   RealTimeSection::reset();
   {
@@ -186,7 +187,7 @@ TEST_CASE("cycles on the simulated backend, through faults and orders, neither a
     const record::RecordRow row = loop.step(k * kPeriodNs, k > 1900);
     added = added || (row.flags & (record::kJacketActs | record::kCompensatorActs)) != 0;
   }
-  CHECK(added);  // else nothing of it was tried
+  CHECK(added);  // otherwise the effects were not tried
   check_no_offence();
 }
 

@@ -37,7 +37,7 @@ class Client {
     REQUIRE(::send(fd_, text.data(), text.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(text.size()));
   }
-  // As much as goes in; how much that was.
+  // Sends as much as fits; returns the number of bytes.
   std::size_t push(const std::string& text) const {
     const ssize_t n = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     return n > 0 ? static_cast<std::size_t>(n) : 0;
@@ -176,7 +176,7 @@ TEST_CASE("of a flood no more is read than the rate allows", "[watch][feed]") {
     while (lines.size() < bytes) lines += line(1.0);
     return lines;
   };
-  // What is read beyond the rate is made up for by a pause.
+  // Lines that are read beyond the rate are made up for by a pause.
   feeder.send(lines_of(20'000));
   bench.rounds(1);
   const std::uint64_t lines = bench.counters().lines;
