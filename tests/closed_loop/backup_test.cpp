@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr const char* kDaemon = "real_time: {priority: 0, lock_memory: false}\n";
 
-// Each line of the journal, as it stands.
+// Returns each line of the journal, as stored.
 std::set<std::string> lines_of(DaemonProcess& daemon) {
   std::set<std::string> lines;
   for (const json& line : daemon.journal(1000)) lines.insert(line.dump());
@@ -63,7 +63,7 @@ TEST_CASE("a box is saved while it runs, and restored with its configuration, jo
   must("sqlite3 " + (state / "journal.sqlite").string() + " '.backup " +
        (backup / "journal.backup").string() + "'");
   must("cp " + (state / "alarm-state.json").string() + " " + backup.path().string());
-  // The daemon goes on meanwhile, and after it.
+  // The daemon runs during and after the backup.
   REQUIRE(loopwarden(daemon, "set FIC-101 --sp 3.25").exit_code == 0);
   REQUIRE(has(lines_of(daemon), "3.25"));
   daemon.signal(SIGKILL);

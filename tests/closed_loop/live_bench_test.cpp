@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// valve-test and autotune on a loop of the real daemon: what they measure, and that the loop is put back
-// however they end.
+// valve-test and autotune on a loop of the real daemon: their measurements, and the return of the
+// loop to its old state however they end.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -26,7 +26,7 @@ std::string daemon_yaml(double accelerate) {
   return "real_time: {lock_memory: false}\naccelerate: " + std::to_string(accelerate) + "\n";
 }
 
-// A cycle that comes late on a busy machine is no fault of the loop.
+// A late cycle on a loaded host is no fault of the loop.
 std::string patient_loop(const std::string& tag, const std::string& model,
                          const std::string& start) {
   std::string text = loop_file(tag, model, start);
@@ -166,8 +166,8 @@ TEST_CASE("a live step test measures the valve and puts output, mode and set poi
   }));
 }
 
-TEST_CASE("a sticking valve stands beside the figures of its commissioning", "[live_bench]") {
-  // An order that comes late is late by more of the loop's time at a higher speed: a hold is 0.6 s here.
+TEST_CASE("a sticking valve is reported with the figures of its commissioning", "[live_bench]") {
+  // A late command costs more of the loop's time at a higher speed: a hold is 0.6 s here.
   DaemonProcess daemon(daemon_yaml(5.0),
                        {{"healthy.yaml", model_file(false)},
                         {"sticking.yaml", model_file(true)},
@@ -235,7 +235,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
     CHECK(exit_code == 75);
     CHECK(command.text().find("is outside of 3 to 6") != std::string::npos);
     CHECK(test::eventually([&] { return as_it_was(daemon, "FIC-101"); }));
-    // The loop runs again: PV comes back to the set point.
+    // The loop runs again: PV returns to the set point.
     ready();
   }
   SECTION("signals") {
@@ -308,7 +308,7 @@ TEST_CASE("an order to manual that is still on its way when the test ends is tak
 
 TEST_CASE("autotune on a live loop finds the ultimate gain and puts the loop back",
           "[live_bench]") {
-  // The relay switches late by the way there and back, which at a higher speed is more of the loop's time.
+  // The relay switches late by the round trip. At a higher speed this is more of the loop's time.
   DaemonProcess daemon(
       daemon_yaml(4.0),
       {{"healthy.yaml", model_file(false)},

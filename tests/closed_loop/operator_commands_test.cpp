@@ -55,7 +55,7 @@ class Terminal {
     ::close(fd_);
   }
 
-  // Whether a picture with `wanted` comes, whatever came before this call.
+  // Returns whether a picture with `wanted` appears, whatever appeared before this call.
   bool shows(const std::string& wanted, const std::string& without = "\x01") {
     return test::eventually([&] {
       pollfd ready{.fd = fd_, .events = POLLIN, .revents = 0};
@@ -141,7 +141,7 @@ TEST_CASE("completion knows the daemon's loops, the alarms, and the words of an 
   CHECK(completed("gap --mod") == "--model\n");
 }
 
-TEST_CASE("top waits for a daemon that is restarted and goes on", "[operator]") {
+TEST_CASE("top waits for a restarting daemon and continues", "[operator]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", loop_file("FIC-101")}});
   daemon.start();
   Terminal top((daemon.folder() / "control.sock").string());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that a start can't work with, in the real daemon: nobody takes them, and one loop's errors
-// stop no other loop.
+// Files that a start can't work with, in the real daemon: they are not loaded, and one loop's
+// errors stop no other loop.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -125,8 +125,9 @@ TEST_CASE("a loop whose files are bad at the start stays out of service, and the
   }
 }
 
-TEST_CASE("without any good loop, or with other errors in loopwardend.yaml, nothing starts",
-          "[out_of_service]") {
+TEST_CASE(
+    "without a valid loop, or with other errors in loopwardend.yaml, the daemon doesn't start",
+    "[out_of_service]") {
   DaemonProcess none(kDaemon, {{"loops.d/1.yaml", loop_of("FIC-101", kNamesTwin)}});
   CHECK(none.run({"--config", none.config().string()}) == 78);
   DaemonProcess daemon(kDaemon + "log_level: nothing\n", {{"loops.d/1.yaml", loop_of("FIC-101")}});

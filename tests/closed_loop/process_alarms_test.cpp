@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Process alarms of the real daemon: what opens a contact and moves PV beyond its limit, told once, by its cause.
+// Process alarms of the real daemon: an open contact and a PV beyond its limit, each reported once,
+// by its cause.
 #include <catch2/catch.hpp>
 #include <map>
 #include <string>
@@ -32,7 +33,7 @@ ShellOutcome loopwarden(const DaemonProcess& daemon, const std::string& argument
 
 }  // namespace
 
-TEST_CASE("an open enable contact is told with what PV does, and not the mode that follows from it",
+TEST_CASE("an open enable contact is reported with the PV limit, but not with the resulting mode",
           "[closed_loop][process_alarms]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/FIC-101.yaml", loop()}});
   daemon.start();

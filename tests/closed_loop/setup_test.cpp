@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The steps of `loopwarden setup` that move a valve, and the reading of registers, with the real daemon on a device that this
-// project didn't write (pymodbus).
+// The steps of `loopwarden setup` that move a valve, and the reading of registers. The real daemon
+// runs on a device that this project didn't write (pymodbus).
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -31,13 +31,13 @@ std::string loop_text() {
   return with(text, "recovery: previous_mode", "late_cycle_periods: 40\n  recovery: manual");
 }
 
-// The file says that the device has a watchdog; its register was never set.
+// According to the file the device has a watchdog, but its register was never set.
 std::string without_watchdog(const std::string& text) {
   return with(text, "{timeout: 2, register: {address: 10, type: u16, scale: 0.1}, value: 2}",
               "{timeout: 1, set_by: device}");
 }
 
-// Nothing tells where the valve stands.
+// The position of the valve is unknown.
 std::string blind(const std::string& text) {
   return with(with(text, kReadBack, ""), "set_point: 5}", "set_point: 5, output: 4}");
 }
@@ -112,7 +112,7 @@ TEST_CASE("a stroke finds an action that is the wrong way round", "[setup]") {
   CHECK(plant.back());
 }
 
-TEST_CASE("nothing moves without the tag, a terminal, or with a key pressed", "[setup]") {
+TEST_CASE("the valve doesn't move without the tag, a terminal, or with a key pressed", "[setup]") {
   Plant plant;
   plant.start();
   ScriptedPerson& person = plant.s.person;
@@ -184,7 +184,7 @@ TEST_CASE("what moves the valve for another reason is no watchdog", "[setup]") {
   CHECK(plant.s.state.found("watchdog").empty());
 }
 
-TEST_CASE("where no read-back tells, a person says where the watchdog took the valve", "[setup]") {
+TEST_CASE("without a read-back, a person enters where the watchdog moved the valve", "[setup]") {
   Plant plant(blind(loop_text()));
   plant.start();
   ScriptedPerson& person = plant.s.person;
@@ -221,7 +221,7 @@ TEST_CASE("a key, and PV beyond its limits, end the wait for the output, which i
   CHECK_FALSE(plant.commissioned());
 }
 
-TEST_CASE("a loop that can't be put back is not given back, and what ended the test is told",
+TEST_CASE("a loop that can't be restored is not released, and the reason for the end is reported",
           "[setup]") {
   Plant plant;
   plant.start();
@@ -240,7 +240,7 @@ TEST_CASE("a loop that can't be put back is not given back, and what ended the t
   CHECK(loop.at("commissioning").at("ends_in_s") > 0.0);
 }
 
-TEST_CASE("where a fault's action has the output, a loop that is not put back is not given back",
+TEST_CASE("while a fault's action has the output, a loop that is not restored is not released",
           "[setup]") {
   Plant plant(with(loop_text(), "output_lost: hold", "output_lost: 3"));
   plant.start();
@@ -289,7 +289,7 @@ TEST_CASE("a record has the moves of the set point, and the loop is in manual af
   CHECK(plant.served());
 }
 
-TEST_CASE("nothing moves with a file that is not in force", "[setup]") {
+TEST_CASE("the valve doesn't move with a file that is not in force", "[setup]") {
   Plant plant;
   plant.start();
   const double before = plant.co();
@@ -406,7 +406,7 @@ TEST_CASE("a record is not made with another action than that of the stroke", "[
   CHECK_THROWS_WITH(setup::record_moves(plant.s.all), Catch::Contains("--again stroke"));
 }
 
-TEST_CASE("registers are read where no loop runs, and left alone where one does", "[setup]") {
+TEST_CASE("registers are read only if no loop runs on them", "[setup]") {
   Plant plant;
   const std::string probe = R"({"transport":"tcp","host":"127.0.0.1","port":)" +
                             plant.device.ready("port") +

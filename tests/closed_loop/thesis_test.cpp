@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the thesis reports of its plant 1 (chapters 6 and 7.3.2), measured on the simulated loop.
+// The results of the thesis on its plant 1 (chapters 6 and 7.3.2), measured on the simulated loop.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -56,7 +56,7 @@ LoopModel sticky_plant_1(double s, double j, const std::string& law, std::uint64
   return m;
 }
 
-// The thesis's own way: an obstruction on the cam, which the set point lies in the middle of.
+// The thesis's own method: an obstruction on the cam, with the set point in its middle.
 LoopModel obstructed_plant_1(double band, double jump) {
   LoopModel m = plant_1(1.75, 1);
   m.valve_effects = {
@@ -116,7 +116,7 @@ Typical typical(double s, double j, const std::string& law) {
 
 }  // namespace
 
-TEST_CASE("the measures of a trend tell square, sine and saw-tooth apart", "[thesis]") {
+TEST_CASE("the measures of a trend distinguish square, sine and saw-tooth", "[thesis]") {
   std::vector<double> square, sine, saw_tooth;
   for (int k = 0; k < 10'000; ++k) {
     const double phase = k / 1000.0 - std::floor(k / 1000.0);
@@ -166,7 +166,7 @@ TEST_CASE("plant 1 with its tuned PI settles on 5 L/min from 0", "[thesis]") {
   CHECK(std::abs(mean_error) < 2.0 * kStep);
 }
 
-TEST_CASE("a healthy valve does not cycle where a sticky one does", "[thesis]") {
+TEST_CASE("a healthy valve does not cycle in a loop in which a sticky one does", "[thesis]") {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Trend healthy = trend(loaded_plant_1(seed));
     const Trend sticky = trend(sticky_plant_1(1.0, 0.4, "choudhury", seed));
@@ -196,7 +196,7 @@ TEST_CASE("with stiction CO is a saw-tooth and PV nearly a square wave", "[thesi
   CHECK(median(co_at_levels) < 0.6);
   // PV stays at the two levels between which the stem jumps, a sine 0.4 of the time.
   CHECK(median(pv_at_levels) > 0.9);
-  // They are a jump apart; CO goes at least from slip to slip.
+  // They are a jump apart; CO moves at least from slip to slip.
   CHECK(median(pv_distance) == Approx(kGain * kJump).epsilon(0.15));
   CHECK(median(co_distance) > 0.95 * 1.5);
 }
@@ -230,7 +230,8 @@ TEST_CASE("with S alone CO's amplitude grows and the frequency falls", "[thesis]
 }
 
 TEST_CASE("with S and J together the loop is the same at another scale", "[thesis]") {
-  // What falls with stiction in the thesis falls because the deadband grows more than the jump.
+  // Values that fall with stiction in the thesis fall because the deadband grows more than the
+  // jump.
   const std::string law = GENERATE("choudhury", "he");
   const auto exact_trend = [&](double scale) {
     LoopModel m = sticky_plant_1(scale, 0.4 * scale, law, 1);

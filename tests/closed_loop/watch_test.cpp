@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real daemon beside a PLC that controls by itself, and beside a feeder: it sees, and writes nothing.
+// The real daemon as an observer of a PLC that controls by itself, and of a feeder: it reads, and
+// never writes.
 #include <pwd.h>
 #include <signal.h>
 #include <unistd.h>
@@ -109,7 +110,7 @@ TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
   CHECK(eventually([&] { return newest().at("monitor").at("window_state") == "filling"; }));
   CHECK(rig.loop("FIC-101").at("control") == "here");
 
-  SECTION("nothing of it can be ordered") {
+  SECTION("the loop accepts no command") {
     const ShellOutcome refused = rig.loopwarden("set FIC-205 --sp 10");
     CHECK(refused.exit_code == 65);
     CHECK(refused.text.find("FIC-205 is controlled elsewhere") != std::string::npos);
@@ -126,14 +127,14 @@ TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
     CHECK(eventually([&] { return newest().at("mode") == "AUTO"; }));
     CHECK(eventually([&] { return newest().at("monitor").at("window_state") == "filling"; }));
   }
-  SECTION("a PLC that is away is said, and is back without a restart of anything") {
+  SECTION("a lost PLC is reported, and is back without a restart") {
     rig.plc.command("restart 1");
     CHECK(eventually([&] { return newest().at("pv_quality") == "bad"; }));
     CHECK(newest().at("pv").is_null());
     CHECK(eventually([&] { return newest().at("fault") == "none"; }));
     CHECK(rig.no_valve_alarm("FIC-205"));
   }
-  SECTION("the end of the daemon moves nothing of it") {
+  SECTION("the end of the daemon moves no output of the PLC") {
     rig.daemon.signal(SIGTERM);
     CHECK(rig.daemon.wait_for_end() == 0);
     const ShellOutcome safe =
@@ -154,7 +155,7 @@ TEST_CASE("commission, diagnose and gap take what the recorder holds of a watche
   };
   REQUIRE(eventually([&] { return rig.loop("FIC-205").at("recording").at("bytes") > 4096; }));
   ShellOutcome made{-1, {}};
-  // What it has recorded last may not be on the disk yet.
+  // The newest samples may not be on the disk yet.
   REQUIRE(eventually([&] {
     made = commission("--loop FIC-205 --last 1h");
     return made.exit_code == 0;
@@ -222,7 +223,7 @@ TEST_CASE("a fed loop holds while its feeder lives, and is stale when it has die
     json loop = newest();
     CHECK(loop.at("co") == 33.0);
     CHECK(loop.at("sp") == 13.0);
-    CHECK(loop.at("mode") == "AUTO");  // none is wired
+    CHECK(loop.at("mode") == "AUTO");  // no mode is wired
     // Signs of life and no news.
     CHECK(eventually([&] {
       feed(json::array());

@@ -110,7 +110,7 @@ TEST_CASE("Values of watched loops count as they are asked for together", "[conf
     return loop;
   };
   const LoopConfig a = watched("FIC-1", 0);
-  const LoopConfig b = watched("FIC-2", 10);   // behind a gap of six
+  const LoopConfig b = watched("FIC-2", 10);   // after a gap of six
   const LoopConfig c = watched("FIC-3", 100);  // too far away
   const BusLoad load = bus_load({c, b, a}, link);
   CHECK(load.share == Approx(read_s(link, 14) + read_s(link, 4)));

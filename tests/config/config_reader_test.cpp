@@ -67,7 +67,7 @@ TEST_CASE("The daemon's own file may be absent", "[config][directory]") {
   CHECK(configuration->daemon.state_directory == "/var/lib/loopwardend");
 }
 
-TEST_CASE("A configuration without loops is none", "[config][directory]") {
+TEST_CASE("A configuration without loops is invalid", "[config][directory]") {
   const ScratchFolder folder;
   CHECK(said_of(folder) == "loops.d: error: can't be read: No such file or directory\n");
   folder.write("loops.d/a.yml", kModbusLoop);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The examples are accepted as they stand, and any small slip in them is found where it is.
+// The examples are accepted unchanged, and any small slip in them is found at its place.
 #include <algorithm>
 #include <filesystem>
 #include <sstream>
@@ -72,7 +72,7 @@ std::vector<Diagnostic> diagnose(const fs::path& file, const std::string& text) 
   return read_loop_text(file.string(), text, *daemon).diagnostics;
 }
 
-// Those of other programs than the daemon are read by the tests of their own readers.
+// Returns the examples of the daemon. The tests of other programs read the others.
 std::vector<fs::path> example_files() {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(kExamples)) {
@@ -132,7 +132,7 @@ TEST_CASE("The example plant is the thesis's", "[config][examples]") {
   CHECK(model->transmitter.resolution == 10.0 / 4096.0);
 }
 
-TEST_CASE("A misspelt key is found where it stands, in every example", "[config][examples]") {
+TEST_CASE("A misspelt key is found at its place, in every example", "[config][examples]") {
   for (const fs::path& file : example_files()) {
     const std::vector<std::string> lines = lines_of(loopwarden::tests::read_file(file));
     for (const Key& key : keys_of(lines)) {
@@ -162,7 +162,7 @@ TEST_CASE("A line that is gone or doubled is found, or made no difference", "[co
       if (code.find_first_not_of(' ') == std::string::npos) continue;
       std::vector<std::string> without = lines;
       without.erase(without.begin() + static_cast<std::ptrdiff_t>(n));
-      diagnose(file, joined(without));  // whatever is said, it comes back
+      diagnose(file, joined(without));  // any message, but no crash
 
       const bool is_key =
           code.find(':') != std::string::npos && code.find("- {") == std::string::npos;

@@ -38,7 +38,7 @@ TEST_CASE("A model of the fixed format is read whole", "[config][model]") {
   CHECK(read_model_file(LOOPWARDEN_SOURCE_DIR "/tests/config/data/model_plant1.yaml"));
 }
 
-TEST_CASE("What a model leaves out has its default", "[config][model]") {
+TEST_CASE("Keys that a model omits have their default", "[config][model]") {
   const auto model = read_model_text("m.yaml", kModel);
   REQUIRE(model);
   CHECK(model->uncertainty == plant::ProcessUncertainty{0.03, 0.06, 0.03});
@@ -90,7 +90,7 @@ TEST_CASE("PV at CO 0 is stated by `level`, of a self-regulating process only", 
              Catch::Contains("process.level"));
 }
 
-TEST_CASE("`valve: none` states that nothing can stick", "[config][model]") {
+TEST_CASE("`valve: none` states that no valve can stick", "[config][model]") {
   const std::string with_valve = with(kModel, "process:\n", "valve:\n  effects: []\nprocess:\n");
   const std::string none = with(kModel, "process:\n", "valve: none\nprocess:\n");
   REQUIRE(read_model_text("m.yaml", with_valve));
@@ -123,7 +123,7 @@ TEST_CASE("Keys of a model reach their place", "[config][model]") {
   CHECK(model->scenario.set_point ==
         std::vector<std::pair<double, double>>{{0, 40}, {100.5, 55}, {400, 45}});
   CHECK(model->scenario.faults.size() == 2);
-  // What was accepted can be simulated.
+  // An accepted model can be simulated.
   plant::SimulatedLoop loop(*model);
   for (int i = 0; i < 100; ++i) CHECK(std::isfinite(loop.step().pv));
 }

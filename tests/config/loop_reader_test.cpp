@@ -23,7 +23,7 @@ LoopConfig read(const std::string& text) {
   return std::move(*loop);
 }
 
-// With a jacket behind the controller's action, line 6.
+// Adds a jacket after the controller's action, line 6.
 std::string with_jacket(const std::string& keys) {
   return with(kModbusLoop, "  kp: 0.35\n", "  jacket: {" + keys + "}\n  kp: 0.35\n");
 }
@@ -54,7 +54,7 @@ TEST_CASE("A loop file fills the loop's settings", "[config][loop]") {
   CHECK(loop.safety.on_enable_open == OutputAction::go_to(1.0));
 }
 
-TEST_CASE("What a loop file leaves out has its default", "[config][loop]") {
+TEST_CASE("Keys that a loop file omits have their default", "[config][loop]") {
   const LoopConfig loop = read(with(kModbusLoop, ", output: 1}", "}"));
   CHECK(loop.pv.max_age_s == Approx(0.3));  // three sample times
   CHECK(loop.pv.range_margin == 0.05);
@@ -85,9 +85,8 @@ std::string with_start(const std::string& start) {
 
 }  // namespace
 
-TEST_CASE(
-    "A loop continues after a restart if it begins in automatic, unless its file says otherwise",
-    "[config][loop]") {
+TEST_CASE("A loop continues after a restart if it begins in automatic, unless its file forbids it",
+          "[config][loop]") {
   using AfterRestart = Start::AfterRestart;
   const auto start = [](const std::string& keys) { return read(with_start(keys)).start; };
   CHECK(start("{mode: automatic, set_point: 5, output: 4}").after_restart == AfterRestart::resume);
@@ -102,7 +101,7 @@ TEST_CASE(
              Catch::Contains("start.after_restart") && Catch::Contains("continue, manual or file"));
 }
 
-TEST_CASE("Automatic needs something that tells where the output stands", "[config][loop]") {
+TEST_CASE("Automatic needs a source of the output's position", "[config][loop]") {
   const auto refused = [](const std::string& hold) {
     return "loop.yaml:10:15: error: start.mode: automatic can't begin: output is hold" + hold +
            " and the io section (at 17:3) has no read_back, so nothing tells where the output "
@@ -138,7 +137,8 @@ TEST_CASE("Automatic needs something that tells where the output stands", "[conf
   }
 }
 
-TEST_CASE("Who leaves the first output to the operator is told what that means", "[config][loop]") {
+TEST_CASE("Leaving the first output to the operator gives a note with the consequence",
+          "[config][loop]") {
   CHECK(said_of_loop(with_start("{mode: manual, set_point: 5}")) ==
         "loop.yaml:10:8: note: start.output: hold (the default) without a read_back: nothing is "
         "written to the device until an operator sets an output\n");
@@ -353,7 +353,7 @@ TEST_CASE("Planned moves as corrective action need a twin, a read-back and, on h
       Catch::Contains("is of form planned_moves"));
 }
 
-TEST_CASE("On hardware a compensator needs a limit, and does not act beside the jacket",
+TEST_CASE("On hardware a compensator needs a limit, and does not act together with the jacket",
           "[config][loop]") {
   const auto said = [](const std::string& compensator, const std::string& jacket = "") {
     return said_of_loop(with(kModbusLoop, "  kp: 0.35\n",
@@ -373,7 +373,7 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
   CHECK_THAT(said(moves + limits + "s_interval: [0.5, 0.8], read_back: false"),
              Catch::Contains("only with a read-back"));
   CHECK(said(moves + "shadow: true, read_back: false").empty());
-  // Of the other sign, in shadow as well; kModbusLoop has action reverse.
+  // With the other sign, in shadow as well; kModbusLoop has action reverse.
   std::string other_sign = moves + "shadow: true, read_back: false";
   other_sign.replace(other_sign.find("gain: 1"), 7, "gain: -1");
   CHECK_THAT(said(other_sign), Catch::Contains("gain -1 contradicts controller.action reverse"));
@@ -396,7 +396,7 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
              Catch::Contains("can't act beside the jacket, which corrective_action switches on"));
 }
 
-TEST_CASE("What deadband and converter hold back is no windup", "[config][loop]") {
+TEST_CASE("CO that deadband and converter hold back is no windup", "[config][loop]") {
   // The register's own step is 0.001 V.
   CHECK(read(kModbusLoop).controller.pid.tolerance == Approx(0.001));
   CHECK(read(with(kModbusLoop, "limits: [1, 9]}", "limits: [1, 9], deadband: 0.2}"))

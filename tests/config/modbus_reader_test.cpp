@@ -59,7 +59,7 @@ TEST_CASE("A Modbus loop knows its devices and registers", "[config][modbus]") {
   CHECK_FALSE(io.max_command_age_ns);
 }
 
-TEST_CASE("What happens when no command arrives must be stated", "[config][modbus]") {
+TEST_CASE("The action without commands must be stated", "[config][modbus]") {
   CHECK(
       said_of_loop(with(kModbusLoop, "    comm_loss: {timeout: 2, set_by: device}\n", "")) ==
       "loop.yaml:23:5: error: io.positioner: missing key 'comm_loss' ({timeout, register, value}, "
@@ -82,7 +82,7 @@ TEST_CASE("What happens when no command arrives must be stated", "[config][modbu
   CHECK(by_register.watchdog->point.unit == 2);
   CHECK(by_register.watchdog->point.reg.address == 9);
 
-  // Whatever it is that does not say who acts: all ways that there are.
+  // All forms of a value that does not state who acts.
   for (const char* value : {"none", "{timeout: 2}", "{timeout: 2, value: 3}", "[timeout, 2]"}) {
     INFO(value);
     CHECK(said_of_loop(with_comm_loss(value)) ==
@@ -206,7 +206,7 @@ TEST_CASE("raw and eu are checked like any other scale", "[config][modbus]") {
         "loop.yaml:25:61: error: io.positioner.command.eu: must be [first, last], CO units\n");
 }
 
-TEST_CASE("What eu does not cover is said", "[config][modbus]") {
+TEST_CASE("A range that eu does not cover is reported", "[config][modbus]") {
   // The type reaches to 18.96 V, the device to 8 V.
   CHECK(
       said_of_loop(
@@ -288,8 +288,7 @@ TEST_CASE("A register's number out of a manual is answered with its address", "[
             .find("400005 is holding register 4 counted from 0") != std::string::npos);
 }
 
-TEST_CASE("An address that may be meant as it stands is taken, with a warning",
-          "[config][modbus]") {
+TEST_CASE("An ambiguous address is taken literally, with a warning", "[config][modbus]") {
   const std::string decimal = with(kModbusLoop, "address: 100", "address: 40201");
   CHECK(read(decimal).command.reg.address == 40201);
   CHECK(

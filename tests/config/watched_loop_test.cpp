@@ -108,7 +108,7 @@ TEST_CASE("The other controller's law is taken down", "[config][watch]") {
   CHECK(loop.controller.pid.gains.kp == Approx(0.8 * 100.0 / 40.0));
 }
 
-TEST_CASE("What would act on a watched loop is refused, with the reason", "[config][watch]") {
+TEST_CASE("A key that would act on a watched loop is refused, with the reason", "[config][watch]") {
   const std::string why =
       ": is refused: nothing of this loop is ever written, since another controller has it "
       "(control: elsewhere, at 2:10)\n";
@@ -163,7 +163,7 @@ TEST_CASE("A mode's numbers mean one thing each", "[config][watch]") {
         "these modes alone)\n");
 }
 
-TEST_CASE("Watched loops come behind those controlled here, whatever their files' names",
+TEST_CASE("Watched loops are listed after those controlled here, whatever their files' names",
           "[config][watch]") {
   const test::ScratchFolder folder;
   const auto tagged = [](const std::string& text, const std::string& from, const std::string& tag) {
@@ -197,7 +197,7 @@ TEST_CASE("Feeders are users, each his own", "[config][watch]") {
         "host, so nobody can write what this feeder brings\n");
 }
 
-TEST_CASE("What is watched on a serial line counts in its time", "[config][watch]") {
+TEST_CASE("A watched loop on a serial line counts in its time", "[config][watch]") {
   const LoopConfig loop =
       read(with(with(kModbus, "link: skid", "link: line"), "unit: 1,", "unit: 4,"));
   hal::modbus::LinkSettings line = test::daemon().links.at("line");

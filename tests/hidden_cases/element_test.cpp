@@ -13,8 +13,8 @@ using namespace loopwarden::hidden_cases;
 
 namespace {
 
-// Moves the input at 0.02 per second until the output has moved by 0.1, more than bristles give way,
-// and come to rest again.
+// Moves the input at 0.02 per second until the output has moved by 0.1, more than bristles yield,
+// and has stopped again.
 constexpr double kSlip = 0.1;
 struct Slip {
   double input;
@@ -135,7 +135,7 @@ TEST_CASE("dead time of plug flow is volume over flow", "[hidden_cases]") {
   CHECK(steps * kStep_s == Approx(8.0 / flow).margin(0.01));
 }
 
-TEST_CASE("every element rests where reset says", "[hidden_cases]") {
+TEST_CASE("every element rests at its reset value", "[hidden_cases]") {
   Chain chain;
   chain.push_back(make_lag(0.3));
   chain.push_back(make_positioner(2.0, 0.5, 0.2));

@@ -150,7 +150,7 @@ TEST_CASE("what the truth leaves is below what the belief leaves", "[hidden_case
   CHECK(believed_rmse(one) > 2.0 * one.floor_rmse);
 }
 
-TEST_CASE("where nothing is hidden the belief is nearly right", "[hidden_cases]") {
+TEST_CASE("in a case without a hidden effect the belief is nearly right", "[hidden_cases]") {
   const std::string effect = GENERATE("none", "none:sluggish_tuning", "none:constant_set_point");
   const HiddenCase one = make_case(request(Kind::kNone, effect, 5));
   CHECK(one.effect == "none");

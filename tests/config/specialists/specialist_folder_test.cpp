@@ -71,7 +71,7 @@ void put_weights(const std::filesystem::path& folder, const std::string& text) {
   replace(folder / "manifest.yaml", before, loopwarden::base::sha256_hex(text));
 }
 
-// The specialists as version 1 wrote them, in a folder of their own.
+// Copies the specialists as version 1 wrote them into a separate folder.
 void copy_version_1(const std::filesystem::path& to) {
   std::filesystem::copy(LOOPWARDEN_SOURCE_DIR "/tests/golden/specialists-1", to,
                         std::filesystem::copy_options::recursive);
@@ -274,7 +274,8 @@ TEST_CASE("specialists that are replaced stay whole until the new manifest is th
                               ++files;
                             });
   CHECK(files == specialist::kConditions + 2);
-  // Written in one go, what is not needed any more goes; the same again changes no name.
+  // One write removes the files that are not needed any more. Writing the same again keeps all
+  // names.
   REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());
   const auto named = [&] {
     auto names = config::weight_files(folder.path());

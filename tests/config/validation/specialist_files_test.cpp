@@ -35,7 +35,7 @@ config::LoopFile loop_with(const std::string& twin) {
   return file;
 }
 
-// What is said of the loop, and in `twins` what loaded.
+// Returns the messages for the loop; `twins` receives the loaded ones.
 std::string said_of(const config::LoopFile& loop, config::Specialists* loaded = nullptr) {
   config::SpecialistFiles files;
   config::Report report(loop.config.file);

@@ -143,7 +143,7 @@ TEST_CASE("two links to one unit agree in their settings", "[config][validation]
                       "(loops.d/a.yaml:19:11). Use one link for both"));
     CHECK(std::count(said.text.begin(), said.text.end(), '\n') == 1);
     CHECK(tags_of(validated) == Tags{"FIC-101", "-FIC-102"});
-    // Its output can be driven none the less.
+    // Its output can be driven nevertheless.
     REQUIRE(validated.reading.outputs.size() == 2);
     CHECK(validated.reading.outputs[1].why_not.empty());
   }
@@ -217,7 +217,7 @@ TEST_CASE("one register has many names", "[config][validation]") {
     INFO(host);
     CHECK(said_of(folder).find("register 100 is written by another loop as well") !=
           std::string::npos);
-    // Which of the two is right, nobody knows.
+    // It is unknown which of the two is right.
     CHECK_FALSE(validate(folder.path()).reading.runnable);
     CHECK(tags_of(validate(folder.path())) == Tags{"-FIC-101", "-FIC-102"});
   }
@@ -312,13 +312,13 @@ TEST_CASE("a loop that is out of service keeps its place", "[config][validation]
     folder.write("loops.d/b.yaml", bad);
     CHECK(tags() == Tags{"FIC-101", "-FIC-102", "FIC-103", "FIC-201"});
   }
-  // Cut to nothing by a power failure, or no text at all: its file's name is its tag.
+  // Emptied by a power failure, or without any text: its file's name is its tag.
   for (const std::string& bad : {std::string(), std::string(3, '\0')}) {
     folder.write("loops.d/b.yaml", bad);
     CHECK(tags() == Tags{"FIC-101", "-b", "FIC-103", "FIC-201"});
   }
   folder.write("loops.d/b.yaml", simulated("FIC-102"));
-  // Watched loops stay behind the others, even if nothing of their files can be read as YAML.
+  // Watched loops stay after the others, even if no part of their files can be read as YAML.
   folder.write("loops.d/aa.yaml", watched + "a: [1\n");
   CHECK(tags() == Tags{"FIC-101", "FIC-102", "FIC-103", "-FIC-201"});
   // Two of one tag: neither is run.
@@ -350,7 +350,7 @@ TEST_CASE("a link with an error takes its own loops out of service", "[config][v
     CHECK(all.reading.outputs[0].why_not.empty());
     CHECK_FALSE(all.reading.outputs[1].why_not.empty());
   }
-  // What leads to the device is right.
+  // The path to the device is right.
   const Validated all = validated("{transport: tcp, host: 10.0.0.2, pause: 9}");
   CHECK(tags_of(all) == Tags{"FIC-101", "-FIC-102"});
   CHECK(all.reading.outputs[1].why_not.empty());

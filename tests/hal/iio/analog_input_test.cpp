@@ -95,7 +95,7 @@ TEST_CASE("a reversed range turns the limit round") {
   CHECK(input.sample().limit == Limit::high);
 }
 
-TEST_CASE("an input whose device is absent at start is good when it comes") {
+TEST_CASE("an input whose device is absent at start is good when it appears") {
   Bench bench;
   AnalogInput input = bench.input();
   for (int i = 0; i < 10; ++i) input.poll(i * kSecond / 10);

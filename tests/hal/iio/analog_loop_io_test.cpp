@@ -76,7 +76,7 @@ TEST_CASE("a loop on converters: values in, commands out, alive and silent") {
   CHECK(bench.read(*io).process_variable.value == Approx(50.0));
   CHECK(bench.read(*io).enable == Enable::closed);
 
-  // The loop renews its command; what it is told is what the converter makes of it.
+  // The loop renews its command. It is told the value that the converter makes of it.
   const double step = 100.0 / 3200.0;
   CHECK(eventually([&] {
     CHECK(bench.write(*io, 25.0 + 0.3 * step) == Approx(25.0));
@@ -163,7 +163,7 @@ TEST_CASE("drive puts an output out and keeps it") {
   CHECK(bench.iio.get(0, "out_current0_raw") == "1120");
 }
 
-TEST_CASE("drive on an absent converter says why") {
+TEST_CASE("drive on an absent converter reports the reason") {
   Bench bench;
   const auto io = bench.io();
   io->open();

@@ -13,7 +13,7 @@
 
 namespace loopwarden::tests {
 
-// What a test sees and sets of one line.
+// The state of one line, for the test to read and set.
 struct FakeLine {
   std::atomic<bool> exists{true};
   std::atomic<bool> refuses{false};

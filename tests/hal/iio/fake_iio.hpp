@@ -21,8 +21,8 @@ class FakeIio {
   void set(int number, std::string_view file, std::string_view text) const {
     write_file(device(number) / file, text);
   }
-  // Overwrites an existing file in place, as the driver behind sysfs would change what it delivers:
-  // a reader never finds it empty.
+  // Overwrites an existing file in place. The driver of a sysfs file changes its value the same
+  // way: a reader never finds it empty.
   void change(int number, std::string_view file, std::string_view text) const {
     const std::string name = (device(number) / file).string();
     std::FILE* stream = std::fopen(name.c_str(), "r+");

@@ -119,12 +119,12 @@ TEST_CASE("a raw number is written and can be read back") {
   CHECK(iio.get(0, "out_current0_raw") == "-4095");
   CHECK(channel.readable());
   CHECK(channel.read_raw() == -4095.0);
-  // A shorter number leaves nothing of the longer one behind.
+  // A shorter number overwrites all digits of the longer one.
   channel.write_raw(7);
   CHECK(channel.read_raw() == 7.0);
 }
 
-TEST_CASE("what can't work says which file and why") {
+TEST_CASE("an unusable channel reports the file and the reason") {
   const FakeIio iio;
   iio.add_board(0, "board");
   const auto open_input = [&](const char* channel) {

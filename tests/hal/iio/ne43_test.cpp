@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::int64_t kStep = 100'000'000;  // ns between samples
 
-// The reading after the current has stood for `samples` samples.
+// The reading after the current was constant for `samples` samples.
 struct Feed {
   Ne43 ne43;
   std::int64_t now = 0;

@@ -33,7 +33,7 @@ TEST_CASE("an output becomes the converter's nearest step") {
   for (double output = 0.0; output <= 100.0; output += 0.377) {
     const double made = stage.output_of(stage.raw_for(output));
     REQUIRE(std::abs(made - output) <= 0.5 * step + 1e-9);
-    // What it made is what it would make again.
+    // The result maps to the same raw value again.
     REQUIRE(stage.raw_for(made) == stage.raw_for(output));
   }
 }

@@ -94,7 +94,7 @@ TEST_CASE("RTU: every type and byte order is read right", "[modbus][link]") {
   check_all_types(link, rig.device);
 }
 
-TEST_CASE("a device that is absent at start is found when it comes", "[modbus][link]") {
+TEST_CASE("a device that is absent at start is found when it appears", "[modbus][link]") {
   TcpRig rig;
   rig.proxy.command("down");
   Events events;
@@ -125,7 +125,7 @@ TEST_CASE("TCP: bad during each fault, good after it", "[modbus][link]") {
   TcpRig rig;
   Events events;
   mb::LinkSettings settings = rig.link();
-  settings.response_timeout_ms = 1000;  // each fault costs one connection, and nothing else does
+  settings.response_timeout_ms = 1000;  // each fault costs one connection and has no other effect
   mb::ModbusLink link(settings, events.sink());
   Reader reader(link, {input(0, RegisterType::f32)});
   REQUIRE(eventually([&] { return reader.good(); }));
@@ -436,7 +436,7 @@ TEST_CASE("RTU: no late reply passes for a fresh one", "[modbus][link]") {
   CHECK(eventually([&] { return watch_tags(reader, 300ms) > 5; }));
 }
 
-TEST_CASE("RTU: a reply that comes twice costs nothing", "[modbus][link]") {
+TEST_CASE("RTU: a repeated reply is harmless", "[modbus][link]") {
   SerialRig rig;
   mb::LinkSettings settings = rig.link();
   settings.response_timeout_ms = 2000;
@@ -479,7 +479,7 @@ TEST_CASE("RTU: a device that is always late is bad, never stale", "[modbus][lin
     CAPTURE(fault);
     rig.proxy.command(fault);
     watch_tags(reader, 1000ms);
-    // Where this thread was held up a reply may have been there in time after all.
+    // If this thread was held up, a reply may have been there in time after all.
     CHECK(eventually([&] { return reader.bad(0); }));
     rig.proxy.command("ok");
     reader.forget();
@@ -565,7 +565,7 @@ TEST_CASE("a vanished peer is noticed and found again", "[modbus][link]") {
   mb::ModbusLink link(rig.link(), {});
   Reader reader(link, {input(0, RegisterType::f32)});
   REQUIRE(eventually([&] { return reader.good(); }));
-  rig.proxy.freeze();  // connections are still accepted by the kernel, nobody answers
+  rig.proxy.freeze();  // the kernel still accepts connections, but the device doesn't answer
   REQUIRE(eventually([&] { return reader.bad(); }));
   reader.forget();
   rig.proxy.thaw();
@@ -599,8 +599,9 @@ TEST_CASE("a link ends promptly, whatever it waits for", "[modbus][link]") {
   }
 }
 
-TEST_CASE("after a silence in which the device may act, the loop is told before it is obeyed",
-          "[modbus][link]") {
+TEST_CASE(
+    "after a silence in which the device may act, the loop is informed before its commands pass",
+    "[modbus][link]") {
   TcpRig rig;
   mb::ModbusLink link(rig.link(), {});
   mb::PointSettings point = input(0, RegisterType::f32);

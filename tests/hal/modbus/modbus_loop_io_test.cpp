@@ -28,8 +28,8 @@ mb::PointSettings holding(std::uint16_t address, RegisterType type, double scale
   return point;
 }
 
-// PV, command and read-back on one device whose communication watchdog acts after 0.6 s. Commands are good for longer than a
-// busy machine holds up who gives them.
+// PV, command and read-back on one device whose communication watchdog acts after 0.6 s. Commands
+// stay valid for longer than a loaded host delays the thread that gives them.
 mb::LoopModbusSettings loop_on(const mb::LinkSettings& link) {
   mb::LoopModbusSettings loop;
   loop.transmitter_link = link;
@@ -128,7 +128,7 @@ TEST_CASE("RTU: a loop reads its transmitter and moves its valve", "[modbus][loo
   check_reads_and_commands(rig.link(), rig.device);
 }
 
-TEST_CASE("write tells what the output stage makes of a command", "[modbus][loop_io]") {
+TEST_CASE("write returns the output stage's value of a command", "[modbus][loop_io]") {
   mb::ModbusBus bus;
   const hal::CycleTime time;
   const auto output = [&](const mb::LoopModbusSettings& settings, double value) {
@@ -159,7 +159,7 @@ TEST_CASE("what is no number is never sent", "[modbus][loop_io]") {
   }
 }
 
-TEST_CASE("before the first command nothing is written, the watchdog register neither",
+TEST_CASE("before the first command the device and its watchdog register are not written",
           "[modbus][loop_io]") {
   TcpRig rig({"--start", "3", "--fail-safe", "1.5"});
   mb::ModbusBus bus;
@@ -222,7 +222,7 @@ TEST_CASE(
   mb::ModbusBus bus;
   mb::LoopModbusSettings settings = loop_on(rig.link());
   settings.max_command_age_ns = 60'000'000'000;
-  settings.comm_loss.timeout_s = 10.0;  // a busy machine's bus thread is not silent for so long
+  settings.comm_loss.timeout_s = 10.0;  // longer than a loaded host delays the bus thread
   mb::ModbusLoopIo io(settings, "loop", bus);
   io.open();
   {
@@ -240,7 +240,7 @@ TEST_CASE(
   CHECK_FALSE(inputs_after(silence_ns + 1'000'000).output_ok);
   CHECK(inputs_after(silence_ns + 1'000'000).output_reason == Reason::link_lost);
 
-  // The loop does not know the output any more and asks for nothing to be written.
+  // The loop does not know the output any more and requests no write.
   const auto command = [&](bool write) {
     io.write({},
              {.output = 4.5, .time_ns = mb::BusWaiter::now_ns(), .write = write, .alarm = true});
@@ -267,7 +267,7 @@ TEST_CASE("how long commands may stay away: until the device acts, less one exch
   CHECK(mb::longest_silence_ns(loop) == 700'000'000);
 }
 
-TEST_CASE("a pulled cable: the device goes to its fail-safe value", "[modbus][loop_io]") {
+TEST_CASE("a pulled cable: the device applies its fail-safe value", "[modbus][loop_io]") {
   TcpRig rig({"--fail-safe", "2.5"});
   mb::ModbusBus bus;
   mb::ModbusLoopIo io(loop_on(rig.link()), "loop", bus);
@@ -277,7 +277,7 @@ TEST_CASE("a pulled cable: the device goes to its fail-safe value", "[modbus][lo
     CAPTURE(fault);
     REQUIRE(eventually([&] { return rig.device.state_number("co") == 6.0 && loop.output_ok(); }));
     if (std::string(fault) == "silent") {
-      rig.proxy.freeze();  // nothing gets through in either direction
+      rig.proxy.freeze();  // no message passes in either direction
     } else {
       rig.proxy.command(fault);
     }
@@ -320,7 +320,7 @@ TEST_CASE("TCP: after a restart the device's watchdog is set before any command"
           "[modbus][loop_io]") {
   TcpRig rig;
   SECTION("straight") { check_restarts(tcp_link(rig.device.ready("port")), rig.device); }
-  SECTION("behind a gateway that stays up") { check_restarts(rig.link(), rig.device); }
+  SECTION("after a gateway that stays up") { check_restarts(rig.link(), rig.device); }
 }
 
 TEST_CASE("RTU: after a restart the device's watchdog is set before any command",
@@ -443,7 +443,7 @@ TEST_CASE("a dead device holds up no other loop, nor the loop's other device",
   const std::uint64_t before = alive_thread.fresh_samples();
   const std::uint64_t ticks = dead_loop.ticks();
   const std::uint64_t timeouts = dead_loop.counters().timeouts;
-  // Who waited for the dead one would have a sample a timeout.
+  // A thread that waited for the dead loop would have one sample per timeout.
   REQUIRE(eventually([&] { return alive_thread.fresh_samples() - before >= 50; }));
   CHECK(dead_loop.counters().timeouts - timeouts < 25);
   CHECK_FALSE(half_thread.pv_good());
@@ -466,7 +466,7 @@ TEST_CASE("loops on one serial line share a link", "[modbus][bus]") {
   CHECK(bus.link(other, 3) == first);
 }
 
-TEST_CASE("every unit on TCP has a link of its own", "[modbus][bus]") {
+TEST_CASE("every unit on TCP has a separate link", "[modbus][bus]") {
   mb::ModbusBus bus;
   const mb::LinkSettings settings = tcp_link("1");
   const auto first = bus.link(settings, 1);

@@ -100,7 +100,7 @@ class Events {
     for (const mb::LinkEvent& event : events_) found += event.kind == kind ? 1 : 0;
     return found;
   }
-  // Text of the newest one; empty if there is none.
+  // Returns the text of the newest event; empty without one.
   std::string text(mb::LinkEvent::Kind kind) const {
     const std::lock_guard lock(mutex_);
     std::string text;

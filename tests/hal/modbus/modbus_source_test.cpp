@@ -17,7 +17,7 @@ using mb::RegisterType;
 
 namespace {
 
-// What has no type for a command can't be given one.
+// A type without commands can't be given one.
 static_assert(!std::is_convertible_v<mb::ReadTask&, mb::LinkTask&>);
 static_assert(!std::is_base_of_v<mb::LinkTask, mb::ReadTask>);
 static_assert(!std::is_convertible_v<mb::ReadLink&, mb::ModbusLink&>);
@@ -74,7 +74,7 @@ TEST_CASE("a PLC that controls by itself is read by functions 1 to 4 and no othe
   REQUIRE(
       eventually([&] { return all_good(by_input, inputs) && inputs.mode.sample.value == 0.0; }));
 
-  // Lost and found again: what begins a connection anew writes nothing either.
+  // Lost and found again: a new connection doesn't write either.
   rig.device.command("restart 0.1");
   REQUIRE(eventually([&] { return !all_good(by_coil, inputs); }));
   REQUIRE(eventually([&] { return all_good(by_coil, inputs) && all_good(by_input, inputs); }));
@@ -110,7 +110,7 @@ mb::ModbusSourceSettings all_input_registers(const mb::LinkSettings& link) {
   return source;
 }
 
-TEST_CASE("one request reads what lies close together", "[modbus][source]") {
+TEST_CASE("one request reads neighbouring registers", "[modbus][source]") {
   TcpRig rig({}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSource source(all_input_registers(rig.link()), "FIC-1", bus);
@@ -126,7 +126,7 @@ TEST_CASE("one request reads what lies close together", "[modbus][source]") {
   source.close();
 }
 
-TEST_CASE("on a serial line one request reads what lies close together", "[modbus][source]") {
+TEST_CASE("on a serial line one request reads neighbouring registers", "[modbus][source]") {
   SerialRig rig({}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSource source(all_input_registers(rig.link()), "FIC-1", bus);
@@ -158,7 +158,7 @@ TEST_CASE("on a serial line one request reads what lies close together", "[modbu
   source.close();
 }
 
-TEST_CASE("one request serves loops that came at different times", "[modbus][source]") {
+TEST_CASE("one request serves loops that were opened at different times", "[modbus][source]") {
   TcpRig rig({}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSourceSettings settings = all_input_registers(rig.link());
@@ -168,7 +168,7 @@ TEST_CASE("one request serves loops that came at different times", "[modbus][sou
   first.open();
   hal::SourceInputs inputs;
   REQUIRE(eventually([&] { return all_good(first, inputs); }));
-  // Half a period behind the first one's newest read.
+  // Half a period after the first one's newest read.
   const std::int64_t at_ns = inputs.process_variable.sample.time_ns + 150'000'000;
   REQUIRE(eventually([&] { return mb::BusWaiter::now_ns() >= at_ns; }));
   second.open();
@@ -205,7 +205,7 @@ TEST_CASE("one address that a device does not have is asked for apart from the o
   other.open();
   hal::SourceInputs inputs;
   REQUIRE(eventually([&] { return all_good(other, inputs); }));
-  // PV and CO of both, SP, and what is behind it.
+  // PV and CO of both, SP, and the registers after it.
   CHECK(requests_a_period(rig, other) < 4.0);
   source.read(inputs);
   CHECK(inputs.set_point.sample.reason == hal::Reason::device_error);
@@ -292,7 +292,7 @@ TEST_CASE(
   }));
   CHECK_FALSE(silent.counters().connected);
   CHECK(first.counters().connected);
-  // As often as probe_interval says, not with each period of 20 ms.
+  // As often as in probe_interval, not with each period of 20 ms.
   CHECK(silent.counters().timeouts < 20);
 
   link.connections = 2;

@@ -65,7 +65,7 @@ TEST_CASE("bits come eight to a byte, the lowest first", "[modbus][pdu]") {
   CHECK(check(request, {7, 1, 2, 0, 0}) == ReplyCheck::mismatch);
 }
 
-TEST_CASE("a rejected reply leaves no values behind", "[modbus][pdu]") {
+TEST_CASE("a rejected reply leaves no values", "[modbus][pdu]") {
   const Request request = read_request(7, ReadFunction::input_registers, 100, 1);
   Reply reply;
   REQUIRE(check_reply(request, Bytes{7, 4, 2, 1, 2}, reply) == ReplyCheck::valid);
@@ -74,7 +74,7 @@ TEST_CASE("a rejected reply leaves no values behind", "[modbus][pdu]") {
   CHECK(reply.registers[0] == 0);
 }
 
-TEST_CASE("an exception is told from a reply", "[modbus][pdu]") {
+TEST_CASE("an exception is distinguished from a reply", "[modbus][pdu]") {
   const Request request = read_request(7, ReadFunction::holding_registers, 100, 2);
   Reply reply;
   REQUIRE(check_reply(request, Bytes{7, 0x83, 2}, reply) == ReplyCheck::exception);

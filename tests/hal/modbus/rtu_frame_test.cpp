@@ -89,7 +89,8 @@ TEST_CASE("a write of one register is confirmed by its own echo only where the l
   CHECK(find_reply(several, sent(several) + confirmed, false).state == State::found);
 }
 
-TEST_CASE("a wrong checksum is none, and another unit's frame is found to be told", "[modbus]") {
+TEST_CASE("a reply with a wrong checksum is invalid, and another unit's frame is reported",
+          "[modbus]") {
   Bytes broken = kReply;
   broken[3] ^= 1;
   CHECK(find_reply(kRead, broken, false).state == State::whole);

@@ -88,7 +88,7 @@ TEST_CASE("a missing sample is bad and leaves the last good one's time and seque
   CHECK(bench.read(3).process_variable.sequence == 3);
 }
 
-TEST_CASE("after the end all is bad, and says why") {
+TEST_CASE("after the end all values are bad, with the reason") {
   Bench bench(kRecord);
   bench.open();
   bench.read(0);
@@ -150,7 +150,7 @@ TEST_CASE("commands are limited and quantised as by a real output") {
   CHECK(bench.write(20.2) <= 20.2);
 }
 
-TEST_CASE("a record of another period, or none, is refused") {
+TEST_CASE("a record of another period, or an empty one, is refused") {
   Bench bench(kRecord);
   bench.settings.sample_time_s = 0.1005;
   CHECK_NOTHROW(bench.open());
@@ -161,7 +161,7 @@ TEST_CASE("a record of another period, or none, is refused") {
   CHECK_THROWS_AS(bench.open(), loopwarden::record::RecordError);
 }
 
-TEST_CASE("before the record is open nothing is good") {
+TEST_CASE("before the record is open no value is good") {
   Bench bench(kRecord);
   bench.io = std::make_unique<ReplayLoopIo>(bench.settings);
   CHECK(bench.read(0).process_variable.quality == Quality::bad);

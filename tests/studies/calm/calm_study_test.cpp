@@ -19,7 +19,7 @@ using namespace loopwarden::studies;
 
 namespace {
 
-// Returns the RMS of SP - PV with planned moves over that without them, while nothing goes wrong.
+// Returns the RMS of SP - PV with planned moves over that without them, without any trouble.
 double factor_without_trouble(StickyLoop loop) {
   loop.trial.unmeasured = 4;
   const double without = run_trial(loop.trial).settled.rms_error;
@@ -92,7 +92,7 @@ TEST_CASE("the study does not depend on the number of threads", "[calm][studies]
   }
 }
 
-TEST_CASE("what goes wrong while planned moves act is tried one by one", "[calm][studies]") {
+TEST_CASE("each kind of trouble during planned moves is tried separately", "[calm][studies]") {
   constexpr std::uint64_t kSeed = 6004;
   constexpr std::size_t kLoops = 2;
   // Planned moves that have disengaged before the trouble would hide it.

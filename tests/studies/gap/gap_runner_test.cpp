@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A stand-in for the program: called as `PATH gap RECORD --model MODEL --out OUT --json`.
+// A substitute for the program: called as `PATH gap RECORD --model MODEL --out OUT --json`.
 GapProgram script(const TemporaryFolder& folder, const std::string& body) {
   const fs::path path = folder / "program";
   write_file(path, "#!/bin/sh\n" + body);

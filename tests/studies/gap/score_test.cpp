@@ -43,7 +43,7 @@ const Truth kOutside = truth("outside:slow_tail", {"unexplained"});
 
 }  // namespace
 
-TEST_CASE("a single effect is right when one accepted name stands alone", "[hidden_cases]") {
+TEST_CASE("a single effect is right if exactly one accepted name is given", "[hidden_cases]") {
   CHECK(score_case(kStiction, answer("missing_effect", {{"stiction", 0.9, {}}})).right);
   CHECK(score_case(kHysteresis, answer("missing_effect", {{"backlash", 0.9, {}}})).right);
   CHECK_FALSE(score_case(kStiction, answer("missing_effect", {{"backlash", 0.9, {}}})).right);
@@ -70,7 +70,7 @@ TEST_CASE("a pair is right when both are named and no other", "[hidden_cases]") 
   CHECK_FALSE(score_case(kPair, answer("missing_effect", {{"backlash", 0.9, {}}, g})).right);
 }
 
-TEST_CASE("no effect may be named where none is hidden", "[hidden_cases]") {
+TEST_CASE("a case without a hidden effect may get no name", "[hidden_cases]") {
   CHECK(score_case(kNone, answer("no_gap", {})).right);
   CHECK(score_case(kNone, answer("unexplained", {})).right);
   CHECK_FALSE(score_case(kNone, answer("missing_effect", {{"drift", 0.5, {}}})).right);

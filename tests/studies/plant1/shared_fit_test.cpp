@@ -10,7 +10,7 @@ using namespace loopwarden::studies;
 
 namespace {
 
-// Record r is a straight line with the shared slope and an offset of its own.
+// Record r is a straight line with the shared slope and a separate offset.
 SharedFitProblem lines() {
   SharedFitProblem problem;
   problem.shared = {{"slope", -10.0, 10.0}};
