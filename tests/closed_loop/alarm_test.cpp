@@ -132,7 +132,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   CHECK(daemon.wait_for_end() == 0);
 }
 
-TEST_CASE("of an unknown fault the size is shown as not known, not as 0", "[alarm]") {
+TEST_CASE("the size of an unknown fault is shown as unknown, not as 0", "[alarm]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", kLoop}});
   leave_alarm(daemon.folder(), "unknown");
   daemon.start();
@@ -151,12 +151,12 @@ TEST_CASE("of an unknown fault the size is shown as not known, not as 0", "[alar
 
 TEST_CASE("specialists that can't be used are refused before anything moves", "[alarm]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", kLoop + kSpecialists}});
-  SECTION("in order") {
+  SECTION("valid") {
     write_biased_specialists(daemon.folder() / "specialists", specialist::Condition::stiction);
     CHECK(daemon.run({"--config", daemon.config().string(), "--check"}) == 0);
     return;
   }
-  SECTION("not there") {}
+  SECTION("missing") {}
   SECTION("of another sample time") {
     write_biased_specialists(daemon.folder() / "specialists", specialist::Condition::stiction, 1.0);
   }

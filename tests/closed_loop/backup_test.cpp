@@ -45,8 +45,9 @@ bool has(const std::set<std::string>& lines, const std::string& word) {
 
 }  // namespace
 
-TEST_CASE("a box is saved while it runs, and restored with its configuration, journal and alarms",
-          "[backup]") {
+TEST_CASE(
+    "a host is backed up while it runs, and restored with its configuration, journal and alarms",
+    "[backup]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", loop_file("FIC-101")}});
   const std::filesystem::path state = daemon.folder();
   const TemporaryFolder backup;

@@ -89,7 +89,7 @@ TEST_CASE("a stem that has too little air lowers the actuator's index",
   CHECK(starved.actuator < 80.0);
 }
 
-TEST_CASE("without a read-back what needs one is not known", "[closed_loop][condition]") {
+TEST_CASE("without a read-back the indices that need one are unknown", "[closed_loop][condition]") {
   const analysis::ConditionIndices indices = indices_of({.read_back = false, .faults = {}});
   CHECK(std::isfinite(indices.control_performance));
   CHECK(indices.environment == 100.0);

@@ -131,7 +131,7 @@ const std::string kAutomatic = "{mode: automatic, set_point: 5}";
 
 }  // namespace
 
-TEST_CASE("a live step test measures the valve and puts output, mode and set point back",
+TEST_CASE("a live step test measures the valve and restores output, mode and set point",
           "[live_bench]") {
   DaemonProcess daemon(daemon_yaml(25.0),
                        {{"healthy.yaml", model_file(false)},
@@ -251,7 +251,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
       CHECK(test::eventually([&] { return as_it_was(daemon, "FIC-101"); }));
     }
   }
-  SECTION("an operator keeps the loop that he took") {
+  SECTION("an operator keeps the loop that the operator took") {
     ready();
     Command command(daemon, valve_test("FIC-101", long_test));
     // Its first output is on its way when it has seen that the loop is in manual.
@@ -269,7 +269,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
     CHECK(now.value("requested_mode", "") == "AUTO");
     CHECK(now.at("sp") == 6.5);
   }
-  SECTION("a loop outside of the limits is not touched") {
+  SECTION("a loop outside of the limits is not moved") {
     ready();
     Command command(daemon, valve_test("FIC-101", {"--low", "7", "--high", "9", "--pv-low", "0",
                                                    "--pv-high", "10", "--test", "step_change"}));
@@ -280,7 +280,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
   }
 }
 
-TEST_CASE("an order to manual that is still on its way when the test ends is taken back",
+TEST_CASE("a command to manual that is still on its way when the test ends is withdrawn",
           "[live_bench]") {
   // A cycle of 2 s: the loop takes the order long after it was given.
   std::string slow = patient_loop("FIC-101", "../slow.yaml", kAutomatic);
@@ -306,8 +306,7 @@ TEST_CASE("an order to manual that is still on its way when the test ends is tak
   CHECK(test::eventually([&] { return as_it_was(daemon, "FIC-101"); }));
 }
 
-TEST_CASE("autotune on a live loop finds the ultimate gain and puts the loop back",
-          "[live_bench]") {
+TEST_CASE("autotune on a live loop finds the ultimate gain and restores the loop", "[live_bench]") {
   // The relay switches late by the round trip. At a higher speed this is more of the loop's time.
   DaemonProcess daemon(
       daemon_yaml(4.0),

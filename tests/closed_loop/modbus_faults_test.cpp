@@ -213,7 +213,7 @@ TEST_CASE(
 
 // The delays are seconds of real time: hardware is not accelerated.
 TEST_CASE(
-    "fault, device lost for longer: process alarms say so, are acknowledged, and go once it is "
+    "fault, device lost for longer: process alarms are raised, acknowledged, and clear once it is "
     "back") {
   std::string manual = plant_loop("field", 1.0);
   manual.replace(manual.find("recovery: previous_mode"), 23, "recovery: manual");

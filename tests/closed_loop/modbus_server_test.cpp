@@ -136,8 +136,9 @@ void check_against_top(Plant& plant, const json& read) {
 
 }  // namespace
 
-TEST_CASE("pymodbus reads every register, in each word order offered, and gets what top shows",
-          "[modbus_server]") {
+TEST_CASE(
+    "pymodbus reads every register, in each offered word order, and gets the values that top shows",
+    "[modbus_server]") {
   const std::string order = GENERATE(as<std::string>(), "abcd", "cdab", "badc", "dcba");
   INFO(order);
   Plant plant("  word_order: " + order + "\n");
@@ -226,7 +227,7 @@ TEST_CASE("writes are refused or accepted as configured, and end in the journal"
   }
 }
 
-TEST_CASE("an order that can't act is refused on every way in, and the journal has it as refused",
+TEST_CASE("a command that can't act is refused on every way in, and the journal has it as refused",
           "[modbus_server]") {
   Plant plant("  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n");
   const auto loop = [&](const char* key) { return plant.daemon.loop("FIC-102").at(key); };
@@ -352,7 +353,7 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   CHECK(serial.at("requests") >= 3);
 }
 
-TEST_CASE("the master's heartbeat: when it stops, the loops do what is configured",
+TEST_CASE("the master's heartbeat: when it stops, the loops follow the configuration",
           "[modbus_server]") {
   Plant plant(
       "  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n"
@@ -372,7 +373,7 @@ TEST_CASE("the master's heartbeat: when it stops, the loops do what is configure
   }));
 }
 
-TEST_CASE("hostile clients: no overrun more, no crash, and the others are served",
+TEST_CASE("hostile clients: no additional overrun, no crash, and the others are served",
           "[modbus_server]") {
   Plant plant("  max_clients: 16\n");
   const auto connect = [&] {

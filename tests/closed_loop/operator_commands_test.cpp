@@ -87,8 +87,9 @@ class Terminal {
 
 }  // namespace
 
-TEST_CASE("set and record: what is unknown is 64, what the daemon refuses 65, no daemon 74",
-          "[operator]") {
+TEST_CASE(
+    "set and record: unknown names end with 64, refusals of the daemon with 65, no daemon with 74",
+    "[operator]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", loop_file("FIC-101")}});
   CHECK(loopwarden(daemon, "set FIC-101 --sp 5").exit_code == 74);
   daemon.start();

@@ -52,7 +52,7 @@ struct Plant {
 
 }  // namespace
 
-TEST_CASE("what a start would refuse is refused by check, reload and dry run alike",
+TEST_CASE("errors that a start would refuse are refused by check, reload and dry run alike",
           "[out_of_service]") {
   Plant plant(loop_of("FIC-102"));
   plant.daemon.start();

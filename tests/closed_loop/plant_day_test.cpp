@@ -194,7 +194,7 @@ ShellOutcome replay(const std::filesystem::path& evidence) {
 
 }  // namespace
 
-TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, maintenance",
+TEST_CASE("a day: faults that begin and end, an operator, a sensor that fails, maintenance",
           "[closed_loop][plant_day]") {
   plant::LoopModel model = day_model(24.0);
   // These sizes give alarms with single names. `loopwarden-study alarm` measures how often others
@@ -314,7 +314,7 @@ TEST_CASE("corrective action: the jacket acts, and is withdrawn at a veto or wit
   }
 }
 
-TEST_CASE("corrective action that does not help is taken back, and not tried again",
+TEST_CASE("corrective action that does not help is withdrawn, and not tried again",
           "[closed_loop][plant_day]") {
   plant::LoopModel model = day_model(4.0, false);
   model.disturbances.clear();

@@ -109,8 +109,8 @@ struct Plant {
 }  // namespace
 
 TEST_CASE(
-    "after a good reload status and register show the hash of the new files, after a bad one that "
-    "of the old",
+    "after a good reload status and register show the hash of the new files, after a bad one the "
+    "old hash",
     "[reload]") {
   Plant plant;
   const std::uint32_t first = plant.hash_of_files();
@@ -140,9 +140,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "what a reload does not take over is named in log and status, and the hash is that of no set "
-    "of "
-    "files",
+    "keys that a reload does not apply are named in log and status, and the hash is that of no set "
+    "of files",
     "[reload]") {
   Plant plant;
   const std::uint32_t first = plant.hash_of_files();
@@ -287,7 +286,7 @@ TEST_CASE("files with errors, or half written, change no setting and end the com
   CHECK_THAT(plant.command("alarms journal").text, Catch::Contains("refused: "));
 }
 
-TEST_CASE("limits that exclude CO come into force once CO is inside", "[reload]") {
+TEST_CASE("limits that exclude CO are applied once CO is inside", "[reload]") {
   Plant plant;
   const auto co = [&] { return plant.daemon.loop("FIC-101").at("co").get<double>(); };
   REQUIRE(plant.command("set FIC-101 --mode man --output 8").exit_code == 0);
@@ -317,7 +316,8 @@ TEST_CASE("limits that exclude CO come into force once CO is inside", "[reload]"
   CHECK_THAT(plant.daemon.log(), Catch::Contains("reload: FIC-101: in force now"));
 }
 
-TEST_CASE("reload is an order: the sockets of readers and of the page don't offer it", "[reload]") {
+TEST_CASE("reload is a command: the sockets of readers and of the page don't offer it",
+          "[reload]") {
   Plant plant;
   for (const char* request : {"reload", "reload_state"}) {
     base::LocalClient status(plant.daemon.folder().string() + "/status.sock");

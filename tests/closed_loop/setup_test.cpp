@@ -81,7 +81,7 @@ struct Plant {
 
 }  // namespace
 
-TEST_CASE("a stroke moves the valve through its limits and puts it back", "[setup]") {
+TEST_CASE("a stroke moves the valve through its limits and restores the output", "[setup]") {
   Plant plant;
   plant.start();
   ScriptedPerson& person = plant.s.person;
@@ -140,7 +140,7 @@ TEST_CASE("the valve doesn't move without the tag, a terminal, or with a key pre
   CHECK(plant.served());
 }
 
-TEST_CASE("a device's watchdog runs out, and the output is put back", "[setup]") {
+TEST_CASE("a device's watchdog runs out, and the output is restored", "[setup]") {
   Plant plant;
   plant.start();
   const double trips = plant.device.state_number("trips");
@@ -164,7 +164,7 @@ TEST_CASE("a watchdog that does not act is found", "[setup]") {
   CHECK(plant.served());
 }
 
-TEST_CASE("what moves the valve for another reason is no watchdog", "[setup]") {
+TEST_CASE("a valve that moves for another reason is no proof of a watchdog", "[setup]") {
   Plant plant(without_watchdog(blind(loop_text())));
   plant.start();
   ScriptedPerson& person = plant.s.person;
@@ -200,7 +200,7 @@ TEST_CASE("without a read-back, a person enters where the watchdog moved the val
   CHECK(plant.back());
 }
 
-TEST_CASE("a key, and PV beyond its limits, end the wait for the output, which is put back",
+TEST_CASE("a key, and PV beyond its limits, end the wait for the output, which is restored",
           "[setup]") {
   Plant plant(with(loop_text(), "recovery_delay: 0.3", "recovery_delay: 3"));
   plant.start();
@@ -255,8 +255,7 @@ TEST_CASE("while a fault's action has the output, a loop that is not restored is
   CHECK(plant.commissioned());
 }
 
-TEST_CASE("while a loop is commissioned that shows, a reload is refused, and manual ends it",
-          "[setup]") {
+TEST_CASE("a loop in commissioning is shown, a reload is refused, and manual ends it", "[setup]") {
   Plant plant;
   plant.start();
   const std::string socket = " --socket " + plant.s.all.socket;
@@ -343,7 +342,7 @@ TEST_CASE("the valve doesn't move with a file that is not in force", "[setup]") 
   CHECK_THROWS_WITH(setup::stroke_valve(plant.s.all), Catch::Contains("action must be reverse"));
 }
 
-TEST_CASE("gains that a person has ordered are in force over the file", "[setup]") {
+TEST_CASE("gains that a person has set are in force over the file", "[setup]") {
   Plant plant;
   plant.start();
   protocol::ask(plant.daemon.client(),
@@ -354,7 +353,7 @@ TEST_CASE("gains that a person has ordered are in force over the file", "[setup]
   CHECK(setup::stroke_valve(plant.s.all) == Outcome::done);
 }
 
-TEST_CASE("a record that ends at a limit, by a key or a fault puts the output back", "[setup]") {
+TEST_CASE("a record that ends at a limit, by a key or a fault restores the output", "[setup]") {
   const std::string ends = GENERATE(as<std::string>(), "CO", "PV", "key", "operator");
   // The wrong way round it runs away.
   const bool wrong = ends == "CO" || ends == "PV";

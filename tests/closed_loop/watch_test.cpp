@@ -91,7 +91,7 @@ struct Rig {
 
 }  // namespace
 
-TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
+TEST_CASE("a loop that a PLC controls is watched only by reading", "[watch]") {
   Rig rig;
   const auto newest = [&] { return rig.loop("FIC-205"); };
   // Each value is read by itself: all of them are there.
@@ -117,7 +117,7 @@ TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
     CHECK(rig.loopwarden("set FIC-101 --sp 6").exit_code == 0);
     CHECK(newest().at("sp") == 20.0);
   }
-  SECTION("windows are judged in automatic alone") {
+  SECTION("windows are judged only in automatic") {
     rig.plc.command("mode 0");
     CHECK(eventually([&] { return newest().at("mode") == "MAN"; }));
     CHECK(eventually([&] { return newest().at("monitor").at("window_state") == "not automatic"; }));
@@ -146,8 +146,7 @@ TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
   CHECK(functions == "3,4");
 }
 
-TEST_CASE("commission, diagnose and gap take what the recorder holds of a watched loop",
-          "[watch]") {
+TEST_CASE("commission, diagnose and gap use the recorder's data of a watched loop", "[watch]") {
   Rig rig;
   const std::string out = (rig.daemon.folder() / "made").string();
   const auto commission = [&](const std::string& arguments) {

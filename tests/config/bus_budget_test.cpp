@@ -90,7 +90,7 @@ TEST_CASE("The load of a line is the sum over its loops", "[config][bus]") {
   CHECK(load.details == "FIC-1 67 ms of 200 ms, FIC-2 67 ms of 400 ms");
 }
 
-TEST_CASE("Values of watched loops count as they are asked for together", "[config][bus][watch]") {
+TEST_CASE("Values of watched loops count as they are requested together", "[config][bus][watch]") {
   const LinkSettings link = line(19200);
   const auto at = [&](int address) {
     SourcePoint point;

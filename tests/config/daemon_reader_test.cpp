@@ -87,7 +87,7 @@ TEST_CASE("By default the page's and the edge's socket accept no commands", "[co
         "d.yaml:1:8: error: unknown key 'controls'; did you mean 'control'?\n");
 }
 
-TEST_CASE("Faults of the daemon's file", "[config][daemon]") {
+TEST_CASE("Errors of the daemon's file", "[config][daemon]") {
   CHECK(said_of_daemon("real_time: {priority: 99}\n") ==
         "d.yaml:1:23: error: real_time.priority: must be a whole number from 0 to 98 (got 99)\n");
   CHECK(said_of_daemon("accelerate: 0\n") ==
@@ -96,7 +96,7 @@ TEST_CASE("Faults of the daemon's file", "[config][daemon]") {
         "d.yaml:1:12: error: log_level: must be debug, info, warn or error (got 'verbose')\n");
 }
 
-TEST_CASE("Faults of a link", "[config][daemon]") {
+TEST_CASE("Errors of a link", "[config][daemon]") {
   const auto said_of_link = [](const std::string& keys) {
     return said_of_daemon("links: {a: {" + keys + "}}\n");
   };

@@ -53,7 +53,7 @@ TEST_CASE("A flood of errors is cut short, and stays an error", "[config]") {
   CHECK(flooded.diagnostics.back().message == "150 more are not shown");
 }
 
-TEST_CASE("A misspelt word brings the nearest known one", "[config]") {
+TEST_CASE("A misspelt word is reported with the nearest known one", "[config]") {
   const std::vector<std::string> known{"gain", "range", "time_constant", "unit"};
   CHECK(suggestion("gian", known) == "; did you mean 'gain'?");  // neighbours swapped
   CHECK(suggestion("gai", known) == "; did you mean 'gain'?");   // one left out

@@ -157,7 +157,7 @@ TEST_CASE("Errors of an effect are reported at the wrong key", "[config][effects
         "m.yaml:14:7: error: valve.effects[0]: hysteresis takes either offset or width\n");
 }
 
-TEST_CASE("Faults come and go on a schedule", "[config][effects]") {
+TEST_CASE("Faults begin and end on a schedule", "[config][effects]") {
   const auto fault_text = [](const std::string& fault) {
     return kModel + "scenario:\n  faults:\n    - " + fault + "\n";
   };

@@ -154,7 +154,8 @@ TEST_CASE("A misspelt key is found at its place, in every example", "[config][ex
   }
 }
 
-TEST_CASE("A line that is gone or doubled is found, or made no difference", "[config][examples]") {
+TEST_CASE("A line that is missing or doubled is found, or made no difference",
+          "[config][examples]") {
   for (const fs::path& file : example_files()) {
     const std::vector<std::string> lines = lines_of(loopwarden::tests::read_file(file));
     for (std::size_t n = 0; n < lines.size(); ++n) {

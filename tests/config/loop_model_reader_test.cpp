@@ -49,7 +49,7 @@ TEST_CASE("Keys that a model omits have their default", "[config][model]") {
   CHECK(std::isinf(model->controller.output.rate_per_s));
 }
 
-TEST_CASE("A process integrates, or has a second lag, where its keys say so", "[config][model]") {
+TEST_CASE("A process integrates, or has a second lag, if its keys are set", "[config][model]") {
   const std::string integrating =
       with(with(kModel, "gain: 1.2264", "kind: integrating\n  gain: 0.02"),
            "  time_constant: 1.7\n", "");
@@ -74,7 +74,8 @@ TEST_CASE("A process integrates, or has a second lag, where its keys say so", "[
       Catch::Contains("second_time_constant"));
 }
 
-TEST_CASE("PV at CO 0 is stated by `level`, of a self-regulating process only", "[config][model]") {
+TEST_CASE("PV at CO 0 is stated by `level`, only for a self-regulating process",
+          "[config][model]") {
   const auto without = read_model_text("m.yaml", kModel);
   REQUIRE(without);
   CHECK_FALSE(without->process.level.has_value());
@@ -128,7 +129,7 @@ TEST_CASE("Keys of a model reach their place", "[config][model]") {
   for (int i = 0; i < 100; ++i) CHECK(std::isfinite(loop.step().pv));
 }
 
-TEST_CASE("Errors of a model name place, key and what was expected", "[config][model]") {
+TEST_CASE("Errors of a model name place, key and the expected value", "[config][model]") {
   CHECK(said_of_model(with(kModel, "sample_time: 0.1", "sample_time: 0")) ==
         "m.yaml:1:14: error: sample_time: must be >= 0.001 and <= 3600 s (got 0)\n");
   CHECK(said_of_model(with(kModel, "gain: 1.2264", "gain: 0")) ==
@@ -170,7 +171,7 @@ TEST_CASE("A scenario's set points begin at zero, rise in time and lie in range"
       "11)\n");
 }
 
-TEST_CASE("A model file that is not there is an error, not an exception", "[config][model]") {
+TEST_CASE("A missing model file is an error, not an exception", "[config][model]") {
   const auto model = read_model_file("/nonexistent/model.yaml");
   CHECK_FALSE(model);
   CHECK(to_text(model.diagnostics) ==

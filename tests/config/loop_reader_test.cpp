@@ -113,10 +113,10 @@ TEST_CASE("Automatic needs a source of the output's position", "[config][loop]")
   CHECK(said_of_loop(with(test::kAnalogLoop, "{mode: manual, set_point: 5, output: 1}",
                           "{mode: automatic, set_point: 5}")) == refused(" (its default)"));
 
-  SECTION("a stated value does") {
+  SECTION("a stated value is one") {
     CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5, output: 4}")).empty());
   }
-  SECTION("a read-back does") {
+  SECTION("a read-back is one") {
     CHECK(said_of_loop(with(with_start("{mode: automatic, set_point: 5, output: hold}"),
                             "    comm_loss",
                             "    read_back: {table: holding, address: 101, type: u16, scale: "
@@ -127,7 +127,7 @@ TEST_CASE("Automatic needs a source of the output's position", "[config][loop]")
                        "  read_back: {device: adc, channel: voltage1}\n")
               .empty());
   }
-  SECTION("what is replayed has the record's stem") {
+  SECTION("a replayed record has its stem") {
     const test::ScratchFolder folder;
     folder.write("loop.yaml", with(test::kLoopHead, "{mode: manual, set_point: 5, output: 1}",
                                    "{mode: automatic, set_point: 5}") +
@@ -219,7 +219,7 @@ TEST_CASE("Values that do not fit together name both places", "[config][loop]") 
         "8 (at 9:45) (got 8)\n");
 }
 
-TEST_CASE("Numbers outside what a loop can work with", "[config][loop]") {
+TEST_CASE("Numbers outside the working range of a loop", "[config][loop]") {
   CHECK(said_of_loop(with(kModbusLoop, "sample_time: 0.1", "sample_time: 0.0009")) ==
         "loop.yaml:2:14: error: sample_time: must be >= 0.001 and <= 3600 s (got 0.0009)\n");
   CHECK(said_of_loop(with(kModbusLoop, "sample_time: 0.1", "sample_time: 3601")) ==
@@ -241,7 +241,7 @@ TEST_CASE("The set point's ramp is one number or one for each way", "[config][lo
         "'fast')\n");
 }
 
-TEST_CASE("A tag that can't name files is refused, an unusual one is remarked on",
+TEST_CASE("A tag that can't name files is refused, an unusual one gives a warning",
           "[config][loop]") {
   const auto tagged = [](const std::string& tag) {
     return said_of_loop(with(kModbusLoop, "loop: FIC-101", "loop: " + tag));
@@ -403,7 +403,7 @@ TEST_CASE("CO that deadband and converter hold back is no windup", "[config][loo
             .controller.pid.tolerance == Approx(0.201));
 }
 
-TEST_CASE("A derivative without a filter is remarked on", "[config][loop]") {
+TEST_CASE("A derivative without a filter gives a warning", "[config][loop]") {
   CHECK(said_of_loop(with(kModbusLoop, "  ki: 0.04\n", "  ki: 0.04\n  kd: 0.1\n")) ==
         "loop.yaml:8:7: warning: controller.kd: derivative without derivative_filter: noise of PV "
         "goes "

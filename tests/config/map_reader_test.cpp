@@ -215,7 +215,7 @@ TEST_CASE("Mappings and lists within", "[config]") {
         "f:2:19: error: n.b: must be a mapping, `key: value` (got a single value)\n");
 }
 
-TEST_CASE("All errors of a mapping come in one pass", "[config]") {
+TEST_CASE("All errors of a mapping are reported in one pass", "[config]") {
   CHECK(said("a: x\nb: y\nd: 1\n",
              [](MapReader& in) {
                in.need_number("a", {});

@@ -113,7 +113,7 @@ TEST_CASE("Links and units must exist", "[config][modbus]") {
         "loop.yaml:20:11: error: io.transmitter.unit: must be 1 to 247 (got 0)\n");
 }
 
-TEST_CASE("Registers that can't be are refused", "[config][modbus]") {
+TEST_CASE("Impossible registers are refused", "[config][modbus]") {
   CHECK(said_of_loop(with(kModbusLoop, "address: 0, type: f32", "address: 65535, type: f32")) ==
         "loop.yaml:21:39: error: io.transmitter.register.address: 2 registers from 65535 on reach "
         "beyond 65535\n");
@@ -140,7 +140,7 @@ TEST_CASE("Registers that can't be are refused", "[config][modbus]") {
       "could never match\n");
 }
 
-TEST_CASE("The command's register must hold what the loop may ask for", "[config][modbus]") {
+TEST_CASE("The command's register must hold every output of the loop", "[config][modbus]") {
   CHECK(said_of_loop(with(kModbusLoop, "scale: 0.001", "scale: 0.0001")) ==
         "loop.yaml:25:14: error: io.positioner.command: holds 0 to 6.5535 CO units by its "
         "type and scale, which does not cover the output range [0, 10] (at 9:28)\n");
@@ -229,7 +229,7 @@ TEST_CASE("A range that eu does not cover is reported", "[config][modbus]") {
             .empty());
 }
 
-TEST_CASE("Byte orders are taken in either case, other words for types are answered",
+TEST_CASE("Byte orders are accepted in either case, other words for types get an answer",
           "[config][modbus]") {
   CHECK(read(with(kModbusLoop, "type: f32", "type: f32, order: CDAB")).process_variable.reg.order ==
         ByteOrder::cdab);
@@ -257,7 +257,8 @@ TEST_CASE("Byte orders are taken in either case, other words for types are answe
             written + "'); did you mean '" + meant + "'?\n");
 }
 
-TEST_CASE("A register's number out of a manual is answered with its address", "[config][modbus]") {
+TEST_CASE("A register's number out of a manual gets an error with its address",
+          "[config][modbus]") {
   const auto pv = [](const std::string& address) {
     return said_of_loop(with(kModbusLoop, "address: 0", "address: " + address));
   };
@@ -305,7 +306,7 @@ TEST_CASE("An ambiguous address is taken literally, with a warning", "[config][m
   CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 4020")).empty());
 }
 
-TEST_CASE("PV is asked for at least once in its greatest age", "[config][modbus]") {
+TEST_CASE("PV is read at least once in its greatest age", "[config][modbus]") {
   CHECK(said_of_loop(
             with(kModbusLoop, "backend: modbus\n", "backend: modbus\n  poll_period: 0.4\n")) ==
         "loop.yaml:18:16: error: io.poll_period: must be at most max_age = 0.3 s (at "

@@ -101,7 +101,7 @@ TEST_CASE("Fed values are scaled, and a mode may be a word", "[config][watch]") 
         "loop.yaml:10:91: error: io.mode.automatic: must be whole numbers (got 'AUTO')\n");
 }
 
-TEST_CASE("The other controller's law is taken down", "[config][watch]") {
+TEST_CASE("The other controller's law is read", "[config][watch]") {
   const LoopConfig loop =
       read(with(kFeed, "io:", "controller: {action: direct, kc: 0.8, ti: 12}\nio:"));
   CHECK(loop.controller.pid.action == control::Action::direct);
@@ -130,7 +130,7 @@ TEST_CASE("A key that would act on a watched loop is refused, with the reason", 
         "loop.yaml:5:46: error: output.limits" + why);
 }
 
-TEST_CASE("A feeder can't bring the PV of a loop that is controlled here", "[config][watch]") {
+TEST_CASE("A feeder can't supply the PV of a loop that is controlled here", "[config][watch]") {
   CHECK(said_of_loop(test::kLoopHead + "io: {backend: feed, pv: {feed: \"opcua:X\"}}\n") ==
         "loop.yaml:16:15: error: io.backend: feed is for a loop with `control: elsewhere` alone: "
         "what a feeder says must not move a valve from here\n");
@@ -185,7 +185,7 @@ TEST_CASE("Watched loops are listed after those controlled here, whatever their 
   CHECK(order == "FIC-2 FIC-1 FIC-9 FIC-8 ");
 }
 
-TEST_CASE("Feeders are users, each his own", "[config][watch]") {
+TEST_CASE("Feeders are users, each a different one", "[config][watch]") {
   const auto daemon = read_daemon_text("d.yaml", "feeders: {opcua: {user: root}}\n");
   REQUIRE(daemon);
   CHECK(daemon->feeders.at("opcua") == FeederUser{"root", 0});
@@ -206,7 +206,7 @@ TEST_CASE("A watched loop on a serial line counts in its time", "[config][watch]
   CHECK(load.details.find("(1 request)") != std::string::npos);
 }
 
-TEST_CASE("Any mode is normal of a loop that another controller runs, and its source an alarm",
+TEST_CASE("A watched loop may have any mode as normal, and its source has an alarm",
           "[config][watch][alarms]") {
   using monitor::NormalMode;
   CHECK(read(kModbus).alarms.process.normal_mode == NormalMode::any);

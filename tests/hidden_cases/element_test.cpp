@@ -33,7 +33,7 @@ Slip ramp_until_slip(Element& element, double& input, double& output, double dir
 
 }  // namespace
 
-TEST_CASE("a sticky stem holds, jumps and turns as s and j say", "[hidden_cases]") {
+TEST_CASE("a sticky stem holds, jumps and reverses according to s and j", "[hidden_cases]") {
   const double s = 1.2;
   const double j = 0.4;
   const bool lugre = GENERATE(false, true);
@@ -83,7 +83,7 @@ TEST_CASE("play loses its width on a reversal, and only then", "[hidden_cases]")
   CHECK(output == Approx(5.4).margin(0.005));
 }
 
-TEST_CASE("branches of a hysteresis lie its width apart at mid travel", "[hidden_cases]") {
+TEST_CASE("branches of a hysteresis are its width apart at mid travel", "[hidden_cases]") {
   const double width = 0.9;
   const bool stack = GENERATE(false, true);
   const auto element = stack ? make_play_stack({{0.3, 0.5, 0.7}, {0.5, 0.3, 0.2}})

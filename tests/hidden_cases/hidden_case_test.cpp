@@ -142,7 +142,7 @@ TEST_CASE("the believed controller replays the recorded output, a hidden one doe
   }
 }
 
-TEST_CASE("what the truth leaves is below what the belief leaves", "[hidden_cases]") {
+TEST_CASE("the error of the truth is below the error of the belief", "[hidden_cases]") {
   const std::string effect = GENERATE("stiction", "backlash", "gain_change", "output_bias", "drift",
                                       "step_disturbance", "valve_characteristic");
   INFO(effect);
@@ -158,7 +158,7 @@ TEST_CASE("in a case without a hidden effect the belief is nearly right", "[hidd
   CHECK(believed_rmse(one) < 0.12);
 }
 
-TEST_CASE("without noise and load the truth's free run is what was measured", "[hidden_cases]") {
+TEST_CASE("without noise and load the truth's free run equals the measurement", "[hidden_cases]") {
   TruthLoop loop;
   loop.path.push_back(make_lag(0.2));
   loop.path.push_back(make_karnopp_stem({0.6, 0.4, 0.0, 30.0, 0.1, {}}));
@@ -211,7 +211,7 @@ TEST_CASE("a plan has the asked kinds in proportion and a seed for every case", 
   CHECK(open == 20);
 }
 
-TEST_CASE("truth.json and model.yaml say what is hidden and what is believed", "[hidden_cases]") {
+TEST_CASE("truth.json has the hidden effect and model.yaml the believed model", "[hidden_cases]") {
   const TemporaryFolder folder;
   HiddenCase one = make_case(request(Kind::kSingle, "hysteresis", 3));
   write_case(folder.path(), one);

@@ -163,7 +163,7 @@ TEST_CASE("specialists of version 1 answer as they did, and are written as versi
   answers_so(*again->team);
 }
 
-TEST_CASE("a manifest with evidence of the other version is refused with what to do",
+TEST_CASE("a manifest with evidence of the other version is refused with instructions",
           "[specialists]") {
   const auto refusal_of_version_1 = [](const std::string& from, const std::string& to) {
     const TemporaryFolder folder;
@@ -192,7 +192,7 @@ TEST_CASE("every input of a written manifest has its name", "[specialists]") {
   CHECK_THAT(text, Contains("- [25.5, 52]  # co_reversals\nspecialists:"));
 }
 
-TEST_CASE("a folder that can't be trusted is refused with the reason", "[specialists]") {
+TEST_CASE("an untrusted folder is refused with the reason", "[specialists]") {
   using Path = std::filesystem::path;
   CHECK_THAT(
       refusal([](const Path& f) { replace(f / "manifest.yaml", "version: 2", "version: 3"); }),
@@ -256,7 +256,7 @@ TEST_CASE("weights must be as many as the layers take, and finite", "[specialist
   CHECK_THAT(changed([](std::string& t) { t.append(100000, ' '); }), Contains("too large"));
 }
 
-TEST_CASE("specialists that are replaced stay whole until the new manifest is there",
+TEST_CASE("specialists that are replaced stay whole until the new manifest is written",
           "[config][specialists]") {
   const TemporaryFolder folder;
   REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());

@@ -57,7 +57,7 @@ struct Named {
 
 }  // namespace
 
-TEST_CASE("files that a loop's file names are part of the judgement", "[config][validation]") {
+TEST_CASE("files that a loop's file names are judged too", "[config][validation]") {
   const ScratchFolder folder;
   folder.write("m.yaml", test::kModel);
   folder.write("loops.d/a.yaml", simulated("FIC-101", "monitor: {twin: ../twin.yaml}\n"));
@@ -269,7 +269,7 @@ TEST_CASE("a serial line is one link, by whatever name", "[config][validation]")
   CHECK(said_of(folder).find("is the device of modbus_server.serial as well") != std::string::npos);
 }
 
-TEST_CASE("what only a start refused is refused", "[config][validation]") {
+TEST_CASE("errors that only a start refused are refused", "[config][validation]") {
   const ScratchFolder folder;
   folder.write("m.yaml", test::kModel);
   folder.write("loops.d/a.yaml", simulated("FIC-101"));
@@ -356,7 +356,7 @@ TEST_CASE("a link with an error takes its own loops out of service", "[config][v
   CHECK(all.reading.outputs[1].why_not.empty());
 }
 
-TEST_CASE("an output is known if what leads to it has no error", "[config][validation]") {
+TEST_CASE("an output is known if the path to it has no error", "[config][validation]") {
   const ScratchFolder folder;
   folder.write("loopwardend.yaml", "links:\n  skid: {transport: tcp, host: 127.0.0.1}\n");
   const auto known = [&](const std::string& from, const std::string& to) {

@@ -121,7 +121,7 @@ TEST_CASE("an incident that lasts is explained after 10, 20 and 40 minutes, thou
   CHECK(flow.explainer().status().failed == (fails == 0 ? 0 : 1));
 }
 
-TEST_CASE("what has changed for longer is explained at the moments that are left", "[explain]") {
+TEST_CASE("a change that is already older is explained at the remaining moments", "[explain]") {
   Bench bench(10'000.0);
   bench.run(1300);
   EvidenceFlow flow = bench.make();

@@ -228,7 +228,7 @@ TEST_CASE("a reload that arrives during a commissioning is carried out after its
   CHECK(bench.reloading == 2);
 }
 
-TEST_CASE("settings that wait for the output do not come into force during a commissioning",
+TEST_CASE("settings that wait for the output are not applied during a commissioning",
           "[app][reload]") {
   Bench bench;
   bench.write("loops.d/a.yaml",
@@ -257,7 +257,7 @@ TEST_CASE("settings that wait for the output do not come into force during a com
   CHECK(bench.reloader->status().files_in_force);
 }
 
-TEST_CASE("an offer that the loop took as it was withdrawn does not stay in force unseen",
+TEST_CASE("an offer that the loop took during its withdrawal does not stay in force unseen",
           "[app][reload]") {
   Bench bench;
   const rt::LoopSettings before = bench.loops[0].settings->get();
@@ -336,7 +336,7 @@ TEST_CASE(
     CHECK(bench.reload().at("outcome") == "in_force");
     CHECK(bench.kp() == 0.35);
   }
-  SECTION("a master's give way, as they always did") {
+  SECTION("a master's gains are replaced, as before") {
     tune(0.6, false);
     CHECK(bench.reload().at("outcome") == "in_force");
     CHECK(bench.kp() == 0.35);
@@ -368,7 +368,7 @@ TEST_CASE("limits that wait are in force with CO, unless a later reload changes 
     bench.run(2);
     bench.reloader->step();
   };
-  SECTION("CO comes inside") {
+  SECTION("CO moves inside") {
     move_output(3.0);
     CHECK(bench.kp() == 0.5);
     CHECK(bench.waiting("waiting_for_output") == 0);
@@ -390,7 +390,7 @@ TEST_CASE("limits that wait are in force with CO, unless a later reload changes 
   }
 }
 
-TEST_CASE("a master's gains are shown as what a reload takes back", "[app][reload]") {
+TEST_CASE("a master's gains are shown as those that a reload replaces", "[app][reload]") {
   Bench bench;
   REQUIRE(bench.loops[0].channels->master_orders.orders.try_push({.number = 1, .kp = 3.0}));
   bench.run(1);
@@ -401,7 +401,7 @@ TEST_CASE("a master's gains are shown as what a reload takes back", "[app][reloa
   CHECK(bench.kp() == 0.35);
 }
 
-TEST_CASE("eight reloads wait at most, and signals are one", "[app][reload]") {
+TEST_CASE("at most eight reloads wait, and signals count as one", "[app][reload]") {
   Bench bench;
   for (int i = 0; i < 7; ++i) bench.reloader->post("uid 1000", true, false);
   for (int i = 0; i < 5; ++i) bench.reloader->by_signal();

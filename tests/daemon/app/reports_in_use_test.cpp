@@ -32,7 +32,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("a report that a running loop works with is needed, by whatever name", "[app]") {
+TEST_CASE("a report that a running loop uses is needed, under any name", "[app]") {
   Bench bench;
   CHECK_FALSE(bench.needed("one"));
   bench.running[0].config.monitor.twin =

@@ -122,7 +122,7 @@ TEST_CASE("the watchdog is fed without a descriptor left") {
   CHECK(socket.take() == "WATCHDOG=1\n");
 }
 
-TEST_CASE("the service manager may come back, and may have no file for its socket") {
+TEST_CASE("the service manager may return, and may have no file for its socket") {
   ServiceManager nobody;  // not run by any
   nobody.ready();
   auto socket = std::make_unique<NotifySocket>();

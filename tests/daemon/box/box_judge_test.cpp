@@ -41,7 +41,7 @@ std::string why(const BoxReport& report, BoxAlarm kind) { return report.why[inde
 
 }  // namespace
 
-TEST_CASE("a healthy box has no alarm", "[box]") {
+TEST_CASE("a healthy host has no alarm", "[box]") {
   BoxJudge judge;
   for (std::int64_t t = 0; t < 50'000; t += 5'000) {
     const BoxReport report = judge.judge(healthy(t));
@@ -112,7 +112,7 @@ TEST_CASE("feeders and services are named; without systemd no service is reporte
   CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::service_failed)]);
 }
 
-TEST_CASE("cycles that were dropped before the start are no news", "[box]") {
+TEST_CASE("cycles that were dropped before the start are not reported", "[box]") {
   BoxJudge judge;
   BoxLook look = healthy(0);
   look.dropped = 7;

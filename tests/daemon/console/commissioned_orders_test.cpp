@@ -107,7 +107,7 @@ TEST_CASE("manual from anyone ends a commissioning, and the loop accepts no new 
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
 }
 
-TEST_CASE("a person's manual ends a commissioning although the loop is in manual already") {
+TEST_CASE("a person's manual ends a commissioning even if the loop is in manual already") {
   Bench bench;
   bench.run(2);
   const json taken = bench.commission();
@@ -134,7 +134,7 @@ TEST_CASE("a person's manual ends a commissioning although the loop is in manual
   }
 }
 
-TEST_CASE("a refused order leaves a commissioning as it was") {
+TEST_CASE("a refused command leaves a commissioning unchanged") {
   Bench bench;
   bench.run(2);
   const json taken = bench.commission();
@@ -153,7 +153,7 @@ TEST_CASE("a refused order leaves a commissioning as it was") {
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == true);
 }
 
-TEST_CASE("an order that asks for what is in force is done, without a line") {
+TEST_CASE("a command for the state in force is done, without a journal line") {
   Bench bench;
   bench.run(2);
   const auto lines = [&] {
@@ -186,7 +186,7 @@ TEST_CASE("an order that asks for what is in force is done, without a line") {
   CHECK(lines() == before);
 }
 
-TEST_CASE("commands are not withheld while an order for automatic is on its way") {
+TEST_CASE("commands are not withheld while a command for automatic is on its way") {
   Bench bench;
   bench.run(2);
   std::get<hal::modbus::LoopModbusSettings>(bench.loops[0].config.io).comm_loss = {
@@ -268,7 +268,7 @@ TEST_CASE("a record ends with the commissioning in which it began, and after its
     bench.operators.collect(later(31));
     CHECK(ended());
   }
-  SECTION("one that a person began before, or stopped, is left to him") {
+  SECTION("a record that a person began before, or stopped, is left to this person") {
     REQUIRE(bench.order(start).at("ok") == true);
     bench.commission();
     bench.operators.collect(later(3600));
@@ -304,7 +304,7 @@ TEST_CASE("a refused stop action is tried again, and the loop is not released be
   CHECK(bench.io().written == Approx(20.0));
 }
 
-TEST_CASE("a master's manual ends a commissioning as a person's does") {
+TEST_CASE("a master's manual ends a commissioning like a person's") {
   Bench bench;
   bench.run(2);
   const json taken = bench.commission();

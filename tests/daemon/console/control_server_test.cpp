@@ -91,7 +91,7 @@ TEST_CASE("a stick that no window measured is null in the status, and a measured
   CHECK(stick() == 4.5);
 }
 
-TEST_CASE("an order reaches the loop's mailbox as it was given") {
+TEST_CASE("a command reaches the loop's mailbox unchanged") {
   Bench bench;
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 42.5, "mode": "auto"})")
             .at("ok") == true);
@@ -158,7 +158,7 @@ TEST_CASE("gains act from the next cycle on, and are reported as unsaved until a
   CHECK(lines[2].at("reason") == "");
 }
 
-TEST_CASE("gains that no file could have, or that may not be ordered, are refused") {
+TEST_CASE("gains that no file could have, or that are not allowed, are refused") {
   Bench bench({.page = {.control = true}, .edge = {}});
   bench.run(2);
   json tune{{"request", "tune"}, {"loop", "FIC-101"}, {"kp", 3.0}, {"ki", 0.25}, {"kd", 0.0}};
@@ -168,7 +168,7 @@ TEST_CASE("gains that no file could have, or that may not be ordered, are refuse
     tune["kd"] = -0.1;
     why = "a gain must be a number of at least 0";
   }
-  SECTION("nothing moves the output") {
+  SECTION("no gain moves the output") {
     tune["kp"] = tune["ki"] = 0.0;
     why = "kp and ki are both 0";
   }
@@ -180,11 +180,11 @@ TEST_CASE("gains that no file could have, or that may not be ordered, are refuse
     tune["expect"] = {{"kp", 2.0}};
     why = "expect is an object of kp, ki and kd";
   }
-  SECTION("the page's right is another") {
+  SECTION("the page has another right") {
     socket = console::SocketName::page;
     why = "needs page: {tuning: true}";
   }
-  SECTION("the edge never may") {
+  SECTION("the edge never has the right") {
     bench.server->set_rights({.page = {}, .edge = {.tuning = true}});
     socket = console::SocketName::edge;
     why = "on control.sock, and on page.sock where allowed";
@@ -199,7 +199,7 @@ TEST_CASE("gains that no file could have, or that may not be ordered, are refuse
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("manual and an output in one request: both, in one cycle, and both are in the journal") {
+TEST_CASE("manual and an output in one command: both, in one cycle, and both are in the journal") {
   Bench bench;
   bench.run(2);
   record::RecordRow row;
@@ -255,7 +255,7 @@ TEST_CASE(
   CHECK(lines[6].at("what") == "record started");
 }
 
-TEST_CASE("the next order is judged by the mode that the one before asked for, taken or not") {
+TEST_CASE("the next command is judged by the mode of the previous one, taken or not") {
   Bench bench;
   bench.run(2);
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "mode": "man"})").at("ok") == true);
@@ -266,8 +266,7 @@ TEST_CASE("the next order is judged by the mode that the one before asked for, t
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 46})").at("ok") == true);
 }
 
-TEST_CASE(
-    "an order that was let in and can't act when the loop takes it is not lost without a word") {
+TEST_CASE("a command that was accepted but can't act when the loop takes it is reported") {
   Bench bench;
   bench.run(2);
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "mode": "man"})").at("ok") == true);
@@ -284,7 +283,7 @@ TEST_CASE(
   CHECK(bench.ask(R"({"request": "status"})").at("loops")[0].at("orders_refused") == 1);
 }
 
-TEST_CASE("an order that no cycle takes is in the journal when the daemon ends") {
+TEST_CASE("a command that no cycle takes is in the journal when the daemon ends") {
   Bench bench;
   bench.run(2);
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 45})").at("ok") == true);
@@ -335,7 +334,8 @@ TEST_CASE("on hardware the paper form of the jacket can't be switched on") {
 }
 
 TEST_CASE(
-    "the trend holds what the loop recorded, missing values as null, from the wished period on") {
+    "the trend has the recorded rows of the loop, missing values as null, from the requested "
+    "period on") {
   Bench bench;
   for (std::uint64_t k = 10; k < 20; ++k)
     bench.record(k, k == 15 ? std::nan("") : static_cast<double>(k));
@@ -410,7 +410,8 @@ TEST_CASE("all alarms are acknowledged by one request, with one line for each an
   CHECK(lines == 1);
 }
 
-TEST_CASE("who acts on an alarm waits for the disk, and the thread of the sockets does not") {
+TEST_CASE(
+    "a person who acts on an alarm waits for the disk, but the thread of the sockets does not") {
   Bench bench;
   bench.board.window_judged(0, {}, {}, stiction_on());
   for (const char* request :
@@ -421,7 +422,7 @@ TEST_CASE("who acts on an alarm waits for the disk, and the thread of the socket
   }
 }
 
-TEST_CASE("what corrective action offers is begun at the stiction alarm, and nowhere else") {
+TEST_CASE("an offered corrective action begins at the stiction alarm, and only there") {
   Bench bench;
   const auto calm = [&](const char* alarm) {
     return bench.ask(json{
@@ -504,7 +505,7 @@ TEST_CASE("the settings of the alarms are shown for all loops or for one") {
   CHECK(bench.ask(one.dump()).at("ok") == false);
 }
 
-TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled as others") {
+TEST_CASE("a host alarm is listed, explained, acknowledged and journalled like others") {
   using loopwarden::monitor::BoxAlarm;
   Bench bench;
   daemon::box::BoxReport full;
@@ -532,7 +533,7 @@ TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled
   }));
 }
 
-TEST_CASE("an alarm of the box is acknowledged with all, counts as a change, and may be stale") {
+TEST_CASE("a host alarm is acknowledged with all, counts as a change, and may be stale") {
   using loopwarden::monitor::BoxAlarm;
   Bench bench;
   const auto changes = [&] {
@@ -560,7 +561,8 @@ TEST_CASE("an alarm of the box is acknowledged with all, counts as a change, and
 }
 
 TEST_CASE(
-    "what an alarm of the box does under its shelf is remembered; its orders are as a loop's") {
+    "the changes of a host alarm below its shelf are remembered; its commands are those of a "
+    "loop") {
   using loopwarden::monitor::AlarmAction;
   using loopwarden::monitor::BoxAlarm;
   Bench bench;
@@ -590,7 +592,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
+    "a process alarm is listed, explained by its guide, acknowledged and journalled like others") {
   Bench bench;
   bench.board.process_changed(
       0, std::vector<daemon::monitor::ProcessNews>{
@@ -636,7 +638,7 @@ TEST_CASE(
                     Catch::Contains("another daemon"));
 }
 
-TEST_CASE("orders beyond the room of the mailbox are refused, and taken again after a cycle") {
+TEST_CASE("commands beyond the room of the mailbox are refused, and accepted again after a cycle") {
   Bench bench;
   const auto set = [&] {
     return bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5, "mode": "auto"})");
@@ -647,8 +649,7 @@ TEST_CASE("orders beyond the room of the mailbox are refused, and taken again af
   CHECK(set().at("ok") == true);
 }
 
-TEST_CASE(
-    "without descriptors the control socket rests, and serves who waited when there are some") {
+TEST_CASE("without descriptors the control socket pauses, and later serves the waiting clients") {
   tests::TemporaryFolder folder;
   const std::string path = (folder / "socket").string();
   base::LocalServer server;

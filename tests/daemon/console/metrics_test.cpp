@@ -104,7 +104,7 @@ TEST_CASE("each family of metrics is announced once, before its samples", "[metr
   }
 }
 
-TEST_CASE("the file of metrics is replaced as a whole, or left as it is", "[metrics]") {
+TEST_CASE("the file of metrics is replaced as a whole, or not at all", "[metrics]") {
   const tests::TemporaryFolder folder;
   CHECK(write_metrics(folder / "metrics.prom", "a 1\n"));
   CHECK(write_metrics(folder / "metrics.prom", "b 2\n"));

@@ -43,7 +43,7 @@ struct Recorded : Bench {
 
 }  // namespace
 
-TEST_CASE("a report is asked for within what is recorded, of a loop and a kind that there are",
+TEST_CASE("a report is accepted within the recorded time, for an existing loop and kind",
           "[console][reports]") {
   Recorded bench;
   CHECK(bench.refused({{"loop", "FIC-999"}}) == "no loop 'FIC-999'");
@@ -74,7 +74,7 @@ TEST_CASE("a report is asked for within what is recorded, of a loop and a kind t
         true);
 }
 
-TEST_CASE("the fifth report finds no room, and the journal has who asked", "[console][reports]") {
+TEST_CASE("the fifth report is refused, and the journal has its author", "[console][reports]") {
   Recorded bench;
   for (int k = 1; k <= 4; ++k) CHECK(bench.asked().at("waiting") == k);
   const json fifth = bench.asked();

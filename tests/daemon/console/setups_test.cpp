@@ -54,7 +54,7 @@ TEST_CASE("without a setup the list is empty", "[setups]") {
   CHECK(configuration.setups().empty());
 }
 
-TEST_CASE("a setup has its steps as its file has them", "[setups]") {
+TEST_CASE("a setup has the steps of its file", "[setups]") {
   const Configuration configuration;
   configuration.write("FIC-101.json", kAtDevices);
   const auto setups = configuration.setups();
@@ -73,7 +73,7 @@ TEST_CASE("a setup has its steps as its file has them", "[setups]") {
   }
 }
 
-TEST_CASE("a step runs while the program that writes the file is there", "[setups]") {
+TEST_CASE("a step is running while the program that writes the file exists", "[setups]") {
   const Configuration configuration;
   const auto file = configuration.write("FIC-101.json", kAtDevices);
   {
@@ -122,7 +122,7 @@ TEST_CASE("a file that is no setup is not listed, and hides no other", "[setups]
   CHECK_FALSE(setups[0].begun_ms);
 }
 
-TEST_CASE("the command for a folder with odd characters is one a shell takes", "[setups]") {
+TEST_CASE("the command for a folder with odd characters is valid in a shell", "[setups]") {
   const Configuration configuration;
   const auto odd = configuration.folder / "plant's files";
   tests::write_file(odd / "setup/FIC-101.json", kAtDevices);

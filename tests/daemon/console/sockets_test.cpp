@@ -214,7 +214,8 @@ TEST_CASE("the journal has a note with its author, its time and its words", "[co
   CHECK_THAT(refused({{"loop", "FIC-999"}}), Catch::Contains("FIC-999"));
 }
 
-TEST_CASE("who asks for what he may not is in the log, which he can't fill", "[console][sockets]") {
+TEST_CASE("a request without permission is in the log, but can't fill the log",
+          "[console][sockets]") {
   std::ostringstream log;
   const auto usual = spdlog::default_logger();
   spdlog::set_default_logger(std::make_shared<spdlog::logger>(
@@ -230,7 +231,7 @@ TEST_CASE("who asks for what he may not is in the log, which he can't fill", "[c
   CHECK(text.find("'set' is not") == text.rfind("'set' is not"));
 }
 
-TEST_CASE("names that could pass for something else are refused", "[console][sockets]") {
+TEST_CASE("names that could be mistaken for something else are refused", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   const std::string key = GENERATE("user", "address");
@@ -254,7 +255,8 @@ TEST_CASE("on control.sock a request can't name another user", "[console][socket
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("an order holds only for what its sender has seen", "[console][sockets][expect]") {
+TEST_CASE("a command is valid only for the values that its sender has seen",
+          "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(2);
   const auto outcome = [&](const json& request) {
@@ -287,7 +289,7 @@ TEST_CASE("an order holds only for what its sender has seen", "[console][sockets
   CHECK(lines[3].at("result") == "done");
 }
 
-TEST_CASE("an output that is not known is shown as no number, and can be expected as such",
+TEST_CASE("an unknown output is shown as no number, and can be expected as such",
           "[console][sockets][expect]") {
   Bench bench(kAll, control::OutputAction::hold());
   bench.run(2);
@@ -322,7 +324,7 @@ TEST_CASE("an output that is not known is shown as no number, and can be expecte
   CHECK(lines[3].at("result") == "done");
 }
 
-TEST_CASE("what another orders in between counts, and not what was so when it was asked",
+TEST_CASE("expectations are checked after the commands of others, not when the request arrives",
           "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(2);
@@ -335,7 +337,7 @@ TEST_CASE("what another orders in between counts, and not what was so when it wa
   CHECK(bench.loops.front().channels->set_point_wanted == 55.0);
 }
 
-TEST_CASE("a request that is all brackets is refused, and takes no thread's stack",
+TEST_CASE("a request with only brackets is refused, and does not exhaust a thread's stack",
           "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
@@ -351,7 +353,7 @@ TEST_CASE("a request that is all brackets is refused, and takes no thread's stac
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("expectations that can't be understood are refused", "[console][sockets][expect]") {
+TEST_CASE("expectations that can't be parsed are refused", "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(1);
   const json expect =
@@ -361,8 +363,7 @@ TEST_CASE("expectations that can't be understood are refused", "[console][socket
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("page.sock and edge.sock are there only where something is allowed",
-          "[console][sockets]") {
+TEST_CASE("page.sock and edge.sock exist only if a right is granted", "[console][sockets]") {
   Bench bench;
   const auto there = [&](const char* name) { return std::filesystem::exists(bench.folder / name); };
   CHECK(there("control.sock"));
@@ -386,8 +387,7 @@ TEST_CASE("page.sock and edge.sock are there only where something is allowed",
   CHECK(json::parse(operators.request(kSet, kPatience)).at("ok") == true);
 }
 
-TEST_CASE("a page that floods its socket does not keep an operator from his",
-          "[console][sockets]") {
+TEST_CASE("a page that floods its socket does not block an operator", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   bench.server->start();
@@ -414,7 +414,7 @@ TEST_CASE("a page that floods its socket does not keep an operator from his",
   for (std::thread& thread : flood) thread.join();
 }
 
-TEST_CASE("the overview has one place a loop in each column", "[console][overview]") {
+TEST_CASE("the overview has one entry per loop in each column", "[console][overview]") {
   Bench bench;
   json all = bench.ask_status(R"({"request": "overview"})");
   CHECK(all.at("pv")[0].is_null());
@@ -457,7 +457,7 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
   CHECK(all.at("ne107") == json::array({4}));
 }
 
-TEST_CASE("of two alarms that wait the overview names the one of higher priority",
+TEST_CASE("if two alarms wait, the overview names the one of higher priority",
           "[console][overview]") {
   using loopwarden::monitor::AlarmKind;
   Bench bench;
@@ -498,7 +498,7 @@ TEST_CASE("reading the registers reports that an alarm changed, though the map d
   CHECK(changes() > came);
 }
 
-TEST_CASE("the newest windows, with what each specialist makes of them", "[console][windows]") {
+TEST_CASE("the newest windows, with the result of each specialist", "[console][windows]") {
   Bench bench;
   loopwarden::monitor::WindowJudgement judgement;
   judgement.result = loopwarden::monitor::WindowJudgement::Result::fault;
@@ -582,7 +582,7 @@ TEST_CASE("every field of the register map by name, as a master reads it", "[con
   CHECK(values.at("loops") == all.at("loops"));
 }
 
-TEST_CASE("a loop by itself is what the status has of it, and more", "[console][sockets]") {
+TEST_CASE("the details of a loop have its status, and more", "[console][sockets]") {
   Bench bench;
   json loop = bench.ask_status(R"({"request": "loop", "loop": "FIC-101"})");
   CHECK(loop.at("explanation").is_null());

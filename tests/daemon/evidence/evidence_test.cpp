@@ -176,7 +176,7 @@ TEST_CASE("evidence of version 1, which had no kind, is read", "[evidence]") {
   CHECK(back.judgement == example().judgement);
 }
 
-TEST_CASE("evidence that was touched is refused with a reason", "[evidence]") {
+TEST_CASE("evidence that was changed is refused with a reason", "[evidence]") {
   const tests::TemporaryFolder folder;
   const config::SpecialistFolder judges = specialists();
   write_evidence(example(), &judges, folder / "one");

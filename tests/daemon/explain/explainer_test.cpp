@@ -118,7 +118,7 @@ TEST_CASE("an alarm's minutes are written with time from the alarm, and the answ
   CHECK(explainer.status().explained == 1);
 }
 
-TEST_CASE("a child that fails, dies or answers nonsense leaves a reason", "[explain]") {
+TEST_CASE("a child that fails, dies or answers nonsense is reported with a reason", "[explain]") {
   const auto [script, most_s, why] = GENERATE(table<std::string, int, std::string>(
       {{"exit 65", 60, "ended with 65"},
        {"kill -9 $$", 60, "ended with 137"},
@@ -272,7 +272,7 @@ TEST_CASE("a history that restarted after the alarm does not replace the minutes
   CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4});
 }
 
-TEST_CASE("repeats count towards the limit, and go before no first one", "[explain]") {
+TEST_CASE("repeats count towards the limit, but run after every first explanation", "[explain]") {
   Bench bench("exit 1");
   Explainer explainer = bench.make({.program = {}, .most_waiting = 3});
   const auto repeat = [&](std::size_t loop) {
@@ -297,7 +297,7 @@ TEST_CASE("repeats count towards the limit, and go before no first one", "[expla
   CHECK(loops == std::vector<std::size_t>{2, 4, 0});
 }
 
-TEST_CASE("an explanation at work takes no room, of its repeat neither", "[explain]") {
+TEST_CASE("a running explanation takes no room in the queue, nor does its repeat", "[explain]") {
   Bench bench("exit 1");
   std::mutex mutex;
   Explainer* explainer = nullptr;
@@ -323,7 +323,7 @@ TEST_CASE("an explanation at work takes no room, of its repeat neither", "[expla
   CHECK(waiting == std::vector<std::size_t>{2});
 }
 
-TEST_CASE("a repeat is not kept for a restart, and may be called off", "[explain]") {
+TEST_CASE("a repeat is not kept for a restart, and can be cancelled", "[explain]") {
   Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
   Explainer explainer = bench.make();
   ExplainJob later = bench.job(1);
@@ -345,7 +345,7 @@ TEST_CASE("a repeat is not kept for a restart, and may be called off", "[explain
   CHECK_FALSE(read_pending(bench.folder / "evidence"));
 }
 
-TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {
+TEST_CASE("the end of the daemon does not wait for an explanation", "[explain]") {
   Bench bench("exec sleep 600");
   Explainer explainer = bench.make();
   explainer.start();

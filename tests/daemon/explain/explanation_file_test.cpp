@@ -25,7 +25,7 @@ Explanation read(const std::string& effects, bool agrees) {
 
 }  // namespace
 
-TEST_CASE("s and j of a valve that sticks are read where the explanation agrees", "[explain]") {
+TEST_CASE("s and j of a sticking valve are read if the explanation agrees", "[explain]") {
   const auto gain_but = [](const std::string& alternatives) {
     return R"({"name": "gain_change", "parameters": {"factor": 1.1}, "interval": {}, "confidence": 0.5, )"
            R"("alternatives": [)" +
@@ -44,7 +44,7 @@ TEST_CASE("s and j of a valve that sticks are read where the explanation agrees"
     CHECK(e.stick->j_interval[1] == 0.0);
     CHECK(e.stick->confidence == 0.8);
   }
-  // Values of one explanation are read at any position in the list.
+  // An alternative excludes the stick at any position in the list.
   CHECK_FALSE(read(sticks + ", " + gain_but(R"("backlash")"), true).stick);
   CHECK_FALSE(read(sticks, false).stick);
   CHECK_FALSE(read(gain, true).stick);

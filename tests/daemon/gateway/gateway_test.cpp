@@ -80,7 +80,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("while an acknowledgement waits for a slow disk, heartbeats are taken", "[gateway]") {
+TEST_CASE("while an acknowledgement waits for a slow disk, heartbeats are read", "[gateway]") {
   Bench bench;
   const Master operators(bench.gateway.port());
   const Master leader(bench.gateway.port());
@@ -105,7 +105,7 @@ TEST_CASE("while an acknowledgement waits for a slow disk, heartbeats are taken"
   CHECK(bench.loops.orders.empty());
 }
 
-TEST_CASE("a disk that does not answer keeps an acknowledgement for 250 ms, and only once",
+TEST_CASE("a disk that does not answer delays an acknowledgement by 250 ms, and only once",
           "[gateway]") {
   Bench bench;
   const Master master(bench.gateway.port());
@@ -119,7 +119,7 @@ TEST_CASE("a disk that does not answer keeps an acknowledgement for 250 ms, and 
   CHECK(master.received() == kAcknowledgeAll);
 }
 
-TEST_CASE("a round that was held up judges no heartbeat", "[gateway]") {
+TEST_CASE("a delayed round judges no heartbeat", "[gateway]") {
   Bench bench;
   const Master operators(bench.gateway.port());
   const Master leader(bench.gateway.port());

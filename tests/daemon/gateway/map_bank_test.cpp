@@ -88,7 +88,7 @@ TEST_CASE("the test constants in every word order", "[gateway][map]") {
   }
 }
 
-TEST_CASE("the box's block", "[gateway][map]") {
+TEST_CASE("the block of the host", "[gateway][map]") {
   Bench bench(3);
   CHECK(bench.box_word("heartbeat") == 4);  // 65540 s, wrapped
   CHECK(bench.box_word("loop_count") == 3);
@@ -112,7 +112,7 @@ TEST_CASE("the box's block", "[gateway][map]") {
   CHECK(bench.box_word("any_alarm_unacknowledged", Table::discrete_input) == 1);
 }
 
-TEST_CASE("a loop's block: values, scaled copies, and one sequence for the whole of it",
+TEST_CASE("a loop's block: values, scaled copies, and one sequence for all of it",
           "[gateway][map]") {
   Bench bench;
   CHECK(bench.number("sp") == 50.0F);
@@ -230,7 +230,7 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   CHECK(bench.word("any_shelved", 0, Table::discrete_input) == 1);
 }
 
-TEST_CASE("reserved registers read 0, what is outside the map is refused", "[gateway][map]") {
+TEST_CASE("reserved registers read 0, addresses outside the map are refused", "[gateway][map]") {
   Bench bench(1);
   CHECK(bench.read(Table::input_register, 41, 2) == Words{32768, 32});
   CHECK(bench.read(Table::input_register, 43, 21) == Words(21, 0));
@@ -244,7 +244,7 @@ TEST_CASE("reserved registers read 0, what is outside the map is refused", "[gat
         Exception::illegal_address);
 }
 
-TEST_CASE("orders reach the loop, and the journal names peer, old and new value",
+TEST_CASE("commands reach the loop, and the journal names peer, old and new value",
           "[gateway][map]") {
   Bench bench;
   CHECK(bench.write("sp", Bench::words_of(55.5F), 1) == Exception::none);
@@ -280,7 +280,8 @@ TEST_CASE("orders reach the loop, and the journal names peer, old and new value"
   CHECK(last().kd == 1.0);
 }
 
-TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "[gateway][map]") {
+TEST_CASE("a command that the mode forbids gets exception 06, and is refused in the journal",
+          "[gateway][map]") {
   Bench bench;
   rt::Standing& standing = bench.plant.readings[0].standing;
   const auto refused = [&](const char* reason) {
@@ -315,12 +316,12 @@ TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "
     CHECK(bench.write("mode", {1}) == Exception::busy);
     refused("not known");
   }
-  SECTION("automatic while a fault is there that ends in manual") {
+  SECTION("automatic during a fault that ends in manual") {
     standing = {.mode = control::Mode::manual, .output_known = true, .manual_after_fault = true};
     CHECK(bench.write("mode", {1}) == Exception::busy);
     refused("wait in manual");
   }
-  SECTION("too many orders at once") {
+  SECTION("too many commands at once") {
     bench.plant.room = false;
     CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::busy);
     refused("too many commands at once");
@@ -328,7 +329,7 @@ TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "
 }
 
 TEST_CASE(
-    "an output that is not known reads 0 and its scaled copy the mark, and any value orders it",
+    "an unknown output reads 0 and its scaled copy the mark, and any written value is a command",
     "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
@@ -352,7 +353,7 @@ TEST_CASE(
   CHECK(bench.write("output_scaled", {0x8000}) == Exception::illegal_value);
 }
 
-TEST_CASE("a write of the value in force is no command: no order, no line", "[gateway][map]") {
+TEST_CASE("a write of the value in force is no command and no journal line", "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
   loop.settings.controller.pid.gains = {.kp = 0.1, .ki = 0.3, .kd = 0.0};
@@ -384,7 +385,8 @@ TEST_CASE("a write of the value in force is no command: no order, no line", "[ga
   CHECK(bench.plant.lines.size() == 1);
 }
 
-TEST_CASE("of a block only what differs from the values in force is a command", "[gateway][map]") {
+TEST_CASE("in a block only the values that differ from those in force are commands",
+          "[gateway][map]") {
   Bench bench;
   Words block = bench.read(Table::holding_register, 32, 14);
   const Words sp = Bench::words_of(61.0F);
@@ -399,7 +401,7 @@ TEST_CASE("of a block only what differs from the values in force is a command", 
   CHECK(bench.plant.lines[0].what == "sp");
 }
 
-TEST_CASE("in manual the output in force is the ordered one, which the device may round",
+TEST_CASE("in manual the output in force is the commanded one, which the device may round",
           "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
@@ -420,7 +422,7 @@ TEST_CASE("in manual the output in force is the ordered one, which the device ma
   CHECK(bench.plant.orders.size() == 1);
 }
 
-TEST_CASE("values that only the new mode keeps are ordered with it", "[gateway][map]") {
+TEST_CASE("values that only the new mode keeps are commanded with it", "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
   Words words{1, 0};
@@ -443,8 +445,7 @@ TEST_CASE("values that only the new mode keeps are ordered with it", "[gateway][
   }
 }
 
-TEST_CASE("one request that writes mode and output is judged by the mode that it asks for",
-          "[gateway][map]") {
+TEST_CASE("one request with mode and output is judged by its own mode", "[gateway][map]") {
   Bench bench;
   const auto block = [](std::uint16_t mode, std::uint16_t gap, float sp, float output) {
     Words words{mode, gap};
@@ -591,7 +592,7 @@ TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
   const Words ki = Bench::words_of(0.1F);
   const Words kd = Bench::words_of(-1.0F);  // not allowed
   gains.insert(gains.end(), ki.begin(), ki.end());
-  SECTION("all are in order") {
+  SECTION("all are valid") {
     CHECK(bench.write("kp", gains) == Exception::none);
     REQUIRE(bench.plant.orders.size() == 1);
     CHECK(bench.plant.orders[0].second.kp == 0.5);
@@ -610,7 +611,7 @@ TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
   }
 }
 
-TEST_CASE("the veto of a corrective action is a coil that keeps what was written",
+TEST_CASE("the veto of a corrective action is a coil that keeps its written value",
           "[gateway][map]") {
   Bench bench;
   bench.plant.readings[1].watch.corrective = loopwarden::monitor::CorrectiveState::helping;
@@ -634,7 +635,7 @@ TEST_CASE("the veto of a corrective action is a coil that keeps what was written
   CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{1});
 }
 
-TEST_CASE("what corrective action offers is begun by a register, and what it gains can be read",
+TEST_CASE("a register begins an offered corrective action, and another has its gain",
           "[gateway][map]") {
   Bench bench;
   const auto calm = [&](std::uint16_t value) {
@@ -706,7 +707,7 @@ TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
   CHECK(bench.read(Table::coil, 16, 15) == Words(15, 0));
 }
 
-TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests at 0 never",
+TEST_CASE("a master that holds a shelf or a coil acts once, and one that holds 0 never",
           "[gateway][map]") {
   using Action = loopwarden::monitor::AlarmAction;
   Bench bench;
@@ -719,7 +720,7 @@ TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests a
   };
   auto& alarms = bench.plant.readings[1].watch.alarms;
   const std::int64_t now_ms = bench.plant.box_reading.utc_ms;
-  SECTION("zeros leave a person's shelf alone") {
+  SECTION("zeros don't end a person's shelving") {
     REQUIRE(alarms.act(model_kind::stiction, Action::shelve, now_ms, now_ms + 3'600'000).accepted);
     for (int second = 0; second < 100; ++second) shelve(0);
     // The remaining time, read and written back, is no new shelving.
@@ -730,7 +731,7 @@ TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests a
     shelve(60);
     CHECK(actions() == 0);
   }
-  SECTION("minutes that are repeated are one shelving, and 0 ends it") {
+  SECTION("repeated minutes are one shelving, and 0 ends it") {
     for (int second = 0; second < 100; ++second) shelve(45);
     CHECK(actions() == 1);
     shelve(0, {"10.0.0.8:7", true});  // another master, which rests
@@ -766,7 +767,7 @@ TEST_CASE("acknowledge_all is one action, however many loops there are", "[gatew
   CHECK(bench.plant.actions.empty());
 }
 
-TEST_CASE("a request that does several things waits for the last of them", "[gateway][map]") {
+TEST_CASE("a request with several commands waits for the last of them", "[gateway][map]") {
   Bench bench;
   const auto first =
       static_cast<std::uint16_t>(bench.address(Table::coil, "acknowledge_stiction", 0));
@@ -846,7 +847,7 @@ TEST_CASE("a watched loop has no writable registers, alarms included", "[map][wa
   for (const auto& [loop, vetoed] : bench.plant.vetoes) CHECK(loop == 2);
 }
 
-TEST_CASE("of a loop that is being commissioned manual alone can be written, and ends that",
+TEST_CASE("in a loop that is being commissioned only manual can be written, and ends that",
           "[map]") {
   Bench bench(3);
   bench.plant.commissioned = {1};
@@ -881,7 +882,7 @@ TEST_CASE("of a loop that is being commissioned manual alone can be written, and
   CHECK(bench.write("sp", Bench::words_of(55.5F), 1) == Exception::none);
 }
 
-TEST_CASE("watched loops that come or go leave the registers of those controlled here as they were",
+TEST_CASE("added or removed watched loops keep the registers of the controlled ones",
           "[map][watch]") {
   // As the configuration orders them: controlled here first.
   const auto registers_of_two = [](std::size_t loops) {

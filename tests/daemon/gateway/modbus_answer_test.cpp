@@ -72,7 +72,7 @@ TEST_CASE("the specification's requests, byte for byte", "[gateway][pdu]") {
   CHECK(bank.written == std::vector<std::uint16_t>{1, 0, 1, 1, 0, 0, 1, 1, 1, 0});
 }
 
-TEST_CASE("what a request may not be", "[gateway][pdu]") {
+TEST_CASE("invalid requests", "[gateway][pdu]") {
   struct Case {
     Bytes request;
     std::uint8_t exception;
@@ -130,7 +130,7 @@ TEST_CASE("the largest requests fit", "[gateway][pdu]") {
   CHECK(ask(bank, write) == Bytes{16, 0, 0, 0, 123});
 }
 
-TEST_CASE("to whom writing is closed the function does not exist", "[gateway][pdu]") {
+TEST_CASE("a client without write access gets an illegal function", "[gateway][pdu]") {
   CountingBank bank;
   for (const Bytes& request : {Bytes{5, 0, 0, 0xFF, 0}, Bytes{6, 0, 0, 0, 1},
                                Bytes{15, 0, 0, 0, 1, 1, 1}, Bytes{16, 0, 0, 0, 1, 2, 0, 1}}) {

@@ -81,7 +81,7 @@ const Bytes kRead{7, 4, 0, 14, 0, 2};
 
 }  // namespace
 
-TEST_CASE("checksum and size of a request as the specification has them", "[serial_server]") {
+TEST_CASE("checksum and size of a request follow the specification", "[serial_server]") {
   // MODBUS over Serial Line V1.02, section 6.2.2: 02 07 gives 12 41 with the low byte first.
   CHECK(serial_checksum(Bytes{2, 7}) == 0x1241);
   CHECK(serial_request_size(kRead) == 8);
@@ -109,7 +109,7 @@ TEST_CASE("a request is answered after the silence that ends it", "[serial_serve
   CHECK(bench.server->patience() > std::chrono::milliseconds(100));
 }
 
-TEST_CASE("a request in pieces, as busy machines and USB adapters make them", "[serial_server]") {
+TEST_CASE("a request in pieces, as from loaded hosts and USB adapters", "[serial_server]") {
   Bench bench;
   const Bytes whole = framed(kRead);
   for (const std::uint8_t byte : whole) {
@@ -126,7 +126,7 @@ TEST_CASE("a request in pieces, as busy machines and USB adapters make them", "[
   CHECK(bench.asked.size() == 2);
 }
 
-TEST_CASE("others' requests and answers pass by; a broadcast is done and not answered",
+TEST_CASE("others' requests and answers are ignored; a broadcast is done and not answered",
           "[serial_server]") {
   Bench bench;
   bench.send(framed({9, 4, 0, 14, 0, 2}));

@@ -133,7 +133,7 @@ TEST_CASE("a request is answered under its own transaction and unit", "[gateway]
   CHECK(client->received() == frame(8, 9, {0x83, 0x0B}));
 }
 
-TEST_CASE("without descriptors the server rests, and serves who waited when there are some",
+TEST_CASE("without descriptors the server pauses, and later serves the waiting clients",
           "[gateway][tcp]") {
   Bench bench;
   const Client client(bench.server->port());
@@ -168,7 +168,7 @@ TEST_CASE("a listening socket of the service manager is taken over", "[gateway][
   CHECK(client->received() == frame(2, 1, kAsk));
 }
 
-TEST_CASE("requests come in pieces, or several at once", "[gateway][tcp]") {
+TEST_CASE("requests arrive in pieces, or several at once", "[gateway][tcp]") {
   Bench bench;
   const auto client = bench.connect();
   Bytes many;
@@ -206,7 +206,7 @@ TEST_CASE("a message that is no Modbus ends its own connection only", "[gateway]
   CHECK(other->received() == frame(1, 1, kAsk));
 }
 
-TEST_CASE("who is not on the list is turned away", "[gateway][tcp]") {
+TEST_CASE("a client that is not on the list is turned away", "[gateway][tcp]") {
   Bench bench({}, "10.0.0.0/8");
   const auto client = bench.connect();
   CHECK(client->closed());
@@ -248,7 +248,7 @@ TEST_CASE("a client that hangs up is forgotten; half-open ones are served to the
   CHECK(bench.server->counters().clients == 0);
 }
 
-TEST_CASE("200 connections: those that are of use keep their places", "[gateway][tcp]") {
+TEST_CASE("200 connections: the useful ones keep their places", "[gateway][tcp]") {
   Bench bench({.most_clients = 8});
   const auto master = bench.connect();
   master->send(frame(1, 1, kAsk));

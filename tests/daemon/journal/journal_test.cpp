@@ -197,7 +197,7 @@ TEST_CASE("raised alarms are found by their time, also in a journal older than t
   CHECK(index.step());
 }
 
-TEST_CASE("lines can't be changed, and the oldest go beyond the limit", "[journal]") {
+TEST_CASE("lines can't be changed, and the oldest are deleted beyond the limit", "[journal]") {
   const tests::TemporaryFolder folder;
   JournalSettings settings = settings_in(folder);
   settings.most_rows = 5;
@@ -218,7 +218,7 @@ TEST_CASE("lines can't be changed, and the oldest go beyond the limit", "[journa
   sqlite3_close(db);
 }
 
-TEST_CASE("what the alarms remember survives a restart", "[journal]") {
+TEST_CASE("the memory of the alarms survives a restart", "[journal]") {
   const tests::TemporaryFolder folder;
   {
     Journal journal(settings_in(folder));
@@ -271,7 +271,7 @@ TEST_CASE("after a kill at any moment, each line that was confirmed is kept", "[
   }
 }
 
-TEST_CASE("a damaged file is moved aside, and the alarms remember all the same", "[journal]") {
+TEST_CASE("a damaged file is moved aside, and the alarms keep their memory", "[journal]") {
   const tests::TemporaryFolder folder;
   const std::filesystem::path file = folder / "journal.sqlite";
   {
@@ -286,7 +286,7 @@ TEST_CASE("a damaged file is moved aside, and the alarms remember all the same",
     std::filesystem::remove(file);
     sql(file, "CREATE TABLE recipes(name TEXT)");
   }
-  SECTION("a table is gone") { sql(file, "DROP TABLE alarm_state"); }
+  SECTION("a table is missing") { sql(file, "DROP TABLE alarm_state"); }
   Journal journal(settings_in(folder));
   const AlarmStates states = journal.open();
   CHECK(states.memories.at({"FIC-101", "stiction"}) == remembered(AlarmState::acknowledged));
@@ -342,7 +342,7 @@ TEST_CASE("a journal of a later version is not changed; lines wait in memory, wi
   CHECK(journal.status().error.empty());
 }
 
-TEST_CASE("the copy alone is damaged: the journal is enough", "[journal]") {
+TEST_CASE("if only the copy is damaged, the journal is enough", "[journal]") {
   const tests::TemporaryFolder folder;
   {
     Journal journal(settings_in(folder));
@@ -363,7 +363,7 @@ TEST_CASE("the copy alone is damaged: the journal is enough", "[journal]") {
   CHECK(journal.open().memories.at({"FIC-101", "stiction"}).raised == AlarmState::acknowledged);
 }
 
-TEST_CASE("a disk that refuses: lines wait, are counted, and come when there is room",
+TEST_CASE("a disk that refuses: lines wait, are counted, and are written when there is room",
           "[journal]") {
   const tests::TemporaryFolder folder;
   JournalSettings settings = settings_in(folder);

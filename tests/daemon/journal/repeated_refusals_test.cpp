@@ -27,7 +27,7 @@ JournalEntry refused(const std::string& value, std::int64_t utc_ms,
 
 }  // namespace
 
-TEST_CASE("a refusal that a master repeats each second is one line for each value", "[journal]") {
+TEST_CASE("a refusal that a master repeats each second is one line per value", "[journal]") {
   RepeatedRefusals refusals;
   std::int64_t now_ms = 1'800'000'000'000;
   int lines = 0;

@@ -10,7 +10,7 @@
 
 namespace loopwarden::daemon::loop_commissioning_test {
 
-TEST_CASE("a sign of life is an order, or the session alone") {
+TEST_CASE("a sign of life is a command, or only the session") {
   rt::LoopChannels channels({});
   Commissioning loop(channels);
   const auto start = Commissioning::Clock::now();

@@ -130,7 +130,7 @@ TEST_CASE("a commissioning and a fault that ends in manual are remembered", "[re
   CHECK(bench.on_disk().set_point == 70.0);
 }
 
-TEST_CASE("what the end of the daemon does to a loop is no order", "[restart]") {
+TEST_CASE("the effect of the daemon's end on a loop is no command", "[restart]") {
   Bench bench;
   bench.order({.set_point = 71.0});
   bench.keeper->freeze();
@@ -141,7 +141,7 @@ TEST_CASE("what the end of the daemon does to a loop is no order", "[restart]") 
   CHECK_FALSE(bench.on_disk().manual_after_fault);
 }
 
-TEST_CASE("the orders to a loop that is out of service stay on the disk", "[restart]") {
+TEST_CASE("the commands to a loop that is out of service stay on the disk", "[restart]") {
   Bench bench;
   LoopRuntime unread;
   unread.config.name = "fic-102";  // by its file, because the tag could not be read
@@ -158,7 +158,7 @@ TEST_CASE("the orders to a loop that is out of service stay on the disk", "[rest
   CHECK(bench.keeper->kept(1));
 }
 
-TEST_CASE("the orders to a loop that is gone are forgotten", "[restart]") {
+TEST_CASE("the commands to a removed loop are forgotten", "[restart]") {
   Bench bench;
   LastOrders begun = bench.file.load();
   begun.loops["FIC-999"] = begun.loops.at("FIC-101");

@@ -298,7 +298,7 @@ TEST_CASE("a lost device raises process alarms, with their reasons in the journa
 
   REQUIRE(bench.board->act(0, {AlarmKind::bad_pv, model::AlarmAction::acknowledge, 0, "me", {}})
               .accepted);
-  SECTION("they go when the loop does its work again, each with its reason") {
+  SECTION("they clear when the loop works again, each with its reason") {
     bench.run(601);
     CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::normal);
     CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
@@ -314,7 +314,7 @@ TEST_CASE("a lost device raises process alarms, with their reasons in the journa
     CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::unacknowledged);
     CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "what it followed from has gone");
   }
-  SECTION("a restart keeps them as they were, and they don't come again") {
+  SECTION("a restart keeps them, and they are not raised again") {
     bench.make_monitor();
     bench.run_spoilt(300, lost);
     CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::acknowledged);
@@ -408,8 +408,10 @@ TEST_CASE("the journal has the reason why an alarm was raised or cleared", "[mon
                                             "windows: they no longer show it"});
 }
 
-TEST_CASE("no window across manual, bad PV or a gap; alarms that are off say they can't come",
-          "[monitor]") {
+TEST_CASE(
+    "no window across manual, bad PV or a gap; alarms that are off are shown as unable to be "
+    "raised",
+    "[monitor]") {
   Bench bench;
   bench.run(kWindow);
   REQUIRE(bench.state(AlarmKind::stiction) == AlarmState::normal);
@@ -459,7 +461,7 @@ TEST_CASE("a saturated window is not judged, and is counted", "[monitor]") {
   CHECK(watch.measures.saturated_percent == Approx(100.0 * 120 / 961));
 }
 
-TEST_CASE("without specialists the classical measures are there", "[monitor]") {
+TEST_CASE("without specialists the classical measures are available", "[monitor]") {
   Bench bench;
   std::vector<MonitoredLoop> monitored{{.cycles = bench.rings[0].get(),
                                         .window = {.overlap = 0.0, .sample_time_s = 0.1},
@@ -776,7 +778,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
   CHECK_FALSE(bench.box.orders.try_pop(order));
 }
 
-TEST_CASE("what was explained of an alarm from before the start begins no planned moves",
+TEST_CASE("an explanation of an alarm from before the start begins no planned moves",
           "[monitor][corrective]") {
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
@@ -794,7 +796,7 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
         (on_order ? model::CorrectiveState::offered : model::CorrectiveState::waiting));
 }
 
-TEST_CASE("a clock that is set back changes no name and holds up no planned moves",
+TEST_CASE("a clock that is set back changes no name and delays no planned moves",
           "[monitor][corrective][incident]") {
   constexpr std::int64_t kYear_ms = 365LL * 24 * 3'600'000;
   Bench bench;
@@ -818,7 +820,7 @@ TEST_CASE("a clock that is set back changes no name and holds up no planned move
   CHECK(bench.board->watch(0).corrective == model::CorrectiveState::in_shadow);
 }
 
-TEST_CASE("planned moves go by the newest explanation of the incident", "[monitor][corrective]") {
+TEST_CASE("planned moves follow the newest explanation of the incident", "[monitor][corrective]") {
   Bench bench;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
@@ -868,7 +870,7 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
   CHECK(corrective() == model::CorrectiveState::waiting);
 }
 
-TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly",
+TEST_CASE("planned moves stay in shadow on hardware if s is known too roughly",
           "[monitor][corrective]") {
   Bench bench;
   bench.make_monitor({.enabled = true, .form = model::CorrectiveForm::planned_moves});
@@ -886,7 +888,7 @@ TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly
   CHECK_FALSE(bench.box.orders.try_pop(order));
 }
 
-TEST_CASE("what the ring had no room for is counted and breaks the window", "[monitor]") {
+TEST_CASE("rows that the ring had no room for are counted and break the window", "[monitor]") {
   Bench bench(1, 64);
   for (int i = 0; i < 100; ++i) bench.rings[0]->try_push(bench.row(0));
   bench.monitor->round();
@@ -970,8 +972,7 @@ TEST_CASE("an alarm whose stick the read-back shows is not renamed to learned",
   CHECK_FALSE(bench.board->watch(0).explanation->final_name);
 }
 
-TEST_CASE("what is explained again has a line where its name is another one",
-          "[monitor][explain]") {
+TEST_CASE("a new explanation has a journal line if its name is different", "[monitor][explain]") {
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(2 * kWindow);

@@ -78,7 +78,7 @@ class Line {
 
 }  // namespace
 
-TEST_CASE("units on a serial line are found by read requests alone", "[probe]") {
+TEST_CASE("units on a serial line are found only by read requests", "[probe]") {
   const tests::TemporaryFolder folder;
   Line line;
   probe::Prober prober(folder.path());

@@ -154,7 +154,7 @@ TEST_CASE(
   CHECK(bench.historian.status(0).segments.disk_errors == 0);
 }
 
-TEST_CASE("a CSV record over a disk that hangs: status and threads go on, its rows come later",
+TEST_CASE("a CSV record on a hung disk: status and threads continue, its rows are written later",
           "[disk]") {
   Bench bench;
   const json started = bench.ask({{"request", "record"}, {"loop", "FIC-101"}, {"start", "trial"}});
@@ -294,8 +294,8 @@ TEST_CASE("an errand: no other job waits for one that hangs, and its result may 
 }
 
 TEST_CASE(
-    "the log: who logs never waits for who reads, lines beyond the room are counted, and what "
-    "waited comes in order",
+    "the log: a writer never waits for the reader, lost lines are counted, waiting ones stay in "
+    "order",
     "[disk]") {
   std::array<int, 2> pipe{};
   REQUIRE(::pipe2(pipe.data(), O_CLOEXEC) == 0);
@@ -333,8 +333,9 @@ TEST_CASE(
   CHECK(said == queue->lost());
 }
 
-TEST_CASE("while the box's look at the disk hangs its other alarms come, and one of the disk",
-          "[disk][box]") {
+TEST_CASE(
+    "while the host's check of the disk hangs, other host alarms are raised, and one for the disk",
+    "[disk][box]") {
   using loopwarden::monitor::BoxAlarm;
   Bench bench;
   std::promise<void> answers;
@@ -366,7 +367,7 @@ TEST_CASE("while the box's look at the disk hangs its other alarms come, and one
   CHECK(looker.stop_for(std::chrono::seconds(10)));
 }
 
-TEST_CASE("what recorder and monitor were too slow for counts as dropped", "[disk][box]") {
+TEST_CASE("rows that recorder and monitor were too slow for count as dropped", "[disk][box]") {
   Bench bench;
   rt::LoopChannels& channels = *bench.loops.front().channels;
   for (std::size_t i = 0; i < channels.watched.capacity() + 3; ++i) channels.watched.try_push({});

@@ -132,7 +132,7 @@ TEST_CASE("a failed report has the reason in the command's own words", "[reports
   CHECK(report.has_page == page);
 }
 
-TEST_CASE("a report that takes too long is ended, and what it began is gone", "[reports]") {
+TEST_CASE("a report that takes too long is ended, and its files are deleted", "[reports]") {
   Bench bench("echo half > \"$OUT/half\"; exec sleep 600");
   bench.settings.most_time = milliseconds(500);
   ReportDesk desk = bench.make();
@@ -154,7 +154,7 @@ TEST_CASE("without the program a report fails", "[reports]") {
   CHECK_THAT(desk.of("FIC-101")->front().sentence, Catch::Contains("nowhere"));
 }
 
-TEST_CASE("four wait, each in its place, and the fifth finds no room", "[reports]") {
+TEST_CASE("four reports wait, each at its position, and the fifth is refused", "[reports]") {
   Bench bench("sleep 0.5; echo '<title>' > \"$OUT/report.html\"");
   ReportDesk desk = bench.make();
   std::vector<std::string> order;
@@ -221,7 +221,7 @@ TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
   CHECK(bench.ended.front().state == State::done);
 }
 
-TEST_CASE("how far a report is shows while it is made", "[reports]") {
+TEST_CASE("the progress of a report is shown while it is made", "[reports]") {
   Bench bench("echo 'progress: what can be seen 41 %' >&2; echo note >&2; exec sleep 600");
   ReportDesk desk = bench.make();
   desk.post(order_of("FIC-101"));

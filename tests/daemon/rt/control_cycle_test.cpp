@@ -26,7 +26,7 @@ using daemon::rt::Refusal;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-TEST_CASE("the loop starts from the read-back, not from what the configuration assumes") {
+TEST_CASE("the loop starts from the read-back, not from the configured output") {
   Loop loop;
   loop.io.set_read_back(63.0);
   loop.run(1);
@@ -46,7 +46,7 @@ TEST_CASE("taking over the valve's position is no movement that PV would have to
   CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::none);
 }
 
-TEST_CASE("a frozen PV is an alarm; it moves the valve only where the file has frozen_after") {
+TEST_CASE("a frozen PV is an alarm; it moves the valve only if the file has frozen_after") {
   const bool acts = GENERATE(false, true);
   daemon::rt::LoopSettings settings = plain_settings();
   settings.pv_check.frozen_after_s = 2.0;
@@ -231,7 +231,7 @@ TEST_CASE("after a late read-back the loop resumes in its previous mode, without
   CHECK(loop.io.written == Approx(63.0));
 }
 
-TEST_CASE("a read-back that is there from the start shows no fault on the way") {
+TEST_CASE("a read-back that is good from the start shows no fault on the way") {
   Loop loop(plain_settings(),
             {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::hold()});
   loop.io.set_read_back(63.0);
@@ -257,7 +257,7 @@ TEST_CASE("while the loop doesn't write it follows the valve that others move") 
   CHECK(loop.io.written == Approx(20.0));
 }
 
-TEST_CASE("an output that the file states has not gone out before the first command") {
+TEST_CASE("an output that the file states has not been sent before the first command") {
   Loop loop;
   loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
   loop.run(5);
@@ -281,7 +281,7 @@ TEST_CASE("from beyond its limits the output returns at the rate limit, from the
   CHECK(loop.io.written == Approx(80.0));
 }
 
-TEST_CASE("a loop whose read-back died with its output is freed by an order for the output") {
+TEST_CASE("a loop whose read-back died with its output is freed by a command for the output") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.safety.on_output_lost = GENERATE(OutputAction::hold(), OutputAction::go_to(70.0));
   settings.safety.recovery = control::Recovery::manual;
@@ -372,7 +372,7 @@ TEST_CASE("after a pause without a good read-back the loop waits, and reports th
   CHECK(loop.io.written == Approx(5.0));
 }
 
-TEST_CASE("the stop action of an output that is not known begins at no guess") {
+TEST_CASE("the stop action of an unknown output is applied at once, without a guessed start") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.safety.on_stop = OutputAction::go_to(80.0);
   Loop loop(settings, {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
@@ -407,7 +407,7 @@ TEST_CASE("a stop after a pause begins at the valve's position, whichever cycle 
     loop.run(1, 0, true);
     CHECK(loop.io.written == Approx(55.0));
   }
-  SECTION("no read-back comes") {
+  SECTION("no read-back arrives") {
     loop.io.inputs.valve_position.quality = hal::Quality::bad;
     loop.run(1, 50);
     loop.run(10, 0, true);
@@ -416,7 +416,7 @@ TEST_CASE("a stop after a pause begins at the valve's position, whichever cycle 
   }
 }
 
-TEST_CASE("an output that is not known is no value that an order could expect") {
+TEST_CASE("a command can't expect a value of an unknown output") {
   Loop loop(plain_settings(),
             {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
   loop.run(5);
@@ -497,7 +497,7 @@ TEST_CASE("with recovery to manual the loop waits for the operator") {
   CHECK(loop.io.written == Approx(40.0));
 }
 
-TEST_CASE("in manual a dead transmitter leaves the valve in the operator's hands") {
+TEST_CASE("in manual a dead transmitter leaves the valve to the operator") {
   Loop loop;
   loop.order({.mode = Mode::manual});
   loop.run(3);
@@ -624,7 +624,7 @@ TEST_CASE("the stop action is written even if the output was never known") {
   CHECK(loop.io.written == Approx(5.0));
 }
 
-TEST_CASE("a late cycle has its own action, and is over when cycles come in time again") {
+TEST_CASE("a late cycle has its own action, and ends when cycles are in time again") {
   auto settings = plain_settings();
   settings.safety.on_late_cycle = OutputAction::go_to(20.0);
   settings.safety.late_cycle_periods = 3;
@@ -678,7 +678,7 @@ TEST_CASE("every output ever written is inside the limits and within the rate") 
   CHECK(last != 40.0);
 }
 
-TEST_CASE("anti-windup refers to what the device really put out") {
+TEST_CASE("anti-windup refers to the output that the device really applied") {
   // The device stops at 60; the loop asks for ever more.
   Loop loop;
   loop.io.device = [](double output) { return std::min(output, 60.0); };
@@ -742,7 +742,7 @@ TEST_CASE("settings whose limits exclude the output wait until it is inside") {
   CHECK(loop.answer() == Refusal::output_out_of_limits);
 }
 
-TEST_CASE("settings that wait overrule no order that is newer than they are") {
+TEST_CASE("settings that wait don't overrule a newer command") {
   LoopSettings settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::bounded;
   settings.controller.jacket.gain_per_s = 1.0;
@@ -764,7 +764,7 @@ TEST_CASE("settings that wait overrule no order that is newer than they are") {
   CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
 }
 
-TEST_CASE("settings that wait come into force in no fault's action") {
+TEST_CASE("settings that wait are not applied during a fault's action") {
   LoopSettings settings = plain_settings();
   settings.safety.on_stop = OutputAction::go_to(0.0);
   Loop loop(settings);
@@ -802,7 +802,7 @@ TEST_CASE("settings that wait are dropped when they are withdrawn, or replaced b
   CHECK(loop.io.written == Approx(60.0));
 }
 
-TEST_CASE("while the output is not known no tighter limits are taken, but others are") {
+TEST_CASE("while the output is unknown no tighter limits are taken, but other settings are") {
   Loop loop(plain_settings(), {.mode = Mode::manual, .set_point = 50.0, .output = {}});
   loop.run(5);
   auto narrow = plain_settings();
@@ -817,7 +817,7 @@ TEST_CASE("while the output is not known no tighter limits are taken, but others
   CHECK(loop.channels.settings_taken.load() == 2);
 }
 
-TEST_CASE("a master's gains are in force and shown before he is answered") {
+TEST_CASE("a master's gains are in force and shown before the answer") {
   Loop loop;
   loop.run(2);
   LoopSettings shown;
@@ -846,7 +846,7 @@ TEST_CASE("new gains take over at the present CO, with PV off its set point") {
   CHECK(left.run(10).co - taken == Approx(10 * 0.5 * 4.0 * kPeriod));
 }
 
-TEST_CASE("an order of gains holds for those that its sender has seen") {
+TEST_CASE("a command of gains is valid for those that its sender has seen") {
   Loop loop;
   loop.run(2);
   Order order{.kp = 3.0, .ki = 0.7, .kd = 0.1};
@@ -919,7 +919,7 @@ TEST_CASE("a reload sets the jacket as in its file, and reports this") {
   CHECK(loop.channels.settings_taken.load() == 1);
 }
 
-TEST_CASE("the jacket can go by a model of the valve") {
+TEST_CASE("the jacket can use a model of the valve") {
   auto settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::paper;
   const bool with_play = GENERATE(true, false);
@@ -953,8 +953,7 @@ TEST_CASE("a loop reports a change once, and is silent while its state is consta
   CHECK(events[0].code == EventCode::settings_applied);
 }
 
-TEST_CASE(
-    "a fault's action is not ended by an order for an output that is known, or in a graver fault") {
+TEST_CASE("a fault's action is not ended by a command for a known output, or in a graver fault") {
   Loop loop;
   SECTION("commands don't reach the valve") {
     loop.run(5);
@@ -990,7 +989,7 @@ TEST_CASE("the jacket and a compensator never act together") {
   CHECK(loop.answer() == Refusal::none);
 }
 
-TEST_CASE("planned moves are ordered into shadow, to act and off, and a reload ends them") {
+TEST_CASE("planned moves are commanded into shadow, to act and off, and a reload ends them") {
   auto settings = plain_settings();
   settings.moves_may_act = true;
   Loop loop(settings);
@@ -1111,7 +1110,7 @@ TEST_CASE("a full ring of records costs records, never a cycle") {
   CHECK(loop.channels.records.dropped() == 5000 - loop.channels.records.capacity());
 }
 
-TEST_CASE("manual and an output of one order take effect together, from automatic") {
+TEST_CASE("manual and an output of one command take effect together, from automatic") {
   Loop loop;
   loop.run(5);
   loop.order({.mode = Mode::manual, .output = 42.0});
@@ -1121,7 +1120,7 @@ TEST_CASE("manual and an output of one order take effect together, from automati
   CHECK(loop.io.written == Approx(42.0));
 }
 
-TEST_CASE("automatic and a set point of one order take effect together, from manual") {
+TEST_CASE("automatic and a set point of one command take effect together, from manual") {
   Loop loop;
   loop.order({.mode = Mode::manual});
   loop.run(5);
@@ -1132,7 +1131,7 @@ TEST_CASE("automatic and a set point of one order take effect together, from man
   CHECK(loop.row.sp == 60.0);
 }
 
-TEST_CASE("an order that can't act is refused as a whole, and reported") {
+TEST_CASE("a command that can't act is refused as a whole, and reported") {
   auto settings = plain_settings();
   settings.safety.recovery = control::Recovery::manual;
   Loop loop(settings);
@@ -1188,7 +1187,7 @@ TEST_CASE("a value out of its limits is distinguished from a command at the wron
   }
 }
 
-TEST_CASE("what is asked for and is so already is no offence") {
+TEST_CASE("a request for the present state is no error") {
   Loop loop;
   loop.run(5);
   loop.io.set_read_back(40.0);
@@ -1241,7 +1240,7 @@ TEST_CASE("the state for the next command is published before the answer to the 
   CHECK(standing().output_in_fault);
 }
 
-TEST_CASE("the jacket's rate and what a compensator adds are recorded apart") {
+TEST_CASE("the jacket's rate and the compensator's part are recorded separately") {
   auto settings = plain_settings();
   settings.controller.compensator = {
       .kind = control::CompensatorKind::reinforcement, .limit = 5.0, .amplitude = 1.5};
@@ -1289,7 +1288,7 @@ TEST_CASE("while commands are withheld the output is not known, and no fault has
   CHECK((loop.row.flags & record::kOutOfService) == 0);
 }
 
-TEST_CASE("an order for an output ends the withholding of commands, which automatic does not know",
+TEST_CASE("a command for an output ends the withholding of commands, but automatic does not",
           "[rt][commissioning]") {
   Loop loop;
   loop.run(5);

@@ -30,7 +30,7 @@ hal::Sample good(double value, std::int64_t time_ns) {
           .limit = hal::Limit::none};
 }
 
-TEST_CASE("a fresh value in range passes as it is") {
+TEST_CASE("a fresh value in range is unchanged") {
   PvGuard guard(settings());
   CHECK(guard.check(good(5.0, kSecond), {.value = 50.0}, kSecond).quality == hal::Quality::good);
   CHECK(guard.check(good(10.5, kSecond), {.value = 50.0}, kSecond).quality == hal::Quality::good);
@@ -95,7 +95,7 @@ TEST_CASE("a PV that repeats one value after CO has moved by a tenth of its span
   CHECK(looks.at(104, 5.001, 50.0) == Reason::none);
 }
 
-TEST_CASE("CO that swings about one value has moved by its lowest and highest") {
+TEST_CASE("CO that swings about one value has moved from its lowest to its highest") {
   Looks looks;
   looks.at(0, 5.0, 50.0);
   looks.at(1, 5.0, 55.0);
@@ -104,7 +104,7 @@ TEST_CASE("CO that swings about one value has moved by its lowest and highest") 
   CHECK(looks.at(13, 5.0, 50.0) == Reason::frozen);
 }
 
-TEST_CASE("without a time PV is not checked for standing still") {
+TEST_CASE("without a configured time PV is not checked for freezing") {
   Looks looks(0.0);
   looks.at(0, 5.0, 0.0);
   CHECK(looks.each(1, 5000, 5.0, 100.0) == Reason::none);
@@ -122,7 +122,7 @@ TEST_CASE("a slow process that answers in time is not frozen") {
   }
 }
 
-TEST_CASE("a PV of coarse resolution, or reported on change, has three times its usual rest") {
+TEST_CASE("a PV of coarse resolution, or reported on change, has three times its usual pause") {
   Looks looks;
   // A new value each 40 s, while CO drifts by 3 %/min.
   const auto co_at = [](std::int64_t s) { return 20.0 + 0.05 * static_cast<double>(s % 1000); };
@@ -136,7 +136,7 @@ TEST_CASE("a PV of coarse resolution, or reported on change, has three times its
   CHECK(looks.each(2100, 2130, 4.7, 70.0) == Reason::frozen);
 }
 
-TEST_CASE("a PV that changes again and again needs no longer for one rest long ago") {
+TEST_CASE("one long pause in the past does not delay the check of a PV that changes often") {
   Looks looks;
   looks.each(0, 5000, 5.0, 50.0);  // out of service
   for (std::int64_t s = 5000; s < 6000; ++s) looks.at(s, s % 2 == 0 ? 5.1 : 5.2, 50.0);
@@ -175,7 +175,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a CO that is not known has not moved") {
+TEST_CASE("an unknown CO has not moved") {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   Looks looks;
   looks.each(0, 100, 5.0, kNan);
@@ -204,7 +204,7 @@ TEST_CASE("an output that is learnt has not moved; one that moves from there has
   CHECK(looks.each(26, 40, 5.1, 32.0) == Reason::none);
 }
 
-TEST_CASE("what passes while PV is bad or held by the backend does not make it frozen") {
+TEST_CASE("time in which PV is bad or held by the backend does not make it frozen") {
   const Quality unseen = GENERATE(Quality::bad, Quality::uncertain);
   Looks looks(2.0);
   looks.at(10, 5.0, 50.0);

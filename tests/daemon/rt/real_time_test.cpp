@@ -162,7 +162,7 @@ TEST_CASE("the guard names an allocation, a release, a lock, a write and a read"
   ::close(ends[1]);
 }
 
-TEST_CASE("cycles on the simulated backend, through faults and orders, neither allocate nor lock",
+TEST_CASE("cycles on the simulated backend, through faults and commands, neither allocate nor lock",
           "[real_time]") {
   auto settings = busy_settings();
   SECTION("with each jacket") {
@@ -218,7 +218,7 @@ TEST_CASE("planned moves neither allocate nor lock, whatever they do", "[real_ti
   check_no_offence();
 }
 
-TEST_CASE("cycles on a Modbus device, there and silent, neither allocate nor lock",
+TEST_CASE("cycles on a Modbus device, present and silent, neither allocate nor lock",
           "[real_time][modbus]") {
   using test::mb::RegisterType;
   test::ForeignProcess device("plant_device.py");

@@ -118,7 +118,7 @@ TEST_CASE("a bad line is counted and the connection stays", "[watch][feed]") {
   CHECK_FALSE(feeder.ended());
 }
 
-TEST_CASE("a line that is too long is passed over to its end", "[watch][feed]") {
+TEST_CASE("a line that is too long is skipped to its end", "[watch][feed]") {
   Bench bench;
   const Client feeder(bench.path);
   const std::string piece(30'000, 'x');
@@ -146,7 +146,7 @@ TEST_CASE("a new connection of a feeder ends the old", "[watch][feed]") {
   CHECK(bench.counters().connections == 2);
 }
 
-TEST_CASE("who is no feeder is let go", "[watch][feed]") {
+TEST_CASE("a client that is no feeder is disconnected", "[watch][feed]") {
   Bench bench({.uid = ::getuid() + 1});
   const Client stranger(bench.path);
   bench.rounds();
@@ -167,7 +167,7 @@ TEST_CASE("a feeder that ends is not connected any more", "[watch][feed]") {
   CHECK_FALSE(bench.counters().connected);
 }
 
-TEST_CASE("of a flood no more is read than the rate allows", "[watch][feed]") {
+TEST_CASE("a flood is read no faster than the rate allows", "[watch][feed]") {
   Bench bench({.bytes_per_second = 10'000.0});
   const Client feeder(bench.path);
   bench.rounds(1);
@@ -194,7 +194,7 @@ TEST_CASE("of a flood no more is read than the rate allows", "[watch][feed]") {
   CHECK(bench.counters().lines == then);
 }
 
-TEST_CASE("a feeder that does not read its answers is read from no more", "[watch][feed]") {
+TEST_CASE("a feeder that does not read its answers is not read any more", "[watch][feed]") {
   Bench bench;
   const Client feeder(bench.path);
   bench.rounds();
@@ -212,7 +212,7 @@ TEST_CASE("a feeder that does not read its answers is read from no more", "[watc
   CHECK(pushed < 300 * asked.size());
 }
 
-TEST_CASE("what a line of values may look like", "[protocol][feed]") {
+TEST_CASE("the allowed forms of a line of values", "[protocol][feed]") {
   const auto why = [](const std::string& text) {
     std::string id;
     try {

@@ -165,7 +165,7 @@ TEST_CASE("a watched PV that repeats one value while CO moves is frozen", "[watc
   CHECK(rig.fault() == Fault::none);
 }
 
-TEST_CASE("the mode is what the other controller's number means", "[watch]") {
+TEST_CASE("the mode is the meaning of the other controller's number", "[watch]") {
   Rig rig;
   const auto mode_of = [&](double number) {
     FakeSource::set(rig.source.inputs.mode, number, rig.now_ns);
@@ -187,7 +187,7 @@ TEST_CASE("the mode is what the other controller's number means", "[watch]") {
   CHECK(without.mode() == Mode::automatic);
 }
 
-TEST_CASE("a value of a source that sends on change holds while the source lives", "[watch]") {
+TEST_CASE("a value of a source that sends on change is valid while the source lives", "[watch]") {
   Rig rig;
   rig.run();
   rig.now_ns += 60 * kSecond;
@@ -259,7 +259,7 @@ TEST_CASE("PV is checked, and an unknown CO is reported", "[watch]") {
   CHECK(rig.reason() == Reason::source);
 }
 
-TEST_CASE("what is not wired is not known", "[watch]") {
+TEST_CASE("values that are not wired are unknown", "[watch]") {
   Rig rig(Wiring{});
   rig.run();
   CHECK(std::isnan(rig.row.sp));

@@ -83,7 +83,7 @@ TEST_CASE("while no measurement arrives the sample keeps its value, time and seq
   CHECK(input.sample().sequence == 1);
 }
 
-TEST_CASE("a reversed range turns the limit round") {
+TEST_CASE("a reversed range reverses the limit") {
   Bench bench;
   bench.iio.add_board(0, "board");
   bench.settings.low = 10.0;
@@ -117,7 +117,7 @@ TEST_CASE("an input whose device is absent at start is good when it appears") {
   CHECK(input.connected());
 }
 
-TEST_CASE("what the driver delivers instead of a number is an error of the device") {
+TEST_CASE("a text from the driver that is no number is an error of the device") {
   Bench bench;
   bench.iio.add_board(0, "board");
   AnalogInput input = bench.input();

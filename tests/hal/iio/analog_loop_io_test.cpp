@@ -122,7 +122,7 @@ TEST_CASE("while its I/O thread hangs the output counts as lost") {
   }));
 }
 
-TEST_CASE("the output's limits are known before the converter is") {
+TEST_CASE("the output's limits are known before the converter is found") {
   Bench bench;
   const auto io = bench.io();
   io->open();
@@ -136,7 +136,7 @@ TEST_CASE("the output's limits are known before the converter is") {
   CHECK_FALSE(bench.read(*io).output_ok);
 }
 
-TEST_CASE("what is no number is never put out") {
+TEST_CASE("a value that is no number is never put out") {
   Bench bench;
   bench.iio.add_board(0, "board");
   const auto io = bench.io();

@@ -68,7 +68,7 @@ TEST_CASE("the safe current is put out as configured") {
   CHECK(keeps.writes() == 0);
 }
 
-TEST_CASE("a converter that does not hold what was written is an error") {
+TEST_CASE("a converter that does not keep the written value is an error") {
   Bench bench;
   bench.iio.add_board(0, "board");
   bench.settings.lowest_ma = 0.0;

@@ -58,7 +58,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("inputs are polled at their period and published with what is known of the output") {
+TEST_CASE("inputs are polled at their period and published with the known output") {
   Bench bench;
   AnalogTask task = bench.task();
   task.open(0);
@@ -173,7 +173,7 @@ TEST_CASE("the lines are served before the inputs, which may take their time") {
   CHECK(edges_when_read == 1);
 }
 
-TEST_CASE("after its thread has hung, only what the loop decided knowing it is put out") {
+TEST_CASE("after its thread has hung, only commands that the loop gave knowing this are put out") {
   Bench bench;
   AnalogTask task = bench.task();
   task.open(0);
@@ -280,7 +280,7 @@ TEST_CASE("the safe current is tried again until the converter takes it") {
   CHECK(bench.raw() == "700");
 }
 
-TEST_CASE("counters tell what happened") {
+TEST_CASE("counters of the events") {
   Bench bench;
   AnalogTask task = bench.task();
   task.open(0);

@@ -50,7 +50,7 @@ TEST_CASE("a device is found by its name or its label, whatever its number") {
         ChannelError::Kind::absent);
 }
 
-TEST_CASE("an absent device names those that are there") {
+TEST_CASE("an absent device is reported with the present ones") {
   const FakeIio iio;
   iio.set(0, "name", "ads1115\n");
   iio.set(1, "name", "dac8775\n");
@@ -62,7 +62,7 @@ TEST_CASE("an absent device names those that are there") {
              Catch::Contains("none at all"));
 }
 
-TEST_CASE("two devices of the same name are not guessed between") {
+TEST_CASE("two devices of the same name are refused as ambiguous") {
   const FakeIio iio;
   iio.set(0, "name", "ads1115\n");
   iio.set(1, "name", "ads1115\n");

@@ -38,7 +38,7 @@ TEST_CASE("an output becomes the converter's nearest step") {
   }
 }
 
-TEST_CASE("the limits of current hold for every command, and round inwards") {
+TEST_CASE("the limits of current act on every command, and round inwards") {
   AnalogOutputSettings settings = percent();
   settings.highest_ma = 20.4;
   const OutputStage stage(settings, 0.007, 0.0);
@@ -47,7 +47,7 @@ TEST_CASE("the limits of current hold for every command, and round inwards") {
   CHECK(stage.raw_for(std::numeric_limits<double>::infinity()) == 2914);
 }
 
-TEST_CASE("the converter's own range holds as well") {
+TEST_CASE("the converter's own range acts as well") {
   AnalogOutputSettings settings = percent();
   settings.lowest_raw = 900;
   settings.highest_raw = 3000;

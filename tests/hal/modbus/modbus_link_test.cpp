@@ -187,7 +187,7 @@ TEST_CASE("one spoiled reply costs TCP no more than a reconnection at once", "[m
   }
 }
 
-TEST_CASE("an exception is the device's word: bad, but the link is kept", "[modbus][link]") {
+TEST_CASE("an exception makes the value bad, but the link is kept", "[modbus][link]") {
   TcpRig rig;
   Events events;
   mb::LinkSettings settings = rig.link();
@@ -733,7 +733,7 @@ TEST_CASE("a command that is refused for a moment is repeated; for long, the out
   link.detach(task);
 }
 
-TEST_CASE("a write that a device ignores while it answers reads is reported with the key",
+TEST_CASE("a device that answers reads but ignores a write is reported with the key",
           "[modbus][link]") {
   TcpRig rig;
   Events events;
@@ -760,7 +760,7 @@ TEST_CASE("a write that a device ignores while it answers reads is reported with
   link.detach(task);
 }
 
-TEST_CASE("points come and go while the link runs", "[modbus][link]") {
+TEST_CASE("points are added and removed while the link runs", "[modbus][link]") {
   SerialRig rig;
   mb::ModbusLink link(rig.link(), {});
   Reader first(link, {input(40, RegisterType::u32)});

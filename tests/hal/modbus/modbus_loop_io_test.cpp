@@ -148,7 +148,7 @@ TEST_CASE("write returns the output stage's value of a command", "[modbus][loop_
   CHECK(output(loop, 4.256) == Approx(4.26));
 }
 
-TEST_CASE("what is no number is never sent", "[modbus][loop_io]") {
+TEST_CASE("a value that is no number is never sent", "[modbus][loop_io]") {
   mb::ModbusBus bus;
   mb::ModbusLoopIo io(loop_on(tcp_link("1502")), "loop", bus);
   const hal::CycleTime time;
@@ -253,7 +253,7 @@ TEST_CASE(
   CHECK(rig.device.state_number("co") == 4.5);
 }
 
-TEST_CASE("how long commands may stay away: until the device acts, less one exchange",
+TEST_CASE("the longest time without commands: until the device acts, less one exchange",
           "[modbus][loop_io]") {
   mb::LoopModbusSettings loop;
   loop.positioner_link.response_timeout_ms = 150;
@@ -347,7 +347,7 @@ TEST_CASE("a restart that no request noticed is found by the lost watchdog", "[m
   CHECK(eventually([&] { return rig.device.state_number("watchdog_register") == 60; }));
 }
 
-TEST_CASE("without the watchdog it asked for, a loop sends no command", "[modbus][loop_io]") {
+TEST_CASE("without its device watchdog, a loop sends no command", "[modbus][loop_io]") {
   TcpRig rig({"--start", "3"});
   Events events;
   mb::ModbusBus bus(events.sink());

@@ -54,8 +54,7 @@ bool all_good(mb::ModbusSource& source, hal::SourceInputs& inputs) {
 
 }  // namespace
 
-TEST_CASE("a PLC that controls by itself is read by functions 1 to 4 and no other",
-          "[modbus][source]") {
+TEST_CASE("a PLC that controls by itself is read only by functions 1 to 4", "[modbus][source]") {
   TcpRig rig({}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSource by_coil(source_on(rig.link(), mb::Table::coil), "FIC-1", bus);
@@ -178,7 +177,7 @@ TEST_CASE("one request serves loops that were opened at different times", "[modb
   first.close();
 }
 
-TEST_CASE("a gap that a device refuses parts a request in two", "[modbus][source]") {
+TEST_CASE("a gap that a device refuses splits a request in two", "[modbus][source]") {
   TcpRig rig({"--absent", "9"}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSourceSettings settings = all_input_registers(rig.link());
@@ -193,7 +192,7 @@ TEST_CASE("a gap that a device refuses parts a request in two", "[modbus][source
   source.close();
 }
 
-TEST_CASE("one address that a device does not have is asked for apart from the others",
+TEST_CASE("one address that a device does not have is requested separately from the others",
           "[modbus][source]") {
   TcpRig rig({"--absent", "4", "5"}, "plc_device.py");  // SP
   mb::ModbusBus bus;
@@ -240,7 +239,7 @@ TEST_CASE("one value that a device refuses or does not answer makes no other one
   }
 }
 
-TEST_CASE("a gap that a device does not answer, or not with exception 2, parts a request too",
+TEST_CASE("a gap that a device does not answer, or not with exception 2, splits a request too",
           "[modbus][source]") {
   for (const char* code : {"4", "0"}) {
     CAPTURE(code);
@@ -306,7 +305,7 @@ TEST_CASE(
   first.close();
 }
 
-TEST_CASE("on a serial line a loop is watched while the commands of another go on",
+TEST_CASE("on a serial line a loop is watched while the commands of another continue",
           "[modbus][source]") {
   SerialRig rig({"--units", "1,2"}, "plc_device.py");
   mb::ModbusBus bus;

@@ -67,7 +67,7 @@ TEST_CASE("a request has 125 registers at most", "[modbus]") {
   CHECK(tasks.batch.size() == 32);
 }
 
-TEST_CASE("what a request must not serve stays out of it", "[modbus]") {
+TEST_CASE("points that a request must not serve are left out", "[modbus]") {
   Tasks tasks;
   mb::LinkTask& first = tasks.add(0);
   mb::LinkTask& soon = tasks.add(1);
@@ -97,7 +97,8 @@ TEST_CASE("what a request must not serve stays out of it", "[modbus]") {
   CHECK(tasks.has(first));
 }
 
-TEST_CASE("what a device refuses parts a run, which stays whole on both sides", "[modbus]") {
+TEST_CASE("a register that a device refuses splits a run, which stays whole on both sides",
+          "[modbus]") {
   Tasks tasks;
   std::vector<mb::LinkTask*> all;
   for (std::uint16_t address = 0; address < 10; ++address) all.push_back(&tasks.add(address));

@@ -76,7 +76,7 @@ TEST_CASE("an echo and up to four stray bytes are not part of the reply", "[modb
   CHECK(find_reply(kRead, sent(kRead), false).state == State::incomplete);
 }
 
-TEST_CASE("a write of one register is confirmed by its own echo only where the line does not echo",
+TEST_CASE("a write of one register is confirmed by its own echo only if the line does not echo",
           "[modbus]") {
   CHECK(find_reply(kWrite, sent(kWrite), false).state == State::found);
   CHECK(find_reply(kWrite, sent(kWrite), true).state == State::incomplete);

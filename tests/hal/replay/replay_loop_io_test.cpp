@@ -114,7 +114,7 @@ TEST_CASE("a repeated record begins again at its end") {
   CHECK(bench.read(9).process_variable.quality == Quality::good);
 }
 
-TEST_CASE("the read-back is the controller output where the record has no stem") {
+TEST_CASE("the read-back is the controller output if the record has no stem") {
   Bench with_co("time,pv,co\n0,1,50\n0.1,2,51\n");
   with_co.open();
   CHECK(with_co.read(0).valve_position_fitted);

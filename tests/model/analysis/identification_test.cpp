@@ -352,7 +352,7 @@ TEST_CASE("a gain that depends on the opening is reported", "[analysis][identifi
   CHECK(gain->at_high > 1.5);
 }
 
-TEST_CASE("a model that leaves more than a straight line is refused",
+TEST_CASE("a record that no model explains better than a straight line is refused",
           "[analysis][identification]") {
   // PV drifts and CO is stepped, but the two are unrelated.
   std::vector<double> co, pv;
@@ -438,7 +438,8 @@ TEST_CASE("a set point that moves too little against the load gives no number",
   CHECK(found.outside_margin > 0.2);
 }
 
-TEST_CASE("the mode column decides what is a closed loop", "[analysis][identification]") {
+TEST_CASE("the mode column decides which samples are in closed loop",
+          "[analysis][identification]") {
   const StepRecord r = step_record(0.0, 0.02, 2);
   const std::vector<double> sp(r.co.size(), 3.0);
   const Identification by_hand = identified(r.co, r.pv, sp, std::vector<double>(r.co.size(), 0.0));

@@ -35,7 +35,8 @@ RuleTrial tried(std::optional<TuningRule> rule, double load_absolute_error) {
   return trial;
 }
 
-TEST_CASE("the gains in force come first, then each rule's own with what they do") {
+TEST_CASE(
+    "the gains in force are listed first, then each rule with its own gains and their effect") {
   struct ByHand {
     TuningRule rule;
     double kp, ti_s;
@@ -76,7 +77,7 @@ TEST_CASE("the gains in force come first, then each rule's own with what they do
   CHECK(recommended(trials)->rule == TuningRule::simc);
 }
 
-TEST_CASE("recommended is the rule that meets a load best of those that may be") {
+TEST_CASE("the recommended rule is the allowed one that handles a load best") {
   std::vector<RuleTrial> trials{tried(std::nullopt, 1.0),       tried(TuningRule::zn_thesis, 2.0),
                                 tried(TuningRule::zn, 3.0),     tried(TuningRule::cohen_coon, 4.0),
                                 tried(TuningRule::lambda, 5.0), tried(TuningRule::simc, 7.0),

@@ -39,9 +39,8 @@ ValveFigures run(ValveTest test, const std::function<double(double)>& valve) {
 }  // namespace
 
 // The thesis, chapter 7: the lower the air pressure, the larger the dead band.
-TEST_CASE(
-    "with less air the signature of a valve is wider, if it moves faster than the air lets it",
-    "[analysis][valve-test]") {
+TEST_CASE("with less air the signature of a valve is wider, if it moves faster than the air allows",
+          "[analysis][valve-test]") {
   const auto scan = [](ValveTest test, double rate) {
     plant::LowAirSupply air({.rate = rate}, kSettings.sample_time_s);
     air.reset(5.0);
@@ -57,7 +56,7 @@ TEST_CASE(
   CHECK(scan(ValveTest::static_scan, 0.1).at("dead_band_percent") < 0.5);
 }
 
-TEST_CASE("valve tests measure what a valve was given", "[analysis][valve-test]") {
+TEST_CASE("valve tests measure the parameters of the simulated valve", "[analysis][valve-test]") {
   const auto ideal = [](double u) { return u; };
   plant::Backlash play(0.15);
   play.reset(5.0);
@@ -115,7 +114,7 @@ TEST_CASE("the relay finds the limit of stability", "[analysis][relay]") {
   CHECK(relay.result()->tyreus_luyben().kp == Approx(relay.result()->ultimate_gain / 3.2));
 }
 
-TEST_CASE("condition indices are the worst of what is known", "[analysis][condition]") {
+TEST_CASE("condition indices are the worst of the known ones", "[analysis][condition]") {
   const ConditionIndices nothing = condition_indices({});
   CHECK(std::isnan(nothing.valve));
   CHECK(std::isnan(nothing.environment));

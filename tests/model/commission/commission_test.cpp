@@ -166,8 +166,7 @@ plant::ScheduledFault gain_change(double factor) {
 }
 
 TEST_CASE(
-    "the twin's watch is silent while the plant stays within its uncertainty, and on when it "
-    "leaves",
+    "the twin's watch is silent while the plant stays within its uncertainty, and on after that",
     "[commission][twin]") {
   CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0)) == 0.0);
   CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0, 1.02)) == 0.0);
@@ -245,7 +244,7 @@ TEST_CASE(
   CHECK(commission::final_name(other, AlarmKind::stiction) == AlarmKind::unknown);
 }
 
-TEST_CASE("of a loop of our own no change of the controller is named",
+TEST_CASE("a change of the controller is not named in a loop that the daemon controls",
           "[commission][explain][long]") {
   plant::LoopModel other = test::believed_model();
   other.controller.pid.gains.kp *= 2.0;
@@ -300,7 +299,7 @@ TEST_CASE("the friction of a healthy valve is found together with all other numb
     CHECK(made.rms_error == Approx(0.015).epsilon(0.1));
     CHECK(made.load_intensity < 0.002);
   }
-  SECTION("a play of 0.6 % of span, whatever a load does meanwhile") {
+  SECTION("a play of 0.6 % of span, whatever a load does in the record") {
     truth.valve_effects = {{"backlash", {{"deadband", 0.06}}}};
     truth.disturbances = {{"random_load", {{"intensity", 0.005}, {"time_constant", 300.0}}}};
     const commission::Polished made = polished(near);
@@ -315,7 +314,8 @@ TEST_CASE("the friction of a healthy valve is found together with all other numb
   }
 }
 
-TEST_CASE("a table's points go where the loop is, and it is bent to the record", "[commission]") {
+TEST_CASE("a table's points move to the range of the loop, and the curve is fitted to the record",
+          "[commission]") {
   plant::LoopModel truth = test::believed_model();
   const auto installed = [](double u) {
     const double h = 0.1 * u;
@@ -378,7 +378,7 @@ TEST_CASE("a watch that begins in the middle of a move takes it for no change",
   }
 }
 
-TEST_CASE("some missing cycles are no new start of the watch", "[commission][twin]") {
+TEST_CASE("a few missing cycles don't restart the watch", "[commission][twin]") {
   const gap::Record record = changed_at(gain_change(1.4), 600.0);
   const plant::LoopModel twin = twin_model();
   monitor::LoopMonitor watched({.sample_time_s = 0.1, .pv_high = 10.0, .co_high = 10.0}, {},

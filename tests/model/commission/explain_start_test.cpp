@@ -63,7 +63,7 @@ gap::Record run(double seconds, double stem, double sticks_s, std::uint64_t seed
 
 }  // namespace
 
-TEST_CASE("minutes that begin at PV 0 are explained by what happened after that",
+TEST_CASE("minutes that begin at PV 0 are explained by the events after that",
           "[commission][explain][long]") {
   constexpr std::uint64_t seed = 3;
   plant::LoopModel believed = healthy_loop();

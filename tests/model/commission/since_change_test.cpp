@@ -33,7 +33,7 @@ commission::SinceChange named(const std::vector<std::pair<plant::EffectSpec, Blo
                                   test::serial);
 }
 
-TEST_CASE("a change since a moment is named with its size, the plainest first",
+TEST_CASE("a change since a moment is named with its size, the simplest first",
           "[commission][since]") {
   const auto gain = named({{{"gain_change", {{"factor", 1.3}}}, Block::process}});
   REQUIRE(gain.effects.size() == 1);

@@ -77,7 +77,7 @@ ControllerSettings any_settings() {
 
 }  // namespace
 
-TEST_CASE("whatever a reload changes, CO stays on the course it had under the old settings",
+TEST_CASE("CO stays on its course under the old settings, whatever a reload changes",
           "[control][bumpless]") {
   property::for_all("new settings", 3000, [] {
     const ControllerSettings old_settings = any_settings();
@@ -126,8 +126,7 @@ TEST_CASE("whatever a reload changes, CO stays on the course it had under the ol
   });
 }
 
-TEST_CASE("where only the law changes, CO is where the old settings would have had it",
-          "[control][bumpless]") {
+TEST_CASE("if only the law changes, CO has the value of the old settings", "[control][bumpless]") {
   property::for_all("a new law", 1000, [] {
     ControllerSettings settings = any_settings();
     LoopController controller(settings, kPeriod, 50.0, 50.0);
@@ -155,7 +154,7 @@ TEST_CASE("where only the law changes, CO is where the old settings would have h
   });
 }
 
-TEST_CASE("after the period of taking over the new settings have the say", "[control][bumpless]") {
+TEST_CASE("after the period of taking over, the new settings decide", "[control][bumpless]") {
   ControllerSettings s;
   s.pid.gains = {.kp = 1.0, .ki = 1.0};
   LoopController controller(s, kPeriod, 50.0, 30.0);
@@ -170,7 +169,7 @@ TEST_CASE("after the period of taking over the new settings have the say", "[con
         Approx(taken_over + 3.0 * 5.0 * kPeriod + 4.0 * 1.0));
 }
 
-TEST_CASE("an order in the period of new settings moves the output as ordered",
+TEST_CASE("a command in the period of new settings moves the output as requested",
           "[control][bumpless]") {
   ControllerSettings s;
   LoopController controller(s, kPeriod, 50.0, 30.0);
@@ -200,7 +199,7 @@ TEST_CASE("later requests are independent of the previous settings", "[control][
   CHECK(controller.step({.process_variable = 50.0}).output == 70.0);
 }
 
-TEST_CASE("an output that the old limits held does not go at the rate limit",
+TEST_CASE("an output that the old limits held does not move at the rate limit",
           "[control][bumpless]") {
   ControllerSettings s;
   s.pid.gains = {.kp = 2.0, .ki = 0.0};

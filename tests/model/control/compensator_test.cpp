@@ -138,7 +138,7 @@ TEST_CASE("reinforcement and backlash compensation jump at reversals only, and n
   }
 }
 
-TEST_CASE("through its compensator a faulty valve gives what the law asked for",
+TEST_CASE("through its compensator a faulty valve delivers the output of the law",
           "[control][compensator]") {
   const auto worst = [](const CompensatorSettings& settings, auto valve) {
     Compensator c(settings, kPeriod);

@@ -52,7 +52,7 @@ TEST_CASE("manual to automatic is bumpless", "[control][modes]") {
     CHECK(out.set_point == 42.0);
     CHECK(out.output == 30.0);
   }
-  SECTION("without it by one period's integral action") {
+  SECTION("without tracking, the output moves by one period's integral action") {
     ControllerSettings s = settings();
     s.set_point_tracks_in_manual = false;
     LoopController controller(s, kPeriod, 50.0, 30.0);
@@ -75,7 +75,7 @@ TEST_CASE("automatic to manual holds the present output", "[control][modes]") {
   CHECK(controller.step(pv(20.0)).output == output);
 }
 
-TEST_CASE("to ask for manual once more does not stop an output on its way", "[control][modes]") {
+TEST_CASE("a repeated request for manual does not stop an output on its way", "[control][modes]") {
   ControllerSettings s = settings();
   s.output.rate_per_s = 10.0;
   LoopController controller(s, kPeriod, 50.0, 30.0);
@@ -87,7 +87,7 @@ TEST_CASE("to ask for manual once more does not stop an output on its way", "[co
   CHECK(output == 40.0);
 }
 
-TEST_CASE("out of fallback every way is bumpless", "[control][modes]") {
+TEST_CASE("every way out of fallback is bumpless", "[control][modes]") {
   LoopController controller = automatic(settings(), 50.0, 30.0);
   for (int k = 0; k < 20; ++k) controller.step(pv(45.0));
   ControllerOutput out{};
@@ -102,13 +102,13 @@ TEST_CASE("out of fallback every way is bumpless", "[control][modes]") {
   SECTION("to automatic without an error, not at all") {
     CHECK(controller.step(pv(50.0)).output == Approx(12.0).epsilon(1e-15));
   }
-  SECTION("to manual, where it went") {
+  SECTION("to manual, at the present output") {
     controller.request_mode(Mode::manual);
     CHECK(controller.step(pv(44.0)).output == 12.0);
   }
 }
 
-TEST_CASE("fallback in manual does not go back to the old wish", "[control][modes]") {
+TEST_CASE("fallback in manual does not return to the old request", "[control][modes]") {
   LoopController controller(settings(), kPeriod, 50.0, 30.0);
   controller.request_output(70.0);
   controller.step(pv(45.0));
@@ -190,7 +190,7 @@ TEST_CASE("the set point ramps, and from PV after a change of mode", "[control][
   CHECK(controller.step(pv(47.0)).set_point == Approx(47.1));
 }
 
-TEST_CASE("new limits of the set point hold at once", "[control][modes]") {
+TEST_CASE("new limits of the set point act at once", "[control][modes]") {
   ControllerSettings s = settings();
   LoopController controller = automatic(s, 50.0, 30.0);
   controller.step(pv(50.0));
@@ -212,7 +212,7 @@ TEST_CASE("retuning while running doesn't move the output", "[control][modes]") 
   CHECK(controller.step(pv(48.0)).output == Approx(out.output + 0.1 * 2.0 * kPeriod));
 }
 
-TEST_CASE("the output's own limits hold in every mode", "[control][limits]") {
+TEST_CASE("the output's own limits act in every mode", "[control][limits]") {
   ControllerSettings s = settings();
   s.output.low = 20.0;
   s.output.high = 80.0;

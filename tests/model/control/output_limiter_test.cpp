@@ -34,7 +34,7 @@ TEST_CASE("output moves no faster than its rate", "[control][limits]") {
   CHECK_FALSE(limit_output(limits, 50.3, 50.0, 0.1).rate_limited);
 }
 
-TEST_CASE("small moves are spared", "[control][limits]") {
+TEST_CASE("small moves are suppressed", "[control][limits]") {
   const OutputLimits limits{.deadband = 0.5};
   CHECK(limit_output(limits, 50.4, 50.0, 0.1).output == 50.0);
   CHECK(limit_output(limits, 49.6, 50.0, 0.1).output == 50.0);
@@ -71,7 +71,8 @@ TEST_CASE("an output outside new limits returns into them, deadband or not", "[c
   CHECK(limit_output(limits, 79.0, 82.0, 0.1).output == 79.0);
 }
 
-TEST_CASE("what is not a number is passed on for the caller to refuse", "[control][limits]") {
+TEST_CASE("a value that is not a number is passed on for the caller to refuse",
+          "[control][limits]") {
   const OutputLimits limits{.rate_per_s = 1.0, .deadband = 0.5};
   CHECK(
       std::isnan(limit_output(limits, std::numeric_limits<double>::quiet_NaN(), 50.0, 0.1).output));

@@ -180,7 +180,8 @@ TEST_CASE("a controller without integral action has no integral for tracking", "
   CHECK(pid.step(5.0, 5.0, 10.0, 0.0) == 5.0);
 }
 
-TEST_CASE("conditional integration stops only what would drive further away", "[control][pid]") {
+TEST_CASE("conditional integration stops only the integration that would drive further away",
+          "[control][pid]") {
   PidSettings settings = pi(1.0, 0.5);
   settings.anti_windup = AntiWindup::conditional;
   Pid pid(settings, kPeriod);

@@ -217,7 +217,7 @@ TEST_CASE("CO is held while the read-back is lost in a move", "[control][planned
   CHECK(lost.co[push + 5] == lost.co[push + 3]);
 }
 
-TEST_CASE("a read-back that is lost gives the loop back without a bump",
+TEST_CASE("after the loss of the read-back the moves disengage without a bump",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
   m.controller.compensator = moves();
@@ -233,7 +233,7 @@ TEST_CASE("a read-back that is lost gives the loop back without a bump",
   CHECK(std::abs(with.co[given] - with.co[given - 1]) < 0.05);
 }
 
-TEST_CASE("a read-back that froze or moved by itself is not believed", "[control][planned_moves]") {
+TEST_CASE("a read-back that froze or moved by itself is not trusted", "[control][planned_moves]") {
   const bool frozen = GENERATE(true, false);
   plant::LoopModel m = loop("choudhury", 0.01);
   m.controller.compensator = moves(0.01);
@@ -390,7 +390,7 @@ TEST_CASE("the gain that a shadow reports is the gain that acting achieves",
   CHECK(static_cast<double>(shadow.state.moves) > 0.7 * acting.state.moves);
 }
 
-TEST_CASE("planned moves that are to act after a shadow go on with what they know",
+TEST_CASE("planned moves that act after a shadow keep what they have learnt",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
   m.controller.compensator = moves();
@@ -547,7 +547,7 @@ TEST_CASE("with a rate limit of the output the loop is no worse than under PI on
   CHECK(with.rms(600) <= 1.1 * without.rms(600));
 }
 
-TEST_CASE("a leg waits until CO has arrived", "[control][planned_moves]") {
+TEST_CASE("a stroke waits until CO has arrived", "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury", 0.006);
   m.controller.output.rate_per_s = 0.05;
   m.controller.compensator = moves(0.006);
@@ -615,7 +615,7 @@ TEST_CASE("limits that are narrower than the stick band let no move begin",
   for (const double co : with.co) REQUIRE((co >= 5.2 && co <= 5.3));
 }
 
-TEST_CASE("the cycles that are still watched are shown", "[control][planned_moves]") {
+TEST_CASE("the cycles that are still to be watched are shown", "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
   m.controller.compensator = moves();
   Bench bench(m);

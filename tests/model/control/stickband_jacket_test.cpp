@@ -51,7 +51,7 @@ double share_left(StickbandJacket jacket, double error, double position = 5.4) {
 
 }  // namespace
 
-TEST_CASE("off gives nothing", "[jacket]") {
+TEST_CASE("off gives no correction", "[jacket]") {
   StickbandJacket jacket(settings(JacketForm::off), kPeriod);
   CHECK(jacket.step(inputs(1.0, 6.0, 2.0)) == 0.0);
 }
@@ -98,7 +98,7 @@ TEST_CASE("bounded form is silent within the dead zone and starts from zero at i
   CHECK(jacket.step(inputs(error, 4.94, 5.0)) == Approx(0.01));
 }
 
-TEST_CASE("a read-back that is not to be trusted switches every form off", "[jacket]") {
+TEST_CASE("an untrusted read-back switches every form off", "[jacket]") {
   const JacketForm form = GENERATE(JacketForm::paper, JacketForm::bounded);
   StickbandJacket jacket(settings(form), kPeriod);
   JacketInputs in = inputs(1.0, 6.0, 5.0);
@@ -113,10 +113,10 @@ TEST_CASE("a read-back that is not to be trusted switches every form off", "[jac
   CHECK(jacket.step(inputs(1.0, 6.0, 5.0)) != 0.0);
 }
 
-TEST_CASE("dwell forgets the valve while its read-back is not to be trusted", "[jacket]") {
+TEST_CASE("dwell forgets the valve while its read-back is untrusted", "[jacket]") {
   StickbandJacket jacket = after_slip(1.0);
   JacketInputs bad = inputs(-0.3, 5.3, 5.4);
-  SECTION("said to be bad") { bad.valve_position_valid = false; }
+  SECTION("reported bad") { bad.valve_position_valid = false; }
   SECTION("not a number") { bad.valve_position = kNan; }
   CHECK(jacket.step(bad) == 0.0);
   CHECK(share_left(jacket, -0.3) == 1.0);
@@ -130,7 +130,7 @@ TEST_CASE("an error that is not a number gives no correction and leaves no trace
   CHECK(std::isfinite(jacket.step(inputs(1.0, 6.0, 5.0))));
 }
 
-TEST_CASE("dwell integrates slowly where the slip has halved the error", "[jacket]") {
+TEST_CASE("dwell integrates slowly if the slip has halved the error", "[jacket]") {
   const double sign = GENERATE(-1.0, 1.0);
   const StickbandJacket jacket = after_slip(sign);
   CHECK(share_left(jacket, -0.02 * sign) == Approx(0.05));
@@ -141,7 +141,7 @@ TEST_CASE("dwell integrates slowly where the slip has halved the error", "[jacke
   CHECK(share_left(jacket, -5.0 * sign) == 1.0);
 }
 
-TEST_CASE("dwell leaves the integral alone until the slip has turned the error round", "[jacket]") {
+TEST_CASE("dwell leaves the integral unchanged until the slip has reversed the error", "[jacket]") {
   StickbandJacket jacket = after_slip(1.0);
   CHECK(share_left(jacket, 0.9) == 1.0);  // dead time: still the old error
   CHECK(share_left(jacket, 0.2) == 1.0);  // on the way to a new set point
@@ -284,7 +284,7 @@ TEST_CASE("dwell keeps learning while it pauses", "[jacket]") {
   CHECK(share_left(jacket, -0.3) == Approx(0.05));
 }
 
-TEST_CASE("another form starts afresh, other settings keep what was learnt", "[jacket]") {
+TEST_CASE("another form restarts, other settings keep the learnt values", "[jacket]") {
   StickbandJacket jacket = after_slip(1.0);
   SECTION("shadow on") {
     JacketSettings s = settings(JacketForm::dwell);

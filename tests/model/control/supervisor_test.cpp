@@ -116,7 +116,8 @@ TEST_CASE("a PV that is bad every other period does not hold the output for ever
   CHECK(supervisor.step({.pv_good = false}).action == OutputAction::go_to(6.0));
 }
 
-TEST_CASE("the wait for a bad PV is full also soon after the start", "[control][supervisor]") {
+TEST_CASE("the wait for a bad PV has its full length also soon after the start",
+          "[control][supervisor]") {
   SafetySettings s = settings();
   s.bad_pv_hold_s = 0.3;
   Supervisor supervisor(s, kPeriod);
@@ -182,12 +183,12 @@ TEST_CASE("the supervisor stays in its start state until a good PV was read",
     REQUIRE(decision.action == OutputAction::hold());
   }
 
-  SECTION("then the loop starts at once, in the mode it is to start in") {
+  SECTION("then the loop starts at once, in its configured mode") {
     const Decision decision = supervisor.step(kGood);
     CHECK(decision.fault == Fault::none);
     CHECK_FALSE(decision.to_manual);
   }
-  SECTION("a graver fault in between leaves it a start") {
+  SECTION("a graver fault in between still leaves it a start") {
     CHECK(supervisor.step({.enable_open = true, .pv_good = false}).fault == Fault::enable_open);
     CHECK(supervisor.step({.late_cycle = true, .pv_good = false}).fault == Fault::starting);
     CHECK(supervisor.step({.pv_good = false}).fault == Fault::starting);
@@ -249,7 +250,7 @@ TEST_CASE("a loop whose output is unknown does not run", "[control][supervisor]"
   }
 }
 
-TEST_CASE("what is learnt in the period shows no fault", "[control][supervisor]") {
+TEST_CASE("a value that is learnt in the period shows no fault", "[control][supervisor]") {
   Supervisor supervisor(settings(), kPeriod);
   CHECK(period(supervisor, kGood, true).fault == Fault::none);
 }

@@ -16,7 +16,7 @@ ArchivedSignal kept_to(double deviation) {
   return {.kind = ArchiveKind::exception, .deviation = deviation};
 }
 
-TEST_CASE("what is seen from: the coarser of CO and PV, in CO units", "[archive]") {
+TEST_CASE("the limit of detection is the coarser of CO and PV, in CO units", "[archive]") {
   std::vector<double> pv;
   std::vector<double> co;
   for (int k = 0; k < 1000; ++k) {
@@ -56,7 +56,7 @@ TEST_CASE("a hidden verdict reports the reason and the data that would settle it
   CHECK(d.settle == kHiddenSettle);
 }
 
-TEST_CASE("where values were held, a valve effect needs the play to show it", "[archive]") {
+TEST_CASE("if values were held, a valve effect needs evidence of play", "[archive]") {
   Diagnosis d;
   d.verdict = DiagnosisVerdict::valve_effect;
   d.grade = Grade::seen;

@@ -56,7 +56,7 @@ TEST_CASE("the direction of the controller doesn't change the verdict") {
   CHECK(diagnosed(run).probability == Approx(before.probability).margin(0.05));
 }
 
-TEST_CASE("steps of the set point do not hide what the valve does between them") {
+TEST_CASE("steps of the set point do not hide the valve's behaviour between them") {
   const auto step = [](double k) { return square(k / 1200.0); };
   const Series sp = made_of(4800, [&](double k) { return 20.0 * step(k); });
   const Series pv = with_noise(
@@ -78,7 +78,7 @@ TEST_CASE("steps of the set point do not hide what the valve does between them")
             .evidence.phase < -2.0);
 }
 
-TEST_CASE("how CO turns in all windows of a loop decides in a window that turns otherwise") {
+TEST_CASE("the reversals of CO in all windows of a loop overrule those of one window") {
   plant::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
   valve.reset(50.0);
   const Diagnosis sticky = diagnosed(SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
@@ -206,7 +206,7 @@ TEST_CASE("a level whose set point moves is no valve effect, with its kind given
   }
 }
 
-TEST_CASE("a dead line, a dead transmitter and a clamped valve are their own answers") {
+TEST_CASE("a dead line, a dead transmitter and a clamped valve have separate answers") {
   numeric::Random random(8);
   Series co;
   double u = 40.0;

@@ -25,7 +25,7 @@ double play_of(const Series& pv, const Series& co) {
   return fit_play(three_scales(pv, 40.0), three_scales(co, 40.0), 40.0).evidence;
 }
 
-TEST_CASE("the movement's period is that of a cycle, and four memories of what does not repeat") {
+TEST_CASE("the movement's period is that of the cycle, or half the record without a cycle") {
   const Series co = with_noise(made_of(800, [](double k) { return sine(k / 50.0); }), 0.05, 1);
   CHECK(movement_period(co, co) == Approx(50.0).epsilon(0.04));
   const Series slow = made_of(800, [](double k) { return sine(k / 200.0); });
@@ -68,7 +68,7 @@ TEST_CASE("play: a short lag of transmitter and process is no band") {
 }
 
 TEST_CASE(
-    "Hammerstein: a slipping valve foretells PV better in a closed loop, an ideal one does not") {
+    "Hammerstein: a slipping valve predicts PV better in a closed loop, an ideal one does not") {
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
   plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
@@ -96,7 +96,7 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves no 
   CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).verdict != DiagnosisVerdict::valve_effect);
 }
 
-TEST_CASE("Hammerstein: one step does not drown the sticking of the rest") {
+TEST_CASE("Hammerstein: one step does not hide the sticking in the other samples") {
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
   plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
@@ -124,7 +124,7 @@ TEST_CASE("Hammerstein: a valve that reverses less than twice is no evidence") {
   CHECK(found.evidence < 0.05);
 }
 
-TEST_CASE("Hammerstein: a gain that would run away under this controller does not count") {
+TEST_CASE("Hammerstein: a gain that would be unstable under this controller does not count") {
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
   plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
@@ -192,7 +192,7 @@ TEST_CASE("PV that does not depend on CO has no information about the valve") {
   CHECK(d.probability <= kUnrelatedMost);
 }
 
-TEST_CASE("a band that play and foretelling show counts though set points carry PV along") {
+TEST_CASE("a band that play and prediction show counts even if set points carry PV along") {
   const ValveEvidence carried{.phase = -4.4, .play = 0.25, .hammerstein = 0.4, .standing = 0.2};
   CHECK(decide(carried, Follows::at_once).grade == Grade::likely);
   for (double ValveEvidence::*one : {&ValveEvidence::play, &ValveEvidence::hammerstein}) {
@@ -220,7 +220,7 @@ TEST_CASE("PV in step with CO that no stick band predicts is no sticking valve")
   CHECK(decide(later, Follows::at_once).probability > kDecidedBelow);
 }
 
-TEST_CASE("the decision rises with every witness and stays within its bounds") {
+TEST_CASE("the decision rises with every indicator and stays within its bounds") {
   const ValveEvidence base{.phase = -1.0, .play = 0.01, .hammerstein = 0.05, .standing = 0.2};
   const double p = decide(base, Follows::at_once).probability;
   const auto more = [&](auto change) {
@@ -260,7 +260,7 @@ TEST_CASE("a level is accused only if it cycles and PV is constant while CO move
   }
 }
 
-TEST_CASE("phase and play alone name no valve on a level") {
+TEST_CASE("phase and play name no valve on a level without other evidence") {
   ValveEvidence odd = sticky_evidence();
   odd.hammerstein = -0.1;
   for (const Follows follows : {Follows::by_integration, Follows::slowly}) {
@@ -291,7 +291,7 @@ Diagnosis window(DiagnosisVerdict verdict, double probability, Grade grade = Gra
   return d;
 }
 
-TEST_CASE("a loop's verdict is that of its windows together, with the time since") {
+TEST_CASE("a loop's verdict combines its windows, with the time since its cause") {
   const auto healthy = window(DiagnosisVerdict::healthy, 0.1);
   const auto sticky = window(DiagnosisVerdict::valve_effect, 0.9, Grade::seen);
   const auto open = window(DiagnosisVerdict::cant_tell, 0.5);

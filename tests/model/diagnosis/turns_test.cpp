@@ -34,7 +34,8 @@ Series zigzag(std::size_t moves, Travel travel, Length length) {
   return co;
 }
 
-TEST_CASE("CO that turns after a band turns by travel, CO that a swing drives by time") {
+TEST_CASE(
+    "CO that reverses after a band reverses by travel, CO that a swing drives reverses by time") {
   numeric::Random random(3);
   const auto constant = [](double value) { return [value] { return value; }; };
   const auto drawn = [&](double low, double high) {
@@ -79,7 +80,7 @@ TEST_CASE("a cycle whose travel and time scatter alike is a swing only while it 
   CHECK(swing.by() == TurnsBy::time);
 }
 
-TEST_CASE("a clock from outside keeps its phase, a limit cycle forgets it") {
+TEST_CASE("an external oscillation keeps its phase, a limit cycle forgets it") {
   numeric::Random random(5);
   const auto constant = [] { return 4.0; };
   // Turns up to an eightieth of a cycle early or late, about the places that a clock sets.
@@ -98,7 +99,7 @@ TEST_CASE("a clock from outside keeps its phase, a limit cycle forgets it") {
   CHECK(find_turns(zigzag(12, constant, [] { return 20.0; })).by() == TurnsBy::neither);
 }
 
-TEST_CASE("a valve whose moves up and down take different times still turns by travel") {
+TEST_CASE("a valve whose moves up and down take different times still reverses by travel") {
   numeric::Random random(4);
   std::size_t move = 0;
   const auto slow_up = [&] {

@@ -110,7 +110,7 @@ TEST_CASE("a logarithmic range has the geometric mean in its middle", "[effects]
   CHECK(SearchRange{"x", 0.1, 10.0, false, 1}.value(0.5) == Approx(5.05));
 }
 
-TEST_CASE("a sine's amplitude and phase follow from what was solved", "[effects][candidate]") {
+TEST_CASE("a sine's amplitude and phase follow from the solved columns", "[effects][candidate]") {
   for (const Candidate& c : candidates({})) {
     if (c.name != std::string("oscillating_disturbance")) continue;
     const std::vector<double> period{12.0};
@@ -139,7 +139,7 @@ TEST_CASE("a valve has one friction, and the plug follows it", "[effects][candid
   CHECK(rank("backlash") < rank("valve_characteristic"));
 }
 
-TEST_CASE("the law of a healthy valve is one effect's, and it can be stepped",
+TEST_CASE("the law of a healthy valve belongs to one effect, and it can be stepped",
           "[effects][candidate]") {
   int laws = 0;
   for (const Descriptor& info : effect_catalogue()) {

@@ -95,7 +95,7 @@ TEST_CASE("names are unique and every entry explains itself", "[effects][catalog
   }
 }
 
-TEST_CASE("numbers stay as they were given and are given once", "[effects][catalogue]") {
+TEST_CASE("numbers keep their given text, and a parameter is given once", "[effects][catalogue]") {
   const std::vector<std::string> numbered{"stiction",
                                           "backlash",
                                           "hysteresis",
@@ -294,7 +294,7 @@ TEST_CASE("the actuator's dynamics belong to the inertial law, within the sampli
   CHECK(complaint(offset, Block::valve) == "knee");
 }
 
-TEST_CASE("what an effect does not know is refused", "[effects][catalogue]") {
+TEST_CASE("unknown parameters of an effect are refused", "[effects][catalogue]") {
   CHECK(complaint({.name = "sticktion"}, Block::valve) == "effect");
   EffectSpec spec = stiction(1.0, 0.3);
   CHECK(complaint(spec, Block::process) == "effect");

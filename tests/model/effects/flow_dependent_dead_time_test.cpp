@@ -94,7 +94,7 @@ TEST_CASE("it replaces the process's dead time", "[effects][flow_dependent_dead_
   }
 }
 
-TEST_CASE("a dead time that follows the flow is found, and one that does not stays what it is",
+TEST_CASE("a dead time that follows the flow is found, and a constant one keeps its name",
           "[effects][flow_dependent_dead_time]") {
   const std::vector<std::string> names{"flow_dependent_dead_time", "extra_dead_time", "extra_lag"};
   plant::LoopModel truth = test::believed_model();

@@ -11,7 +11,7 @@ namespace intermittent_stiction_test {
 
 using namespace loopwarden;
 
-TEST_CASE("the stem is free outside its stretch and sticks as ever inside",
+TEST_CASE("the stem is free outside its stretch and sticks as usual inside",
           "[effects][intermittent_stiction]") {
   plant::IntermittentStiction valve({1.2, 0.4}, 10.0, 20.0);
   plant::StictionChoudhury always({1.2, 0.4});

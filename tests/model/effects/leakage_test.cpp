@@ -57,7 +57,7 @@ TEST_CASE("a shut valve passes the leak, an open one what it passed before", "[e
   CHECK(leak.step(7.0) == 7.0);
 }
 
-TEST_CASE("the stem does not know of the leak", "[effects][leakage]") {
+TEST_CASE("the leak does not affect the stem", "[effects][leakage]") {
   plant::LoopModel model = test::believed_model();
   model.valve_effects = {{"leakage", {{"flow", 2.0}}}};
   plant::Plant plant(model, 1);
@@ -85,7 +85,7 @@ TEST_CASE("a large leak is found in its size, no gain and no bias in its place",
   CHECK(named.lead_nats > 6.0);
 }
 
-TEST_CASE("a bias stays a bias and a gain a gain, though a leak explains a little bias as well",
+TEST_CASE("a bias stays a bias and a gain a gain, though a leak also explains a little bias",
           "[effects][leakage]") {
   plant::LoopModel truth = test::believed_model();
   truth.transmitter_effects = {{"output_bias", {{"bias", 0.2}}}};

@@ -28,7 +28,7 @@ TEST_CASE("a step passes through a lag that has grown since the start", "[effect
   CHECK(line.step(4.0, 500.0) == 4.0);
 }
 
-TEST_CASE("a line that plugs is found with its rate, and is no lag that was always there",
+TEST_CASE("a line that plugs is found with its rate, and is no constant lag",
           "[effects][plugging]") {
   plant::LoopModel truth = test::believed_model();
   truth.transmitter_effects = {{"plugging", {{"rate", 0.03}}}};

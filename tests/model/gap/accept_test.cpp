@@ -66,7 +66,7 @@ TEST_CASE("a further effect closes a twentieth of the gap", "[gap][accept]") {
   CHECK_FALSE(closes_a_part(0.2795, 0.3, 0.5, 0.1));
 }
 
-TEST_CASE("a further effect gains all over the record, unless it shows at one moment",
+TEST_CASE("a further effect gains everywhere in the record, unless it shows at one moment",
           "[gap][accept]") {
   Addition a = kFurther;
   a.block_t = 1.71;
@@ -85,12 +85,12 @@ TEST_CASE("a further effect makes the free run better", "[gap][accept]") {
   CHECK(worth_adding(a));
 }
 
-TEST_CASE("more is looked for where more than noise and trifles is left", "[gap][accept]") {
+TEST_CASE("the search continues if the error is more than noise and trifles", "[gap][accept]") {
   CHECK(leaves_more(0.0501, {0.03, 0.04}));
   CHECK_FALSE(leaves_more(0.0499, {0.03, 0.04}));
 }
 
-TEST_CASE("what does not move PV is not missing, however sure it is", "[gap][accept]") {
+TEST_CASE("an effect that does not move PV is not missing, however sure it is", "[gap][accept]") {
   for (Addition a : {kFirst, kFurther}) {
     a.moves_pv = 0.101;
     CHECK(worth_adding(a));
@@ -99,8 +99,7 @@ TEST_CASE("what does not move PV is not missing, however sure it is", "[gap][acc
   }
 }
 
-TEST_CASE("an effect without which the others do nearly as well is stepped back from",
-          "[gap][accept]") {
+TEST_CASE("an effect is removed if the others do nearly as well without it", "[gap][accept]") {
   CHECK(superfluous(100.0, 88.01));
   CHECK_FALSE(superfluous(100.0, 87.99));
 }

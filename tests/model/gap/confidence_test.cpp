@@ -56,7 +56,7 @@ TEST_CASE("the kept table rises with the lead and never reaches certainty", "[ga
   CHECK(controller_confidence() < 1.0);
 }
 
-TEST_CASE("what is left is noise up to its limits", "[gap][confidence]") {
+TEST_CASE("a remaining error within its limits is noise", "[gap][confidence]") {
   CHECK(is_noise(1.0, 3.0, 1.0, false));
   CHECK(is_noise(1.149, 4.99, 5.99, false));
   CHECK_FALSE(is_noise(1.151, 3.0, 1.0, false));

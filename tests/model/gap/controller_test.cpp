@@ -175,7 +175,7 @@ TEST_CASE("other settings are found as they are", "[gap][controller]") {
   CHECK(found.after_rmse < 0.1 * found.before_rmse);
 }
 
-TEST_CASE("another anti-windup alone is never called other settings", "[gap][controller]") {
+TEST_CASE("a different anti-windup is never reported as different settings", "[gap][controller]") {
   plant::LoopModel truth = test::believed_model();
   truth.controller.pid.anti_windup = control::AntiWindup::conditional;
   truth.controller.output.high = 10.0;
@@ -246,7 +246,7 @@ TEST_CASE("a dead band of the error is found with its width", "[gap][controller]
   CHECK(found.filter_s == 0.0);
 }
 
-TEST_CASE("other gains alone have neither filter nor dead band", "[gap][controller]") {
+TEST_CASE("different gains have neither filter nor dead band", "[gap][controller]") {
   plant::LoopModel truth = test::believed_model();
   truth.controller.pid.gains.kp = 0.6;
   const gap::ControllerFinding found =

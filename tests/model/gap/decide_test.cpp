@@ -100,7 +100,7 @@ TEST_CASE("a finding of the reading itself is kept, whatever the fit", "[gap][de
   CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
 }
 
-TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap][decide]") {
+TEST_CASE("a remaining error above noise needs the proof of the holdout", "[gap][decide]") {
   const Decision d = decided(one_name(), more_than_noise());
   CHECK_FALSE(d.believable);
   CHECK(d.unexplained);
@@ -119,7 +119,7 @@ TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap
   CHECK(outcome_of(named, Proof::holds) == Outcome::missing_effect);
 }
 
-TEST_CASE("a rest that is more than noise but does not matter is no gap", "[gap][decide]") {
+TEST_CASE("a remaining error above noise is no gap if it does not matter", "[gap][decide]") {
   Competition none{{{}, 0.0, 0.018}, {}, 0.018};
   // sqrt(0.01^2 + 0.015^2) = 0.01803
   CHECK_FALSE(decided(none, more_than_noise()).unexplained);
@@ -137,7 +137,7 @@ TEST_CASE("noise and a quiet load are no gap, whatever their size", "[gap][decid
   CHECK(outcome_of(d, Proof::holds) == Outcome::no_gap);
 }
 
-TEST_CASE("a controller speaks for itself", "[gap][decide]") {
+TEST_CASE("a controller needs no other evidence", "[gap][decide]") {
   const Competition none{{{}, 0.0, 0.01}, {}, 0.01};
   ControllerFinding other;
   other.compared = true;
@@ -148,7 +148,7 @@ TEST_CASE("a controller speaks for itself", "[gap][decide]") {
   CHECK(outcome_of(decided(none, noise(), other), Proof::holds) == Outcome::unexplained);
 }
 
-TEST_CASE("settings that make CO to the last step are named, whatever the plant lacks",
+TEST_CASE("settings that reproduce CO to the last step are named, whatever the plant lacks",
           "[gap][decide]") {
   const Competition none{{{}, 0.0, 0.4}, {}, 0.4};
   ControllerFinding other;
@@ -171,13 +171,13 @@ TEST_CASE("other settings of the controller close no gap of the plant", "[gap][d
   CHECK(outcome_of(decided(none, more_than_noise(), other), Proof::holds) == Outcome::unexplained);
 }
 
-TEST_CASE("what only partly holds is never sure", "[gap][decide]") {
+TEST_CASE("a name that only partly holds is never sure", "[gap][decide]") {
   CHECK(confidence_after(0.97, Proof::holds) == 0.97);
   CHECK(confidence_after(0.97, Proof::partly) == 0.89);
   CHECK(confidence_after(0.6, Proof::partly) == 0.6);
 }
 
-TEST_CASE("what the holdout refutes is unexplained", "[gap][decide]") {
+TEST_CASE("a name that the holdout refutes is unexplained", "[gap][decide]") {
   CHECK(outcome_of(decided(one_name(), noise()), Proof::refuted) == Outcome::unexplained);
 }
 

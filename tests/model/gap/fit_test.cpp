@@ -107,7 +107,8 @@ TEST_CASE("a wandering load is no noise, and one that is too large shows at the 
   CHECK(wild.fitter.load_at_limit(wild.fitter.fit_model()));
 }
 
-TEST_CASE("what a healthy valve leaves for seconds is not taken for a load", "[gap][fit]") {
+TEST_CASE("an error that a healthy valve leaves for seconds is not taken for a load",
+          "[gap][fit]") {
   Setup setup(test::believed_model());
   loopwarden::numeric::Random random(31);
   const double keep = std::exp(-0.1 / 1.5);  // forgotten in 1.5 s

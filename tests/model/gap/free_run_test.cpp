@@ -67,7 +67,7 @@ plant::LoopModel unlimited(plant::LoopModel m) {
 
 }  // namespace
 
-TEST_CASE("the free run is what the plant gives under the same CO", "[gap][free_run]") {
+TEST_CASE("the free run equals the plant under the same CO", "[gap][free_run]") {
   const plant::LoopModel m = unlimited(GENERATE(believed_model(), full_model()));
   const std::vector<double> co = exciting_output(kSamples);
   const FreeRun run(m, co);

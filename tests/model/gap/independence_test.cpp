@@ -89,7 +89,7 @@ TEST_CASE("a load that wanders by itself follows neither SP nor CO", "[gap][inde
   CHECK(follows <= 2);  // 1 % each, were all of it large enough to matter
 }
 
-TEST_CASE("what answers to SP is found under a load, and its size", "[gap][independence]") {
+TEST_CASE("a response to SP is found under a load, with its size", "[gap][independence]") {
   const Column sp = moving_sp();
   Column co = through_lag(sp, 2.0);
   const Column answer = through_lag(co, 2.0);
@@ -108,7 +108,7 @@ TEST_CASE("what answers to SP is found under a load, and its size", "[gap][indep
   CHECK(test.follows_rms == Approx(std::sqrt(sum / (kSamples - kFrom))).epsilon(0.3));
 }
 
-TEST_CASE("what answers alike to moves up and down is found too", "[gap][independence]") {
+TEST_CASE("a response that is equal for moves up and down is found too", "[gap][independence]") {
   const Column sp = moving_sp();
   Column error = wandering(4);
   Column moves(kSamples, 0.0);
@@ -118,7 +118,7 @@ TEST_CASE("what answers alike to moves up and down is found too", "[gap][indepen
   CHECK(tested(error, sp).follows_sp);
 }
 
-TEST_CASE("what follows but does not matter is let pass", "[gap][independence]") {
+TEST_CASE("a response that does not matter is accepted", "[gap][independence]") {
   const Column sp = moving_sp();
   numeric::Random random(6);
   const Column answer = through_lag(sp, 2.0);
@@ -183,7 +183,7 @@ TEST_CASE("pure noise passes the test, even with a constant SP", "[gap][independ
   CHECK_FALSE(test.follows());
 }
 
-TEST_CASE("samples that don't count have no say", "[gap][independence]") {
+TEST_CASE("samples that don't count have no effect", "[gap][independence]") {
   const Column sp = moving_sp();
   Column error = wandering(9);
   std::vector<bool> counts(kSamples, true);

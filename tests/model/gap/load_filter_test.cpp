@@ -135,7 +135,7 @@ TEST_CASE("determinant and squares are those of the dense covariance", "[gap][lo
   CHECK(squares == Approx(r.dot(c.ldlt().solve(r))).epsilon(1e-9));
 }
 
-TEST_CASE("what a valve leaves for seconds does not cost the level", "[gap][load]") {
+TEST_CASE("the error that a valve leaves for seconds does not cost the level", "[gap][load]") {
   // A constant plus a part that forgets itself in 2 s. A load that is large enough to whiten that
   // part hardly distinguishes the constant from a load.
   constexpr std::size_t kSamples = 1000;

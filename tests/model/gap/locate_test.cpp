@@ -147,7 +147,7 @@ TEST_CASE("without a pattern the conditions share the gap", "[gap][locate]") {
   CHECK(share(all, "while the valve should rest") == Approx(1.0));
 }
 
-TEST_CASE("a reversal is blamed for what follows it", "[gap][locate]") {
+TEST_CASE("an error after a reversal is attributed to the reversal", "[gap][locate]") {
   // A triangle of 40 s; PV differs for 3 s after each turn and the dead time.
   std::vector<double> co;
   for (std::size_t k = 0; k < kSamples; ++k) {
@@ -176,7 +176,7 @@ TEST_CASE("a conspicuous stretch is found in time", "[gap][locate]") {
   CHECK(first.share_of_gap > 0.9);
 }
 
-TEST_CASE("the blocks share the gap by what each effect brings", "[gap][locate]") {
+TEST_CASE("the blocks share the gap by the gain of each effect", "[gap][locate]") {
   Case r = missing(wobble);
   r.effects = {{plant::Block::valve, 3.0}, {plant::Block::transmitter, 1.0}};
   const std::vector<Located> all = r.located();
@@ -212,7 +212,7 @@ TEST_CASE("missing samples and an exact model do no harm", "[gap][locate]") {
   check_shares(all);
 }
 
-TEST_CASE("what is left looks like what would leave it", "[gap][locate]") {
+TEST_CASE("the remaining error is named after its likely source", "[gap][locate]") {
   const auto left = [](const Case& c, bool is_noise = false) {
     return looks_like(
         {.model = c.model, .pv = c.pv, .pv_after = c.pv_before, .co = c.co, .is_noise = is_noise});

@@ -75,7 +75,7 @@ TEST_CASE("a gain or settings that changed by a round factor are no unit", "[gap
   CHECK_FALSE(gap::other_unit(test::record_of(slower, 130.0), model));
 }
 
-TEST_CASE("without a set point a value out of the range must speak for it", "[gap]") {
+TEST_CASE("without a set point, a unit needs a value out of the range as evidence", "[gap]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 130.0);
   record.sp.clear();

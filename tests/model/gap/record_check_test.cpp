@@ -23,7 +23,7 @@ bool noted(const gap::RecordCheck& check, const std::string& what) {
 
 }  // namespace
 
-TEST_CASE("a sound record is taken without remarks", "[gap][record]") {
+TEST_CASE("a sound record is accepted without remarks", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   const gap::RecordCheck check = gap::check_record(test::record_of(model, 120.0), model);
   CHECK(check.usable);
@@ -33,7 +33,7 @@ TEST_CASE("a sound record is taken without remarks", "[gap][record]") {
   CHECK(check.output_reversals >= 3);
 }
 
-TEST_CASE("records that can't be believed are refused, with the reason", "[gap][record]") {
+TEST_CASE("implausible records are refused, with the reason", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 60.0);
   std::string reason;
@@ -82,7 +82,7 @@ TEST_CASE("records that can't be believed are refused, with the reason", "[gap][
   CHECK(check.refusal.find(reason) != std::string::npos);
 }
 
-TEST_CASE("what no transmitter can have sent counts as missing", "[gap][record]") {
+TEST_CASE("values that no transmitter can have sent count as missing", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 60.0);
   record.pv[10] = 1e300;
@@ -119,7 +119,7 @@ TEST_CASE("CO that moves by less than a percent of its span is remarked on", "[g
   CHECK_FALSE(remarked(0.14));
 }
 
-TEST_CASE("what does not forbid the work is stated", "[gap][record]") {
+TEST_CASE("faults that don't prevent the work are stated", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 60.0);
   SECTION("some PV missing") {
@@ -159,7 +159,7 @@ TEST_CASE("what does not forbid the work is stated", "[gap][record]") {
     for (double& u : record.co) u = 5.0 + 0.001 * u;
     CHECK(noted(gap::check_record(record, model), "little movement"));
   }
-  SECTION("a gap in CO blinds PV in its wake") {
+  SECTION("a gap in CO makes the following PV unusable") {
     for (std::size_t k = 200; k < 205; ++k) record.co[k] = kMissing;
     const std::vector<bool> used = gap::usable_samples(record, model);
     CHECK(used[199]);
@@ -169,14 +169,14 @@ TEST_CASE("what does not forbid the work is stated", "[gap][record]") {
   }
 }
 
-TEST_CASE("gaps are closed by the value before, at the start by the first there is",
+TEST_CASE("a gap is closed by the value before it, at the start by the first value",
           "[gap][record]") {
   CHECK(gap::held({kMissing, kMissing, 2.0, kMissing, 3.0, kMissing}) ==
         std::vector<double>{2.0, 2.0, 2.0, 2.0, 3.0, 3.0});
   CHECK(std::isnan(gap::held({kMissing, kMissing})[0]));
 }
 
-TEST_CASE("turns count beyond the band, at the sample that shows them", "[gap][record]") {
+TEST_CASE("reversals count beyond the band, at the sample that shows them", "[gap][record]") {
   const std::vector<double> column{0, 1, 2, 3, 2.9, 3.1, 2, 1, 1.1, 3, 3, 1};
   CHECK(gap::reversals(column, 0.5) == std::vector<std::size_t>{6, 9, 11});
   CHECK(gap::reversals(column, 5.0).empty());

@@ -70,7 +70,8 @@ TEST_CASE("every other sample of a loop that matches its model has no gap", "[ga
   CHECK(result.corrected == model);
 }
 
-TEST_CASE("every other sample of a sticking valve still shows it, less surely", "[gap][long]") {
+TEST_CASE("every other sample of a sticking valve still shows it, with less confidence",
+          "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.valve_effects = {{"stiction", {{"s", 1.0}, {"j", 0.5}}}};

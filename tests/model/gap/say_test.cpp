@@ -68,7 +68,7 @@ TEST_CASE("a partial answer reports how much it explains, and what the remaining
              !Contains("explains"));
 }
 
-TEST_CASE("what is unexplained names the best that was tried, and what it looks like",
+TEST_CASE("an unexplained gap names the best attempt, and what the error looks like",
           "[gap][say]") {
   const std::string sentence = said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::valve},
                                     {"stiction", "drift"}, 0.42);

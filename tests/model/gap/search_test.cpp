@@ -57,7 +57,7 @@ TEST_CASE("no effect is chosen if the model is right", "[gap][search]") {
   CHECK(found.search.singles.size() == kQuick.size());
 }
 
-TEST_CASE("one effect is chosen alone", "[gap][search]") {
+TEST_CASE("one effect is chosen as the only one", "[gap][search]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.75;
   const Found found = search_for(truth, kQuick);
@@ -66,7 +66,7 @@ TEST_CASE("one effect is chosen alone", "[gap][search]") {
   CHECK(found.search.singles.front().fit.terms[0]->name == std::string("gain_change"));
 }
 
-TEST_CASE("two effects are both chosen, and only where several are asked for", "[gap][search]") {
+TEST_CASE("two effects are both chosen, but only if several are allowed", "[gap][search]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.75;
   truth.transmitter_effects = {{"drift", {{"rate", 0.02}}}};
@@ -75,7 +75,7 @@ TEST_CASE("two effects are both chosen, and only where several are asked for", "
   CHECK(search_for(truth, kQuick, {.several = false, .load = false}).names.size() == 1);
 }
 
-TEST_CASE("a first name that was wrong is stepped back from", "[gap][search]") {
+TEST_CASE("a wrong first name is withdrawn", "[gap][search]") {
   // A step early and one late in the record look most like a drift, until both are there.
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 1.12;
@@ -94,7 +94,7 @@ TEST_CASE("an effect too small to matter is not chosen, however clear", "[gap][s
   CHECK(chosen(0.5).empty());
 }
 
-TEST_CASE("no second effect is looked for where too little is left to matter", "[gap][search]") {
+TEST_CASE("no second effect is searched if the remaining error is too small", "[gap][search]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.75;
   const auto tried = [&](double noise_rms) {
@@ -104,7 +104,7 @@ TEST_CASE("no second effect is looked for where too little is left to matter", "
   CHECK(tried(0.005) > kQuick.size());
 }
 
-TEST_CASE("a starved actuator that is never held back is a lag", "[gap][search]") {
+TEST_CASE("a starved actuator that never reaches its rate limit is a lag", "[gap][search]") {
   plant::LoopModel truth = test::believed_model();
   truth.process_effects = {{"extra_lag", {{"time_constant", 1.5}}}};
   const Found found = search_for(truth, {"low_air_supply"});

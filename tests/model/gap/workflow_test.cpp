@@ -199,7 +199,7 @@ TEST_CASE("without CO the closed loop is compared", "[gap][long]") {
   CHECK(std::isnan(result.controller_before_rmse));
 }
 
-TEST_CASE("without CO a changed gain is found from how PV moves", "[gap][long]") {
+TEST_CASE("without CO a changed gain is found from the movement of PV", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.process.gain *= 0.75;
@@ -212,7 +212,7 @@ TEST_CASE("without CO a changed gain is found from how PV moves", "[gap][long]")
   CHECK(result.after.holdout_rmse < 0.5 * result.before.holdout_rmse);
 }
 
-TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][long]") {
+TEST_CASE("a refused record has a reason and no verdict", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 10.0);
   const gap::Result result = find(record, model);
@@ -332,7 +332,7 @@ TEST_CASE("if SP is constant a load is not tested, and no name is sure", "[gap][
   CHECK(known.floor.load_rmse > 0.0);
 }
 
-TEST_CASE("a richer effect is not named for the simpler one that is not in the catalogue",
+TEST_CASE("a richer effect is not named in place of a simpler one outside the catalogue",
           "[gap][workflow]") {
   plant::LoopModel truth = test::believed_model();
   const plant::LoopModel model = truth;
@@ -344,12 +344,12 @@ TEST_CASE("a richer effect is not named for the simpler one that is not in the c
     REQUIRE(known.effects.size() == 1);
     CHECK(known.effects[0].spec.name == "backlash");
   }
-  SECTION("another gain does not vary") {
+  SECTION("a different gain does not vary") {
     truth.process.gain *= 0.8;
     CHECK(test::find_among({"varying_gain", "drift"}, test::record_of(truth, 130.0), model)
               .effects.empty());
   }
-  SECTION("one more lag does not turn the wrong way, and does not ring") {
+  SECTION("one more lag has no inverse response, and does not ring") {
     truth.process_effects = {{"extra_lag", {{"time_constant", 1.5}}}};
     for (const char* richer : {"inverse_response", "oscillatory_process", "positioner_overshoot"}) {
       INFO(richer);

@@ -93,7 +93,7 @@ TEST_CASE("the figures don't depend on the order, and shares are of all raised a
   });
 }
 
-TEST_CASE("no time has no figures", "[monitor][figures]") {
+TEST_CASE("an empty time range has no figures", "[monitor][figures]") {
   CHECK(figures_of({}, kDay, kDay).came == 0);
   CHECK(figures_of({}, kDay, 2 * kDay).per_hour == 0.0);
 }

@@ -170,7 +170,7 @@ TEST_CASE("every state and every event follow the table", "[monitor][alarm]") {
   }
 }
 
-TEST_CASE("the texts and numbers that users rely on", "[monitor][alarm]") {
+TEST_CASE("texts and numbers that are a contract with users", "[monitor][alarm]") {
   const std::vector<std::pair<int, std::string>> promised{{0, "normal"},
                                                           {1, "unacknowledged"},
                                                           {2, "acknowledged"},
@@ -193,7 +193,7 @@ TEST_CASE("before the first window an alarm can't be raised, and reports this",
   CHECK(alarm.state() == S::normal);
 }
 
-TEST_CASE("a shelving ends by itself, and never lasts longer than the limit", "[monitor][alarm]") {
+TEST_CASE("a shelving ends by itself, and is never longer than the limit", "[monitor][alarm]") {
   Alarm alarm({.latching = false, .shelve_limit_ms = 10 * kMinute});
   CHECK_FALSE(alarm.shelve(kNow, kNow));
   CHECK_FALSE(alarm.shelve(kNow, kNow - 1));
@@ -210,7 +210,7 @@ TEST_CASE("a shelving ends by itself, and never lasts longer than the limit", "[
     CHECK_FALSE(alarm.pass_time(kNow + 2 * kMinute));
     CHECK(alarm.pass_time(kNow + 5 * kMinute));
   }
-  SECTION("a clock that was set back by a day does not keep it there") {
+  SECTION("a clock that was set back by a day does not prolong it") {
     REQUIRE(alarm.shelve(kNow, kNow + 5 * kMinute));
     CHECK(alarm.pass_time(kNow - 1440 * kMinute));
   }
@@ -244,9 +244,9 @@ TEST_CASE("a restart restores the remembered state, except impossible ones", "[m
   CHECK(after.state() == S::shelved);
 
   AlarmMemory wrong = before.memory();
-  SECTION("a state that can't lie under the shelf") { wrong.raised = S::shelved; }
+  SECTION("a state that is impossible below the shelf") { wrong.raised = S::shelved; }
   SECTION("a number that is no state") { wrong.raised = static_cast<AlarmState>(200); }
-  SECTION("a moment before time began") { wrong.shelved_until_ms = -1; }
+  SECTION("a negative time") { wrong.shelved_until_ms = -1; }
   SECTION("a severity that is no number") {
     wrong.severity_percent = std::numeric_limits<double>::infinity();
   }

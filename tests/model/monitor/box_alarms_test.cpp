@@ -54,7 +54,7 @@ TEST_CASE("a service that restarts by itself is no alarm; an unanswered query ke
   CHECK(alarms.alarm(B::service_failed).state() == S::unacknowledged);
 }
 
-TEST_CASE("alarms of the box are shelved for a time, and remembered", "[monitor][box]") {
+TEST_CASE("host alarms are shelved for a time, and remembered", "[monitor][box]") {
   BoxAlarms before{AlarmSettings{}};
   before.found(with(B::certificate_expires, true), 0, 1000);
   REQUIRE(before.act(B::certificate_expires, AlarmAction::shelve, 2000, 62'000));

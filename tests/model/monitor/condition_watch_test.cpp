@@ -56,7 +56,7 @@ TEST_CASE("before a stretch is full, and without read-back and judge, no index i
   CHECK(std::isnan(indices.positioner));
 }
 
-TEST_CASE("the lag of a first-order stem, and how far it is from CO", "[monitor][condition]") {
+TEST_CASE("the lag of a first-order stem, and its distance from CO", "[monitor][condition]") {
   for (const double lag_s : {0.5, 3.0, 12.0}) {
     for (const double noise : {0.0, 0.01}) {
       ConditionWatch watch(kSettings);
@@ -91,7 +91,7 @@ TEST_CASE("no index is known while PV is frozen", "[monitor][condition]") {
   CHECK(watch.indices().environment == 100.0);
 }
 
-TEST_CASE("a CO that is not known compares with no stem", "[monitor][condition]") {
+TEST_CASE("without a known CO the stem has no comparison", "[monitor][condition]") {
   ConditionWatch watch(kSettings);
   for (std::uint64_t k = 0; k < kStretch; ++k) {
     Cycle one = cycle(k, steps(k) - 0.4);
@@ -110,8 +110,7 @@ TEST_CASE("a CO that is not known compares with no stem", "[monitor][condition]"
   CHECK(std::isnan(watch.inputs().stem_lag_s));
 }
 
-TEST_CASE("a stem at rest has no lag that could be known; CO away from it counts",
-          "[monitor][condition]") {
+TEST_CASE("a stem at rest has no measurable lag; CO away from it counts", "[monitor][condition]") {
   ConditionWatch watch(kSettings);
   for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.7), {});
   CHECK(std::isnan(watch.indices().actuator));
@@ -249,7 +248,7 @@ TEST_CASE("an alarm of routine evidence lowers the valve without a window that w
   CHECK(watch.indices().valve == Approx(60.0));
 }
 
-TEST_CASE("that no alarm is raised is no measurement of valve or actuator",
+TEST_CASE("the absence of an alarm is no measurement of valve or actuator",
           "[monitor][condition]") {
   ConditionWatch watch(kSettings);
   // Judged, with a read-back whose stem never reversed: its stick was not measured.

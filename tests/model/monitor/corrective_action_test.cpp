@@ -45,7 +45,7 @@ constexpr int kDecision = static_cast<int>(kSettling + kTrial);
 
 }  // namespace
 
-TEST_CASE("corrective action is off unless it is asked for", "[monitor][corrective]") {
+TEST_CASE("corrective action is off by default", "[monitor][corrective]") {
   CorrectiveAction action;
   CHECK_FALSE(windows(action, 20, errors(10.0), true).changed());
   CHECK_FALSE(action.veto(Veto::back).changed());
@@ -67,7 +67,7 @@ TEST_CASE("the jacket is switched on for a newly raised alarm, from a steady bas
   CHECK(step.mean_before == Approx(4.0));
 }
 
-TEST_CASE("what the error does after the settling decides", "[monitor][corrective]") {
+TEST_CASE("the error after the settling decides", "[monitor][corrective]") {
   CorrectiveAction action = trying(10.0, 0.2);
   CHECK_FALSE(windows(action, kSettling, errors(50.0)).changed());
   CHECK_FALSE(windows(action, kTrial - 1, errors(9.0)).changed());
@@ -76,7 +76,7 @@ TEST_CASE("what the error does after the settling decides", "[monitor][correctiv
     CHECK(step.to == State::helping);
     CHECK(step.order == Order::none);
     CHECK(step.rms_after == Approx(9.0));
-    SECTION("and goes on falling") {
+    SECTION("and continues to fall") {
       CHECK_FALSE(windows(action, 3 * kTrial, errors(9.0)).changed());
       CHECK(action.acting());
     }
@@ -97,7 +97,7 @@ TEST_CASE("what the error does after the settling decides", "[monitor][correctiv
   }
 }
 
-TEST_CASE("a mean error that grows beyond what is allowed ends it", "[monitor][corrective]") {
+TEST_CASE("a mean error that grows beyond the limit ends it", "[monitor][corrective]") {
   for (const double before : {0.0, 3.0}) {
     for (const double after : {0.9, 1.1, 2.9, 3.1}) {
       CorrectiveAction action = trying(10.0, before);
@@ -108,7 +108,7 @@ TEST_CASE("a mean error that grows beyond what is allowed ends it", "[monitor][c
   }
 }
 
-TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
+TEST_CASE("repair, manual, bad PV and the operator each withdraw the jacket",
           "[monitor][corrective]") {
   CorrectiveAction action = trying();
   SECTION("repaired") {
@@ -122,7 +122,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
     CHECK_FALSE(windows(action, kWait - 1, errors(10.0)).changed());
     CHECK(windows(action, 1, errors(10.0)).order == Order::on);
   }
-  SECTION("a window that is not fit is only another beginning") {
+  SECTION("an unusable window is only another beginning") {
     windows(action, kDecision - 1, errors(5.0));
     CHECK_FALSE(action.interrupted(true).changed());
     CHECK_FALSE(windows(action, kDecision - 1, errors(5.0)).changed());
@@ -159,7 +159,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
     CHECK(ended.to == State::waiting);
     CHECK(std::string(ended.why).find("operator") == std::string::npos);
     CHECK(windows(action, kWait, errors(10.0)).order == Order::on);
-    SECTION("the end of sticking, a bad PV and a veto bring it back afterwards as well") {
+    SECTION("the end of sticking, a bad PV and a veto withdraw it afterwards as well") {
       CorrectiveAction repaired = action, bad = action, vetoed = action;
       CHECK(repaired.window(errors(5.0), false, false).order == Order::back);
       CHECK(bad.interrupted(false).order == Order::back);
@@ -174,7 +174,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
   }
 }
 
-TEST_CASE("an order that the loop refuses ends it for this alarm", "[monitor][corrective]") {
+TEST_CASE("a command that the loop refuses ends it for this alarm", "[monitor][corrective]") {
   CorrectiveAction action = trying();
   const CorrectiveStep step = action.refused();
   CHECK(step.to == State::given_up);
@@ -264,11 +264,11 @@ TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow
     action.explained(true);  // of the same alarm
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
   }
-  SECTION("what it gains is not known yet") {
+  SECTION("its gain is not known yet") {
     CHECK_FALSE(action.moves(in_shadow(0.0), 100.0).changed());
     CHECK(action.moves(in_shadow(0.3), 100.0).order == Order::on);
   }
-  SECTION("given back in shadow") {
+  SECTION("disengaged in shadow") {
     CHECK_FALSE(action.moves(ended(GivenBack::stem_stands, true, false), 1.0).changed());
     const CorrectiveStep step = action.moves(ended(GivenBack::no_gain, true), 1.0);
     CHECK(step.to == State::given_up);
@@ -282,7 +282,7 @@ TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow
   }
 }
 
-TEST_CASE("planned moves that know the valve too roughly stay in shadow", "[monitor][corrective]") {
+TEST_CASE("planned moves with a roughly known valve stay in shadow", "[monitor][corrective]") {
   CorrectiveAction action = shadowing(10.0, false);
   CHECK_FALSE(action.moves(in_shadow(0.2), 10.0 * kShadow_s).changed());
   CHECK(action.state() == State::in_shadow);
@@ -308,7 +308,7 @@ TEST_CASE("planned moves in shadow restart with a new explanation of the alarm",
   }
 }
 
-TEST_CASE("planned moves are taken back where the newest explanation is another one",
+TEST_CASE("planned moves are withdrawn if the newest explanation is another one",
           "[monitor][corrective]") {
   SECTION("offered") {
     CorrectiveAction action(planned(true));
@@ -325,14 +325,14 @@ TEST_CASE("planned moves are taken back where the newest explanation is another 
     CHECK(action.explained_otherwise().order == Order::back);
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
   }
-  SECTION("acting: they are watched by themselves") {
+  SECTION("acting: their own checks watch them") {
     CorrectiveAction action = calming();
     CHECK_FALSE(action.explained_otherwise().changed());
     CHECK(action.calms());
   }
 }
 
-TEST_CASE("planned moves that are only offered begin by a person's order",
+TEST_CASE("planned moves that are only offered begin at a person's command",
           "[monitor][corrective]") {
   CorrectiveAction action(planned(true));
   CHECK_FALSE(action.ordered().changed());
@@ -348,7 +348,7 @@ TEST_CASE("planned moves that are only offered begin by a person's order",
     CHECK(action.interrupted(false).order == Order::back);
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
-  SECTION("an order is for one act: after a veto it is only offered again") {
+  SECTION("a command is for one act: after a veto they are only offered again") {
     REQUIRE(action.ordered().order == Order::shadow);
     CHECK(action.veto(Veto::hands_off).to == State::vetoed);
     CHECK(action.veto(Veto::none).to == State::waiting);
@@ -356,17 +356,17 @@ TEST_CASE("planned moves that are only offered begin by a person's order",
     CHECK(action.state() == State::offered);
     CHECK(again.order == Order::none);
   }
-  SECTION("the alarm went") {
+  SECTION("the alarm cleared") {
     CHECK(action.window(errors(1.0), false, false).to == State::waiting);
     CHECK_FALSE(action.ordered().changed());
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
   }
 }
 
-TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
+TEST_CASE("planned moves are judged by RMS before and after, and by their own checks",
           "[monitor][corrective]") {
   CorrectiveAction action = calming(10.0);
-  SECTION("RMS fell; what stays of the error is within it") {
+  SECTION("RMS fell; the remaining error is within it") {
     const CorrectiveStep step = windows(action, kDecision, errors(1.0, 4.0));
     CHECK(step.to == State::helping);
     CHECK(step.rms_after == Approx(std::hypot(1.0, 4.0)));
@@ -384,10 +384,10 @@ TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
     action.explained(true);
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
-  SECTION("given back") {
+  SECTION("disengaged") {
     CHECK(action.moves(ended(GivenBack::no_gain), 1.0).to == State::given_up);
   }
-  SECTION("disengaged: by a time in shadow once more, and the third time given up") {
+  SECTION("disengaged: in shadow once more for a time, and given up the third time") {
     for (int time = 1; time <= kMostDisengaged; ++time) {
       const CorrectiveStep step = action.moves(ended(GivenBack::contradiction, false, false), 1.0);
       CHECK(step.order == Order::back);

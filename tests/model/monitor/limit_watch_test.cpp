@@ -59,8 +59,7 @@ TEST_CASE("PV is beyond a limit, and within it once it is the dead band inside",
   CHECK_FALSE(at(K::pv_low_low, kNone, true));
 }
 
-TEST_CASE("noise that is smaller than the dead band makes no alarm come twice",
-          "[monitor][limit]") {
+TEST_CASE("noise that is smaller than the dead band raises no alarm twice", "[monitor][limit]") {
   property::for_all("dead band", 100, [] {
     LimitSettings all;
     const double band = property::number(0.01, 10.0);
@@ -79,7 +78,7 @@ TEST_CASE("noise that is smaller than the dead band makes no alarm come twice",
   });
 }
 
-TEST_CASE("a deviation rests in manual, while SP moves, and for a while after both",
+TEST_CASE("a deviation is off in manual, while SP moves, and for a while after both",
           "[monitor][limit]") {
   Loop loop;
   CHECK(loop.watch.rests());

@@ -37,7 +37,7 @@ LoopAlarms healthy() {
 
 }  // namespace
 
-TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
+TEST_CASE("low air explains the others: one root alarm", "[monitor][alarm]") {
   LoopAlarms alarms = healthy();
   alarms.window_judged(1, with({{K::stiction, 5.0}}));
   REQUIRE(alarms.act(K::stiction, AlarmAction::acknowledge, 2).accepted);
@@ -70,8 +70,9 @@ TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
   }
 }
 
-TEST_CASE("a window that can't be judged suppresses what is off and keeps what is on",
-          "[monitor][alarm]") {
+TEST_CASE(
+    "a window that can't be judged suppresses alarms that are off and keeps those that are on",
+    "[monitor][alarm]") {
   LoopAlarms alarms = healthy();
   alarms.window_judged(1, with({{K::hysteresis, 5.0}}));
   const AlarmTransitions changed = alarms.window_not_valid();
@@ -109,7 +110,8 @@ TEST_CASE("transitions name the alarm, both states and the severity", "[monitor]
   CHECK(back.view()[0].to == S::unacknowledged);
 }
 
-TEST_CASE("after a restart the root explains again before the first window", "[monitor][alarm]") {
+TEST_CASE("after a restart the root alarm explains the others again before the first window",
+          "[monitor][alarm]") {
   LoopAlarms before = healthy();
   before.window_judged(1, with({{K::low_air_supply, 20.0}, {K::stiction, 3.0}}));
   LoopAlarms after{AlarmSettings{}};
@@ -119,8 +121,8 @@ TEST_CASE("after a restart the root explains again before the first window", "[m
 }
 
 TEST_CASE(
-    "a process alarm is acknowledged, shelved and remembered as others; windows and low air "
-    "leave it alone",
+    "a process alarm is acknowledged, shelved and remembered like others, but ignores windows and "
+    "low air",
     "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   CHECK(alarms.alarm(K::bad_pv).state() == S::normal);  // it needs no window to come
@@ -228,8 +230,9 @@ TEST_CASE("the first raised of several process alarms is marked", "[monitor][ala
   CHECK_FALSE(alarms.first_out(K::output_lost));
 }
 
-TEST_CASE("first is what began first, whatever its delay, and what is older than the start",
-          "[monitor][alarm]") {
+TEST_CASE(
+    "the first alarm is the one that began first, whatever its delay; a restored alarm is older",
+    "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::enable_open);
   alarms.fit(K::pv_low_low);
@@ -250,7 +253,8 @@ TEST_CASE("first is what began first, whatever its delay, and what is older than
   CHECK_FALSE(alarms.first_out(K::bad_pv));
 }
 
-TEST_CASE("a deviation that rests shows suppressed while it is off", "[monitor][alarm]") {
+TEST_CASE("a deviation that is switched off shows suppressed while it is clear",
+          "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::deviation);
   alarms.process_changed(1, one(K::deviation, true));
@@ -303,7 +307,7 @@ TEST_CASE("process alarms have separate names, no size, and a guide", "[monitor]
   CHECK(usual_priority(K::model_gap) == Priority::low);
 }
 
-TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
+TEST_CASE("NE 107: the gravest of the present conditions", "[monitor][ne107]") {
   constexpr double kSevere = 10.0;  // %
   LoopAlarms alarms = healthy();
   CHECK(condensed({}, alarms, kSevere) == Ne107::normal);

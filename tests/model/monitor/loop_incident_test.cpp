@@ -81,7 +81,7 @@ TEST_CASE("one change that raises three alarms is one incident", "[monitor][inci
     loop.shows(9 * kMinute, {K::stiction, K::low_air_supply});
     CHECK(loop.now().name == "low_air_supply");
   }
-  SECTION("acknowledged when all are; one that joins later waits again") {
+  SECTION("acknowledged once all alarms are; a later one waits again") {
     CHECK(unacknowledged(loop.now(), loop.alarms));
     REQUIRE(loop.alarms.act(K::stiction, AlarmAction::acknowledge, 9 * kMinute).accepted);
     CHECK(unacknowledged(loop.now(), loop.alarms));
@@ -116,14 +116,14 @@ TEST_CASE("an incident ends half an hour after its last alarm", "[monitor][incid
     CHECK(loop.now().opened_ms == 51 * kMinute);
     CHECK(loop.now().renamed.empty());
   }
-  SECTION("a clock that was set back lengthens it, and no more") {
+  SECTION("a clock that was set back only lengthens it") {
     CHECK(loop.shows(-500 * kMinute, {}).empty());
     CHECK(loop.shows(-471 * kMinute, {}).empty());
     CHECK(loop.shows(60 * kMinute, {}).front().kind == Change::ended);
   }
 }
 
-TEST_CASE("an incident that a clock ahead opened ends when the clock is right",
+TEST_CASE("an incident that was opened by a fast clock ends when the clock is right",
           "[monitor][incident]") {
   constexpr std::int64_t kDay = 24 * 60 * kMinute;
   constexpr std::int64_t kAhead = 400 * kDay;
@@ -146,7 +146,7 @@ TEST_CASE("an incident that a clock ahead opened ends when the clock is right",
     CHECK(loop.incident.explained(later + kMinute, new_one).size() == 1);
     CHECK(loop.now().name == "gain_change");
   }
-  SECTION("its id stays, and what joins it is explained with it") {
+  SECTION("its id is kept, and joining alarms are explained with it") {
     loop.shows(kRight, {K::stiction});
     loop.shows(kRight + 5 * kMinute, {K::stiction, K::model_gap});
     CHECK(loop.now().opened_ms == kAhead);
@@ -155,7 +155,7 @@ TEST_CASE("an incident that a clock ahead opened ends when the clock is right",
     loop.incident.explained(kRight + 9 * kMinute, joined);
     CHECK(loop.now().name == "gain_change");
   }
-  SECTION("an alarm from before that is explained late does not name the next incident") {
+  SECTION("a late explanation of an earlier alarm does not name the next incident") {
     loop.shows(kRight, {});
     loop.shows(kRight + 40 * kMinute, {});
     loop.shows(kRight + 50 * kMinute, {K::stiction});
@@ -199,7 +199,7 @@ TEST_CASE("the explanation names an incident if it is sure", "[monitor][incident
     loop.shows(6 * kMinute, {K::model_gap, K::stiction, K::backlash});
     CHECK(loop.now().name == "gain_change");
 
-    SECTION("the newest explanation stands") {
+    SECTION("the newest explanation applies") {
       loop.incident.explained(20 * kMinute, says("stiction", Block::valve, 0.95));
       CHECK(loop.now().name == "stiction");
       REQUIRE(loop.now().renamed.size() == 3);

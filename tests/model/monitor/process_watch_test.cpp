@@ -167,8 +167,10 @@ TEST_CASE("PV is bad in every mode and while the loop starts; an uncertain one i
   CHECK(loop.take() == went(AlarmKind::bad_pv));
 }
 
-TEST_CASE("an output is lost that was there, or that keeps a loop with its PV from starting",
-          "[monitor]") {
+TEST_CASE(
+    "an output is lost after it was there, or if its absence keeps a loop with its PV from "
+    "starting",
+    "[monitor]") {
   ProcessCycle lost = healthy();
   lost.output_arrives = false;
   SECTION("after commands have arrived") {
@@ -309,7 +311,7 @@ TEST_CASE("several conditions of one cycle are reported together, each as a sepa
                                {AlarmKind::not_normal_mode, true}});
 }
 
-TEST_CASE("what follows from an alarm does not outlast it", "[monitor]") {
+TEST_CASE("a consequence does not outlast its alarm", "[monitor]") {
   Loop loop;
   ProcessCycle lost = healthy();
   lost.output_arrives = false;
@@ -341,7 +343,7 @@ TEST_CASE("an alarm that was on before a restart is not raised again, and clears
   CHECK(loop.take() == Changes{{AlarmKind::bad_pv, false}, {AlarmKind::output_lost, false}});
 }
 
-TEST_CASE("a limit is watched again as soon as PV is good, though bad_pv has not gone yet",
+TEST_CASE("a limit is watched again as soon as PV is good, though bad_pv has not cleared yet",
           "[monitor][limits]") {
   ProcessSettings settings{.limits = {}};
   settings.at(AlarmKind::pv_high_high) = {.fitted = true, .on_delay_s = 2.0};
@@ -355,7 +357,7 @@ TEST_CASE("a limit is watched again as soon as PV is good, though bad_pv has not
   CHECK(loop.take() == came(AlarmKind::pv_high_high));
 }
 
-TEST_CASE("what flaps a thousand times is one alarm with a count", "[monitor]") {
+TEST_CASE("a condition that flaps a thousand times is one alarm with a count", "[monitor]") {
   struct Pace {
     std::uint64_t bad = 0, good = 0;  // cycles
   };
@@ -391,7 +393,7 @@ TEST_CASE("with an off-delay of minutes each time counts while the alarm is on",
   CHECK(loop.take() == went(AlarmKind::bad_pv));
 }
 
-TEST_CASE("whatever the pace and the delays a device that flaps is one alarm", "[monitor]") {
+TEST_CASE("a device that flaps is one alarm, whatever the pace and the delays", "[monitor]") {
   property::for_all("flapping", 60, [] {
     ProcessSettings settings{.limits = {}};
     ProcessRule& rule = settings.at(AlarmKind::bad_pv);
@@ -476,7 +478,7 @@ TEST_CASE("an open enable contact and a silent source are separate alarms", "[mo
   CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true}, {AlarmKind::source_lost, true}});
 }
 
-TEST_CASE("without a place in the loop's file there is no alarm of a limit", "[monitor]") {
+TEST_CASE("without a limit in the loop's file there is no limit alarm", "[monitor]") {
   Loop loop;
   ProcessCycle cycle = healthy();
   cycle.pv = 1e6;
@@ -494,7 +496,7 @@ TEST_CASE("an effect of a loop test raises no alarm, unless it lasts", "[monitor
   silent.requested_mode = Mode::manual;
   loop.run(silent, 10 * kMinute);
   CHECK(loop.take().empty());
-  SECTION("nothing of it is left") {
+  SECTION("no condition is left") {
     loop.run(healthy(), 10 * kMinute);
     CHECK(loop.take().empty());
   }
@@ -513,7 +515,7 @@ TEST_CASE("an effect of a loop test raises no alarm, unless it lasts", "[monitor
   }
 }
 
-TEST_CASE("a loop that was in automatic for its test alone is not out of its mode", "[monitor]") {
+TEST_CASE("a loop that was in automatic only for its test is not out of its mode", "[monitor]") {
   Loop loop(NormalMode::automatic, false);
   ProcessCycle cycle = healthy();
   cycle.out_of_service = true;

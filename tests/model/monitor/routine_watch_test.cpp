@@ -66,7 +66,7 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
   CHECK(condition.severity_percent == Approx(4.0).epsilon(0.5));
 }
 
-TEST_CASE("what routine evidence holds, and when it judges next, can be asked at any time",
+TEST_CASE("the content of routine evidence and its next judgement are available at any time",
           "[routine]") {
   const auto run = sticky(2 * RoutineWatch::kSamples);
   RoutineWatch watch(kSettings);
@@ -92,7 +92,7 @@ TEST_CASE("what routine evidence holds, and when it judges next, can be asked at
   CHECK(watch.levels().back().windows == 0);
 }
 
-TEST_CASE("two windows with a break between are no record", "[routine]") {
+TEST_CASE("two windows with a break between are no single record", "[routine]") {
   const auto run = sticky(2 * RoutineWatch::kSamples);
   RoutineWatch watch(kSettings);
   std::vector<double> lengths;
@@ -215,7 +215,7 @@ TEST_CASE("a disturbed loop raises no alarm, however long", "[routine]") {
   CHECK(judged == 10);
 }
 
-TEST_CASE("a repaired valve takes its condition back", "[routine]") {
+TEST_CASE("a repaired valve clears its condition", "[routine]") {
   const auto bad = sticky(3 * RoutineWatch::kSamples);
   const auto good = disturbed(12 * RoutineWatch::kSamples);
   RoutineWatch watch(kSettings);
@@ -249,7 +249,7 @@ TEST_CASE("manual, a bad PV or a gap of more than four samples begin the window 
   CHECK(first == (length == 4 ? stop : 0) + RoutineWatch::kSamples);
 }
 
-TEST_CASE("evidence outlives a gap, and not a stretch in manual", "[routine]") {
+TEST_CASE("evidence is kept over a gap, but not over a stretch in manual", "[routine]") {
   const auto run = sticky(2 * RoutineWatch::kSamples);
   const bool manual = GENERATE(true, false);
   RoutineWatch watch(kSettings);
@@ -287,7 +287,7 @@ TEST_CASE(
   CHECK(sum_with(0.02) == Approx(alone - RoutineWatch::kMostFromSpecialists).margin(0.1));
 }
 
-TEST_CASE("a condition from before a restart stays until a window speaks against it", "[routine]") {
+TEST_CASE("a condition from before a restart stays until a window contradicts it", "[routine]") {
   RoutineWatch watch(kSettings);
   watch.restore(AlarmKind::backlash, true, 3.0);
   CHECK(watch.conditions()[index_of(AlarmKind::backlash)].on);

@@ -199,7 +199,7 @@ TEST_CASE("without movement the loop stays untested", "[twin]") {
   CHECK(side.untested_s[static_cast<std::size_t>(TwinChange::dead_time)] < 240.0);
 }
 
-TEST_CASE("what a monitor remarks is what its watches hold", "[twin]") {
+TEST_CASE("a monitor remarks the findings of its watches", "[twin]") {
   Change moving;
   moving.sp_move = 2.0;
   Side side = beside(moving);

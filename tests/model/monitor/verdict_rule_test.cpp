@@ -84,7 +84,7 @@ TEST_CASE("a condition clears when the windows have forgotten it, not before", "
   CHECK(rule.conditions()[index_of(AlarmKind::low_air_supply)].severity_percent == 0.0);
 }
 
-TEST_CASE("the daemon's rule takes fifteen windows to believe in a repair", "[monitor]") {
+TEST_CASE("the daemon's rule needs fifteen windows to accept a repair", "[monitor]") {
   VerdictRule rule(kAlarmRule);
   for (int i = 0; i < 3; ++i) rule.add(fault(AlarmKind::stiction, 0.9));
   REQUIRE(on(rule, AlarmKind::stiction));

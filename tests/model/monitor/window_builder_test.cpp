@@ -40,7 +40,7 @@ std::vector<std::uint64_t> add(WindowBuilder& builder, std::uint64_t from, std::
 
 }  // namespace
 
-TEST_CASE("windows follow one another with the overlap that was asked for", "[monitor][window]") {
+TEST_CASE("windows follow one another with the requested overlap", "[monitor][window]") {
   for (const double overlap : {0.0, 0.5, 0.9}) {
     WindowBuilder builder({.overlap = overlap, .sample_time_s = 0.1});
     const auto full = add(builder, 1000, 1000 + 5 * kWindowSamples);
@@ -86,7 +86,7 @@ TEST_CASE("a window holds the newest samples, in order, independent of earlier o
   CHECK(windows > 20);
 }
 
-TEST_CASE("decimation averages, so that a fast loop sees as far back", "[monitor][window]") {
+TEST_CASE("decimation averages, so that a fast loop covers the same time", "[monitor][window]") {
   WindowBuilder builder({.overlap = 0.0, .decimation = 10, .sample_time_s = 0.01});
   const auto full = add(builder, 0, 10 * kWindowSamples);
   REQUIRE(full.size() == 1);
@@ -144,8 +144,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
   CHECK(builder.state() == WindowState::valid);
 }
 
-TEST_CASE("late cycles are bridged, counted, and no more than a window can bear",
-          "[monitor][window]") {
+TEST_CASE("late cycles are bridged, counted, and limited per window", "[monitor][window]") {
   const std::size_t decimation = GENERATE(std::size_t{1}, std::size_t{3});
   WindowBuilder builder({.overlap = 0.0, .decimation = decimation, .sample_time_s = 0.1});
   const auto longest = static_cast<std::uint64_t>(kLongestBridge * decimation);

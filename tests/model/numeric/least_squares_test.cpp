@@ -108,7 +108,7 @@ TEST_CASE("a measured curve (NIST Misra1a), to its certified digits", "[numeric]
   CHECK(found.sum_squares == Approx(1.2455138894e-1).epsilon(1e-9));
 }
 
-TEST_CASE("no residual is asked for outside the bounds", "[numeric]") {
+TEST_CASE("no residual is evaluated outside the bounds", "[numeric]") {
   bool outside = false;
   const auto watched = [&](const std::vector<double>& x, Eigen::VectorXd& r) {
     outside = outside || x[0] > 0.5 || x[1] < 1.5;

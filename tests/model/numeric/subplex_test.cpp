@@ -8,7 +8,7 @@ namespace subplex_test {
 
 using namespace loopwarden::numeric;
 
-TEST_CASE("the least of a function with a kink", "[numeric]") {
+TEST_CASE("the minimum of a function with a kink", "[numeric]") {
   std::vector<double> x{0.1, 0.9};
   const double least = subplex(x, {0.2, 0.2}, 0.0, 1.0,
                                [](const std::vector<double>& at) {
@@ -34,7 +34,8 @@ TEST_CASE("an answer on a bound, from a start next to it, without evaluations ou
   CHECK_FALSE(outside);
 }
 
-TEST_CASE("what is not finite is avoided, and the number of evaluations kept", "[numeric]") {
+TEST_CASE("values that are not finite are avoided, and the limit of evaluations is kept",
+          "[numeric]") {
   int asked = 0;
   std::vector<double> x{0.5};
   subplex(x, {0.2}, 0.0, 1.0,

@@ -48,7 +48,7 @@ TEST_CASE("severity scales the bump", "[plant][cam]") {
   for (double u : {42.1, 45.0, 40.5, 39.0, 41.0}) CHECK(cam.step(u) == u);
 }
 
-TEST_CASE("what is not a number does not move it past the bump", "[plant][cam]") {
+TEST_CASE("a CO that is not a number does not move it past the bump", "[plant][cam]") {
   CamObstruction cam(40.0, 5.0, 2.0);
   cam.reset(30.0);
   CHECK(std::isnan(cam.step(std::numeric_limits<double>::quiet_NaN())));

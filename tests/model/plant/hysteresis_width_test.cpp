@@ -22,7 +22,7 @@ double sweep(HysteresisWidth& hysteresis, double from, double to) {
 
 }  // namespace
 
-TEST_CASE("after a large reversal the branches lie one width apart", "[plant][hysteresis]") {
+TEST_CASE("after a large reversal the branches are one width apart", "[plant][hysteresis]") {
   const double width = GENERATE(0.5, 2.0, 6.0);
   HysteresisWidth hysteresis(width);
   CHECK(hysteresis.reset(0.0) == 0.0);
@@ -95,7 +95,7 @@ TEST_CASE("severity scales the width", "[plant][hysteresis]") {
   CHECK(hysteresis.step(12.34) == Approx(12.34).epsilon(1e-15));
 }
 
-TEST_CASE("what is not a number leaves the hysteresis as it is", "[plant][hysteresis]") {
+TEST_CASE("a CO that is not a number keeps the hysteresis", "[plant][hysteresis]") {
   HysteresisWidth hysteresis(4.0);
   hysteresis.reset(5.0);
   CHECK(hysteresis.step(std::numeric_limits<double>::quiet_NaN()) == 5.0);

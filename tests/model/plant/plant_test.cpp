@@ -122,7 +122,7 @@ TEST_CASE("the output to start from gives the PV that is wanted", "[plant][loop]
   CHECK(plant.output_for(-99.0) == Approx(0.0).margin(1e-9));
 }
 
-TEST_CASE("looking for the output leaves the plant as it was", "[plant][loop]") {
+TEST_CASE("the calculation of the output leaves the plant unchanged", "[plant][loop]") {
   LoopModel model = plain();
   model.transmitter.noise = 0.1;
   Plant plant(model, 4);
@@ -144,7 +144,7 @@ TEST_CASE("an integrating plant starts at the set point and keeps it", "[plant][
   CHECK(plant.step(co + 1.0) == Approx(7.0 + 0.1 * (5.1 - 0.5)));
 }
 
-TEST_CASE("scheduled faults come and go", "[plant][loop]") {
+TEST_CASE("scheduled faults begin and end", "[plant][loop]") {
   LoopModel model = plain();
   model.scenario.faults = {{.effect = effect("output_bias", {{"bias", 2.0}}),
                             .block = Block::transmitter,
@@ -164,7 +164,7 @@ TEST_CASE("scheduled faults come and go", "[plant][loop]") {
   }
 }
 
-TEST_CASE("a model that the catalogue refuses makes no plant", "[plant][loop]") {
+TEST_CASE("a model that the catalogue refuses gives no plant", "[plant][loop]") {
   LoopModel model = plain();
   model.valve_effects = {effect("stiction", {{"s", 1.0}, {"j", 2.0}})};
   CHECK_THROWS_AS(Plant(model, 1), loopwarden::effects::EffectError);

@@ -24,7 +24,8 @@ TEST_CASE("the same friction both ways is the one-way law", "[plant][stiction]")
   }
 }
 
-TEST_CASE("each way takes its own friction and what the other way left", "[plant][stiction]") {
+TEST_CASE("each direction has its own friction and continues from the other's end",
+          "[plant][stiction]") {
   // Opening: fs 0.7, fd 0.5. Closing: fs 1.1, fd 0.6.
   StictionClosing valve({1.2, 0.2}, {1.7, 0.5});
   valve.reset(5.0);

@@ -132,7 +132,7 @@ TEST_CASE("severity scales the Karnopp friction; without any the stem follows",
   for (const double u : {3.0, -1.0, 0.2}) CHECK(law.step(u) == u);
 }
 
-TEST_CASE("what is not finite does not move the Karnopp stem", "[plant][stiction]") {
+TEST_CASE("a CO that is not finite does not move the Karnopp stem", "[plant][stiction]") {
   const double bad = GENERATE(
       values({std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}));
   StictionKarnopp law({kS, kJ}, 0.1);

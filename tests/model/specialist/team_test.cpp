@@ -55,7 +55,7 @@ TEST_CASE("names of conditions and verdicts are those of the files", "[specialis
   }
 }
 
-TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]") {
+TEST_CASE("a fault is no larger than the window's evidence of it", "[specialist]") {
   WindowFits f = tests::plain_fits();
   f.co_range = 3.0;
   f.pv_range = 5.0;
@@ -122,7 +122,7 @@ TEST_CASE("hysteresis is explained by the better of its two forms", "[specialist
   CHECK(severity_of(f, Condition::other) == 0.0);
 }
 
-TEST_CASE("a trained team knows play of other code than its own, and a healthy valve",
+TEST_CASE("a trained team recognises play from code other than its own, and a healthy valve",
           "[specialist][long]") {
   TeamJudge judge(trained().team);
   const WindowVerdict play = judge.judge(tests::play_window(0.7, 0.02).view());
@@ -172,7 +172,7 @@ TEST_CASE("training depends only on the seed, not on the order of the work", "[s
   }
 }
 
-TEST_CASE("a finished restart is taken over instead of trained again", "[specialist]") {
+TEST_CASE("a finished restart is reused instead of trained again", "[specialist]") {
   const plant::LoopModel model = tests::flow_loop();
   const std::vector<Example> examples = simulate_examples(model, 700, 5, tests::one_thread());
   TeamTrainingSettings settings;

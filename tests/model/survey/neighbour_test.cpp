@@ -159,8 +159,9 @@ TEST_CASE("neighbours: a sticky source pushes a healthy loop on its header, neve
   CHECK(found >= 30);
 }
 
-TEST_CASE("neighbours: a sticky victim is no source of what sticks upstream of it",
-          "[survey][neighbour]") {
+TEST_CASE(
+    "neighbours: a sticky loop is not pushed by a healthy one; two sticky ones push each other",
+    "[survey][neighbour]") {
   // Only the second sticks, and no other loop pushes it.
   std::size_t wrong = 0;
   for (std::uint64_t seed = 101; seed <= 140; ++seed) {
@@ -182,7 +183,7 @@ TEST_CASE("neighbours: a sticky victim is no source of what sticks upstream of i
   CHECK(back >= 10);
 }
 
-TEST_CASE("neighbours: who swings first by its tuning pushes who swings after it",
+TEST_CASE("neighbours: a loop that swings first by its tuning pushes the one that swings after it",
           "[survey][neighbour]") {
   std::size_t found = 0;
   std::size_t wrong = 0;
@@ -238,7 +239,7 @@ TEST_CASE("neighbours: missing samples, short and still records", "[survey][neig
   CHECK(moves_of({}, {}).pv.empty());
 }
 
-TEST_CASE("neighbours: of many loops only pairs that move or swing alike are looked at",
+TEST_CASE("neighbours: of many loops only pairs that move or swing alike are examined",
           "[survey][neighbour]") {
   std::vector<NeighbourLoop> all;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {

@@ -116,7 +116,7 @@ TEST_CASE("a window: share in automatic, at the limit, travel, error and turns",
   CHECK(std::isnan(moded.error));
 }
 
-TEST_CASE("since when another cause swings a loop", "[survey]") {
+TEST_CASE("the window since which a cause has lasted", "[survey]") {
   using diagnosis::Cause;
   const std::vector<Cause> causes{Cause::tuning, Cause::none, Cause::tuning, Cause::tuning};
   CHECK(survey::cause_since(causes, Cause::tuning) == 2U);

@@ -133,7 +133,7 @@ TEST_CASE("every contestant switches one compensator on", "[calm][studies]") {
   }
 }
 
-TEST_CASE("the project finds out process, s and j of a loop that it watches",
+TEST_CASE("the project identifies process, s and j of a loop that it watches",
           "[calm][studies][long]") {
   StickyLoop loop = random_sticky_loop(5, 3, Load::steady);
   loop.s = 0.8;

@@ -81,7 +81,7 @@ TEST_CASE("paper settles a healthy valve with read-back bias b at Ks b / Ki, the
   CHECK_FALSE(dwell.parked);
 }
 
-TEST_CASE("a limit cycle is measured as what it is", "[calm][studies]") {
+TEST_CASE("a limit cycle is measured correctly", "[calm][studies]") {
   const TrialResult result = run_trial(sticky_trial());
   CHECK_FALSE(result.parked);
   // PV swings by gain times slip jump, the stem moves by the jump at each turn.

@@ -58,7 +58,7 @@ CalmTrial trial_with(const plant::LoopModel& model, JacketForm form) {
 
 }  // namespace
 
-TEST_CASE("dwell brings RMS of SP - PV and stem travel down where the valve sticks",
+TEST_CASE("dwell reduces RMS of SP - PV and stem travel if the valve sticks",
           "[closed_loop][jacket]") {
   const std::string law = GENERATE("choudhury", "he", "karnopp");
   CAPTURE(law);

@@ -59,9 +59,8 @@ std::map<std::string, double> left_out(const std::filesystem::path& records) {
   return said;
 }
 
-TEST_CASE(
-    "--refit: the labels of a plant have no say in the verdicts on it, but in those on others",
-    "[studies][diagnose]") {
+TEST_CASE("--refit: the labels of a plant don't affect the verdicts on it, but those on others",
+          "[studies][diagnose]") {
   const TemporaryFolder folder;
   copy_with_wrong_label(folder / "B", "B");
   const auto right = left_out(kRecords);
@@ -73,7 +72,7 @@ TEST_CASE(
   CHECK(right.at("CHEM24") != wrong.at("CHEM24"));
 }
 
-TEST_CASE("--weights: the same data make the same header; labels the wrong way round make another",
+TEST_CASE("--weights: the same data make the same header; reversed labels make another",
           "[studies][diagnose]") {
   const TemporaryFolder folder;
   copy_with_wrong_label(folder / "wrong", "B");

@@ -114,15 +114,14 @@ TEST_CASE("names survive their file, and a bad line is named", "[hidden_cases]")
   CHECK(complaint(text + "h2,x,x,yes,1,1,1,1,1,1\n").find("'yes'") != std::string::npos);
 }
 
-TEST_CASE("the table of confidence is what its command makes of the kept names",
+TEST_CASE("the table of confidence equals the output of its command for the kept names",
           "[hidden_cases][confidence]") {
   const NamesFile names = parse_names(read_file(kKept + "made_from.csv"));
   CHECK(table_source(names) == read_file(LOOPWARDEN_SOURCE_DIR "/model/gap/confidence_table.cpp"));
   for (const GivenName& one : names.names) CHECK(std::stoul(one.id.substr(1)) < 100000);
 }
 
-TEST_CASE("names of other seeds are right as often as they are promised",
-          "[hidden_cases][confidence]") {
+TEST_CASE("names of other seeds are right as often as predicted", "[hidden_cases][confidence]") {
   const NamesFile check = parse_names(read_file(kKept + "checked_on.csv"));
   REQUIRE(check.names.size() >= 10);
   double promised = 0.0;

@@ -74,7 +74,7 @@ TEST_CASE("a program that fails is an answer with the reason", "[hidden_cases]")
   CHECK_THROWS_AS(run_gap({.path = folder / "absent"}, "c", folder / "out"), std::system_error);
 }
 
-TEST_CASE("cases are found by folder or alone", "[hidden_cases]") {
+TEST_CASE("cases are found by folder or by file", "[hidden_cases]") {
   const TemporaryFolder folder;
   write_two_cases(folder.path());
   CHECK(find_cases(folder.path()).size() == 2);
@@ -85,7 +85,7 @@ TEST_CASE("cases are found by folder or alone", "[hidden_cases]") {
   CHECK_THROWS_AS(find_cases(folder / "c/d"), std::system_error);
 }
 
-TEST_CASE("all cases are scored in their order, however many at a time", "[hidden_cases]") {
+TEST_CASE("all cases are scored in their order, with any number at a time", "[hidden_cases]") {
   const TemporaryFolder folder;
   write_two_cases(folder.path());
   const GapProgram program =

@@ -77,7 +77,7 @@ TEST_CASE("a case without a hidden effect may get no name", "[hidden_cases]") {
 }
 
 TEST_CASE(
-    "outside the catalogue 'unexplained' is right, or the name it has now, if the gap is of size",
+    "outside the catalogue 'unexplained' is right, or its present name, if the gap is sizeable",
     "[hidden_cases]") {
   CHECK(score_case(kOutside, answer("unexplained", {})).right);
   CHECK_FALSE(score_case(kOutside, answer("no_gap", {})).right);

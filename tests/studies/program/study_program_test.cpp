@@ -69,7 +69,7 @@ TEST_CASE("the gallery names the measured record that it does not find") {
   CHECK(outcome.text.find("/nonexistent/measured/rse_0412_fcv701.csv") != std::string::npos);
 }
 
-TEST_CASE("the study of specialists runs on those that ship") {
+TEST_CASE("the study of specialists runs on the shipped ones") {
   const ShellOutcome outcome = study("specialist table real unknown --quick --data " + kSource +
                                      "/data/specialists --records " + kSource + "/data/plant1");
   INFO(outcome.text);
@@ -80,7 +80,7 @@ TEST_CASE("the study of specialists runs on those that ship") {
   CHECK(study("specialist nothing").exit_code == 64);
 }
 
-TEST_CASE("SIGTERM takes a study's new folder with it", "[long]") {
+TEST_CASE("SIGTERM removes a study's new folder", "[long]") {
   const TemporaryFolder folder;
   const std::string cases = (folder / "cases").string();
   // Ended once the first case exists there.
