@@ -111,7 +111,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   CHECK(run(LOOPWARDEN_CLI " outcome --list" + socket).text.find("packing tight") !=
         std::string::npos);
 
-  // Killed once more, and the journal is damaged meanwhile: what was acknowledged stays so.
+  // Killed once more, with a damaged journal: acknowledged alarms stay acknowledged.
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   write_file(daemon.folder() / "journal.sqlite", std::string(20'000, 'x'));
@@ -220,7 +220,7 @@ TEST_CASE("a changed loop raises model_gap, and its explanation is made without 
   CHECK(text.text.find("against the twin") != std::string::npos);
   CHECK(run(LOOPWARDEN_CLI " alarms journal FIC-101" + socket).text.find("explanation") !=
         std::string::npos);
-  // It is there after a restart, too, or a newer one of the same name.
+  // The explanation is there after a restart, too, or a newer one of the same name.
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   daemon.start();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The condition indices of a simulated loop whose valve gets worse, as the daemon's monitor shows
-// them.
+// The condition indices of a simulated loop with a deteriorating valve, as the daemon's monitor
+// shows them.
 #include <catch2/catch.hpp>
 #include <cmath>
 

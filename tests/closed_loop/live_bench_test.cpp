@@ -21,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-// With the right to it the loops have the processor first: a test of the valve is one of time.
+// With real-time rights the loops have priority, because a valve test depends on time.
 std::string daemon_yaml(double accelerate) {
   return "real_time: {lock_memory: false}\naccelerate: " + std::to_string(accelerate) + "\n";
 }
@@ -73,7 +73,7 @@ class Command {
   }
 
   void signal(int number) const { ::kill(child_, number); }
-  // As it does from just before its first order on.
+  // True from just before its first command on.
   bool catches_interrupts() const {
     const std::string status = read_file("/proc/" + std::to_string(child_) + "/status");
     const std::size_t mask = status.find("SigCgt:");
@@ -282,7 +282,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
 
 TEST_CASE("a command to manual that is still on its way when the test ends is withdrawn",
           "[live_bench]") {
-  // A cycle of 2 s: the loop takes the order long after it was given.
+  // A cycle of 2 s: the loop takes the command long after it was sent.
   std::string slow = patient_loop("FIC-101", "../slow.yaml", kAutomatic);
   slow.replace(slow.find("sample_time: 0.1"), 16, "sample_time: 2");
   std::string model = model_file(false);
@@ -324,7 +324,7 @@ TEST_CASE("autotune on a live loop finds the ultimate gain and restores the loop
     INFO(text);
     REQUIRE(exit_code == 0);
     const json found = json::parse(text.substr(text.find('{')));
-    // Of K 1.2264, T 1.694 s, L 2.626 s: 1.40 and 7.9 s.
+    // For K 1.2264, T 1.694 s, L 2.626 s: 1.40 and 7.9 s.
     CHECK(found.at("ultimate_gain").get<double>() == Approx(1.4).epsilon(0.35));
     CHECK(found.at("ultimate_period_s").get<double>() == Approx(7.9).epsilon(0.35));
     CHECK(text.find("mode auto") != std::string::npos);

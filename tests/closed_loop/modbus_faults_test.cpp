@@ -331,7 +331,7 @@ TEST_CASE(
   plant.recovers();
 }
 
-// The loop without a read-back, its first output left to the operator.
+// The loop without a read-back, with its first output left to the operator.
 std::string untold_loop_file() {
   std::string text = plant_loop("field", 1.0);
   const auto replace = [&](const std::string& from, const std::string& to) {

@@ -104,7 +104,7 @@ TEST_CASE("a loop whose files are bad at the start stays out of service, and the
       written = written || line.at("result") == "out of service";
     }
     CHECK(written);
-    // Nothing can be ordered of it.
+    // It accepts no command.
     for (const char* order : {"FIC-102 --mode auto", "FIC-102 --output 3", "FIC-102 --sp 4"}) {
       const ShellOutcome said = plant.command(std::string("set ") + order + plant.socket());
       INFO(said.text);
@@ -132,7 +132,7 @@ TEST_CASE(
   CHECK(none.run({"--config", none.config().string()}) == 78);
   DaemonProcess daemon(kDaemon + "log_level: nothing\n", {{"loops.d/1.yaml", loop_of("FIC-101")}});
   CHECK(daemon.run({"--config", daemon.config().string()}) == 78);
-  // Its output is driven all the same.
+  // Its output is driven nevertheless.
   CHECK(daemon.run({"--config", daemon.config().string(), "--safe"}) == 0);
   CHECK(read_file(daemon.folder() / "output").find("FIC-101: output at 0 V") != std::string::npos);
 }

@@ -99,7 +99,7 @@ class Plant {
   static std::string quiet(const std::string& state) {
     return state == "suppressed" ? "normal" : state;
   }
-  // The journal's lines of this kind, oldest first; without what only happened on the shelf.
+  // Returns the journal's lines of this kind, oldest first, without changes below a shelf.
   std::vector<std::string> lines(daemon::journal::JournalEntry::Kind kind) {
     journal_.wait_written(journal_.post({}), std::chrono::seconds(20));
     std::vector<std::string> texts;
@@ -175,7 +175,7 @@ class Plant {
   std::unique_ptr<Monitor> monitor_;
 };
 
-// A load that wanders, and an operator who moves the set point every ten minutes.
+// A wandering load, and an operator who moves the set point every ten minutes.
 plant::LoopModel day_model(double hours, bool steps = true) {
   plant::LoopModel m = *config::read_model_file(kSpecialists + "/model.yaml");
   m.transmitter.noise = 0.01;

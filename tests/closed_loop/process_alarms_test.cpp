@@ -54,7 +54,7 @@ TEST_CASE("an open enable contact is reported with the PV limit, but not with th
   CHECK(now.at("not_normal_mode").state == "suppressed");
   CHECK(now.at("not_normal_mode").consequence_of == "enable_open");
   CHECK_FALSE(now.at("deviation").active);
-  CHECK(now.find("pv_high") == now.end());  // the file gives no limit
+  CHECK(now.find("pv_high") == now.end());  // the file has no limit
   CHECK(now.at("certificate_expires").loop == "box");
   CHECK(now.at("certificate_expires").unacknowledged);
 

@@ -186,7 +186,8 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
   REQUIRE(plant.command("set FIC-101 --mode man --output 4").exit_code == 0);
   REQUIRE(eventually([&] { return plant.daemon.loop("FIC-101").at("co") == 4.0; }));
 
-  // From V to %, as whoever writes it would: ranges, gain and safe actions ten times as large.
+  // From V to %, with all consequences in the file: ranges, gain and safe actions ten times as
+  // large.
   std::string percent =
       replaced(plant.loop, "unit: V, range: [0, 10]", "unit: \"%\", range: [0, 100]");
   percent = replaced(replaced(percent, "kp: 0.35", "kp: 3.5"), "stop: 0", "stop: 40");
@@ -204,7 +205,7 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
                             Catch::Contains("with it waits: controller.kp 0.35 -> 3.5") &&
                             Catch::Contains("FIC-102: nothing is applied before a restart") &&
                             Catch::Contains("not everything in the files is in force"));
-  // The second one's tuning alone is applied, whatever the first one waits for.
+  // Only the second one's tuning is applied, whatever the first one waits for.
   plant.daemon.write_config("loops.d/2.yaml",
                             replaced(loop_file("FIC-102", "../m2.yaml"), "kp: 0.35", "kp: 0.3"));
   plant.daemon.write_config("m2.yaml", kModel);
@@ -218,7 +219,7 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
   CHECK(plant.waiting().contains("controller.output.unit"));
   CHECK_FALSE(plant.configuration().at("files_in_force").get<bool>());
   CHECK_THAT(plant.command("top --once").text, Catch::Contains("configuration waits"));
-  // Orders are judged by what is in force: 30 would be no output of 0 to 10 V.
+  // Commands are judged by the settings in force: 30 is no output of 0 to 10 V.
   CHECK(plant.command("set FIC-101 --output 30").exit_code == 65);
 
   // After a return to the old files no key waits.

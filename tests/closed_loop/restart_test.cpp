@@ -55,7 +55,7 @@ TEST_CASE("after kill -9 a loop continues with its last command, and the journal
   const json line = restart_line(daemon);
   REQUIRE_FALSE(line.is_null());
   CHECK_THAT(line.at("new").get<std::string>(), Catch::Contains("AUTO, SP 4.5"));
-  // Manual stays manual, whatever the file begins with.
+  // Manual stays manual, whatever the start mode in the file.
   REQUIRE(set(daemon, "--mode man") == 0);
   kill_and_start(daemon);
   CHECK(test::eventually([&] { return daemon.is("FIC-101", "requested_mode", "MAN"); }));

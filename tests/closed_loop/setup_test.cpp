@@ -91,7 +91,7 @@ TEST_CASE("a stroke moves the valve through its limits and restores the output",
   CHECK(person.told("CO 2 V"));
   CHECK(person.told("CO 8 V"));
   CHECK(person.told("PV rises"));
-  // Neither the way there nor the one back is a jump: a quarter of the limits at most.
+  // The stroke makes no jump in either direction: a quarter of the limits at most.
   const std::vector<double> co = plant.daemon.trend("FIC-101").co;
   for (std::size_t i = 1; i < co.size(); ++i) CHECK(std::abs(co[i] - co[i - 1]) < 1.51);
   CHECK_FALSE(person.watches);
@@ -104,7 +104,7 @@ TEST_CASE("a stroke finds an action that is the wrong way round", "[setup]") {
   plant.start();
   plant.s.person.lines = {"FIC-101", "2 8", "0 10", "1"};
   CHECK_THROWS_WITH(setup::stroke_valve(plant.s.all), Catch::Contains("action must be reverse"));
-  // A record does not go to automatic with it, though the stroke is left open.
+  // With this action a record does not change to automatic, though the stroke is left open.
   CHECK(plant.back());
   plant.s.person.lines = {"FIC-101"};
   CHECK_THROWS_WITH(setup::record_moves(plant.s.all),
@@ -355,7 +355,7 @@ TEST_CASE("gains that a person has set are in force over the file", "[setup]") {
 
 TEST_CASE("a record that ends at a limit, by a key or a fault restores the output", "[setup]") {
   const std::string ends = GENERATE(as<std::string>(), "CO", "PV", "key", "operator");
-  // The wrong way round it runs away.
+  // With the wrong action the loop runs away.
   const bool wrong = ends == "CO" || ends == "PV";
   Plant plant(wrong ? with(loop_text(), "reverse", "direct") : loop_text());
   plant.start();
@@ -433,7 +433,7 @@ TEST_CASE("registers are read only if no loop runs on them", "[setup]") {
   is_refused(probe);
   is_refused(with(probe, "127.0.0.1", "localhost"));
   is_refused(with(probe, "127.0.0.1", "::ffff:127.0.0.1"));
-  // By what runs, whatever the files say by now.
+  // By the running configuration, whatever the present files contain.
   std::filesystem::remove(plant.daemon.config() / "loops.d/FIC-101.yaml");
   is_refused(probe);
 }

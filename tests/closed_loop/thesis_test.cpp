@@ -22,8 +22,8 @@ constexpr double kSampleTime = 0.1;      // s
 constexpr double kStep = 10.0 / 4096.0;  // V, 12-bit data acquisition
 constexpr double kGain = 1.2264;         // L/min per V
 constexpr double kSetPoint = 5.0;        // L/min
-// Where levels of a stuck valve lie near the set point it may rest for long, so that what is
-// typical is the median over this many records.
+// A stuck valve may rest for long at a level near the set point. So the typical value is the median
+// over this many records.
 constexpr std::uint64_t kSeeds = 15;
 
 // Plant 1 with its Ziegler-Nichols PI, divided to tune it; 1 V = 1 L/min.

@@ -40,13 +40,15 @@ process_variable: {unit: m3/h, range: [0, 40], max_age: 0.5}
 output: {unit: "%", range: [-5, 105]}
 )";
 
-const std::string kByModbus = "loop: FIC-205\n" + kHead + R"(recording: {enabled: true}
+const std::string kByModbus = "loop: FIC-205\n" + kHead +
+                              R"(recording: {enabled: true}
 io:
   backend: modbus
   pv: {link: plc, unit: 1, register: {table: input, address: 0, type: f32}}
   co: {link: plc, unit: 1, register: {table: input, address: 2, type: f32}}
   sp: {link: plc, unit: 1, register: {table: holding, address: 4, type: f32}}
-  mode: {link: plc, unit: 1, register: {table: input, address: 8, type: u16}, automatic: [1, 3], manual: [0]}
+  mode: {link: plc, unit: 1, register: {table: input, address: 8, type: u16}, )"
+                              R"(automatic: [1, 3], manual: [0]}
 )";
 
 const std::string kByFeed = "loop: FIC-206\n" + kHead + R"(recording: {enabled: false}

@@ -56,7 +56,7 @@ TEST_CASE("A flood of errors is cut short, and stays an error", "[config]") {
 TEST_CASE("A misspelt word is reported with the nearest known one", "[config]") {
   const std::vector<std::string> known{"gain", "range", "time_constant", "unit"};
   CHECK(suggestion("gian", known) == "; did you mean 'gain'?");  // neighbours swapped
-  CHECK(suggestion("gai", known) == "; did you mean 'gain'?");   // one left out
+  CHECK(suggestion("gai", known) == "; did you mean 'gain'?");   // one letter missing
   CHECK(suggestion("GAIN", known) == "; did you mean 'gain'?");  // in the other case
   CHECK(suggestion("rnage", known) == "; did you mean 'range'?");
   CHECK(suggestion("timeconstant", known) == "; did you mean 'time_constant'?");

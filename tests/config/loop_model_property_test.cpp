@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Model files: what is written reads back equal, for every effect with any parameters it takes.
+// A written model file reads back equal, for every effect with any valid parameters.
 #include <algorithm>
 #include <cmath>
 #include <map>

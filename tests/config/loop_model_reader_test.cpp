@@ -115,7 +115,7 @@ TEST_CASE("Keys of a model reach their place", "[config][model]") {
   CHECK(model->controller.pid.gains.kp == Approx(0.8 * 100 / 200));
   CHECK(model->controller.output.rate_per_s == 5.0);
   CHECK(model->controller.output.deadband == 0.1);
-  CHECK(model->controller.pid.tolerance == 0.1);  // what the deadband holds back is no windup
+  CHECK(model->controller.pid.tolerance == 0.1);  // CO that the deadband holds back is no windup
   CHECK(model->process.gain == -1.5);
   CHECK(model->uncertainty == plant::ProcessUncertainty{0.05, 0.1, 0.02});
   CHECK(model->transmitter.noise == 0.1);

@@ -78,7 +78,7 @@ TEST_CASE("Keys that a loop file omits have their default", "[config][loop]") {
 
 namespace {
 
-// The start of line 10, of a loop whose io section is at 17:3 and has no read-back.
+// Line 10, `start`, of a loop whose io section is at 17:3 and has no read-back.
 std::string with_start(const std::string& start) {
   return with(kModbusLoop, "{mode: manual, set_point: 5, output: 1}", start);
 }

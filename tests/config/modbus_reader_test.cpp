@@ -213,7 +213,7 @@ TEST_CASE("A range that eu does not cover is reported", "[config][modbus]") {
           with(kModbusLoop, "type: u16, scale: 0.001", "type: u16, raw: [0, 27648], eu: [0, 8]")) ==
       "loop.yaml:25:61: warning: io.positioner.command.eu: does not cover the output range [0, 10] "
       "(at 9:28), for which the register would have to go beyond raw\n");
-  // Nor does the type.
+  // The type does not cover it either.
   CHECK(
       said_of_loop(
           with(kModbusLoop, "type: u16, scale: 0.001", "type: u16, raw: [0, 27648], eu: [0, 4]")) ==

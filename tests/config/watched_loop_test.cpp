@@ -46,10 +46,11 @@ LoopConfig read(const std::string& text) {
 }  // namespace
 
 TEST_CASE("A loop that another controller runs is read over Modbus", "[config][watch]") {
-  const LoopConfig loop = read(with(
-      kModbus,
-      "  co:", R"(  sp: {link: line, unit: 3, register: {table: holding, address: 4, type: i16}}
-  stem: {link: skid, unit: 2, register: {table: input, address: 2, type: u16, raw: [0, 1000], eu: [0, 100]}}
+  const LoopConfig loop =
+      read(with(kModbus, "  co:",
+                R"(  sp: {link: line, unit: 3, register: {table: holding, address: 4, type: i16}}
+  stem: {link: skid, unit: 2, register: {table: input, address: 2, type: u16, raw: [0, 1000], )"
+                R"(eu: [0, 100]}}
   mode: {link: skid, unit: 2, register: {table: coil, address: 7}, automatic: [1], manual: [0]}
   co:)"));
   CHECK(is_watched(loop.io));

@@ -105,7 +105,7 @@ TEST_CASE("Errors of syntax are reported in plain words", "[config][yaml]") {
         "f:2:2: error: a ']' or a ',' is missing here or in a line before\n");
   CHECK(said("a: {b: 1\nc: 3\n") ==
         "f:2:2: error: a '}' or a ',' is missing here or in a line before\n");
-  // The parser would take all that follows into the text.
+  // The parser would take all following lines into the text.
   CHECK(said("a: \"open\nb: 1\n") == "f:1:4: error: the closing quote is missing on this line\n");
   CHECK(said("a: 'open\nb: 1\n") == "f:1:4: error: the closing quote is missing on this line\n");
   CHECK(said("a: 'it''s\nb: 1\n") == "f:1:4: error: the closing quote is missing on this line\n");

@@ -41,7 +41,7 @@ TEST_CASE("a sticky stem holds, jumps and reverses according to s and j", "[hidd
   const auto element = lugre ? make_lugre_stem(stem, 80.0) : make_karnopp_stem(stem);
   double input = 3.0;
   double output = element->reset(input);
-  // Bristles give way a little before they let go.
+  // Bristles yield a little before they break loose.
   const double tolerance = lugre ? 0.03 : 0.01;
 
   const Slip up = ramp_until_slip(*element, input, output, 1.0);

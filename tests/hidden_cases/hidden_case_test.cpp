@@ -64,7 +64,8 @@ double replay_error(const Rows& rows, double kp, double ki) {
   return worst;
 }
 
-// RMSE over the last third of a first-order model with dead time driven by the recorded CO.
+// Returns the RMSE over the last third of a first-order model with dead time driven by the recorded
+// CO.
 double believed_rmse(const HiddenCase& one) {
   const LoopRecord& record = one.record;
   const double keep = std::exp(-kPeriod_s / one.believed.time_constant_s);

@@ -143,7 +143,7 @@ TEST_CASE("specialists of version 1 answer as they did, and are written as versi
   const auto read = config::read_specialists(LOOPWARDEN_SOURCE_DIR "/tests/golden/specialists-1");
   INFO(config::to_text(read.diagnostics));
   REQUIRE(read);
-  // As the program that wrote them answered. Another order of the evidence would be seen.
+  // The answers of the program that wrote them. Another order of the evidence would change them.
   const std::array expected{0.10330062980232402, 0.15376073103388316, 0.31549336509361009,
                             0.16513702899959684, 0.1625196844388796,  0.099788560631706325};
   const auto answers_so = [&](const specialist::Team& team) {
@@ -153,7 +153,7 @@ TEST_CASE("specialists of version 1 answer as they did, and are written as versi
     }
   };
   answers_so(*read->team);
-  // Alarm evidence keeps a copy of what judged.
+  // Alarm evidence keeps a copy of the specialists that judged.
   const TemporaryFolder folder;
   REQUIRE(config::write_specialists(*read.value, folder.path()).empty());
   CHECK_THAT(read_file(folder / "manifest.yaml"), Contains("version: 2"));

@@ -65,7 +65,7 @@ TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[dae
     CHECK(words.find("fic-101.yaml:7:9: error: monitor.twin: ") != std::string::npos);
     CHECK(words.find(said) != std::string::npos);
   }
-  // A twin whose PV moves the other way would drive planned moves away from the set point.
+  // A twin with the opposite sign of gain would drive planned moves away from the set point.
   for (const auto& [gain, action] :
        {std::pair{"-1.0", control::Action::reverse}, std::pair{"1.0", control::Action::direct}}) {
     std::string text = twin_text("0.1", "[0, 10]", "[0, 100]");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One judgement of a folder: what a start would refuse is an error, and one loop's errors leave the
-// others in their places.
+// Tests the judgement of a folder: each refusal of a start is an error, and one loop's errors leave
+// the others in their places.
 #include "config/validation/validation.hpp"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ std::string said_of(const ScratchFolder& folder) {
   return folder.relative(to_text(validate(folder.path()).reading.diagnostics));
 }
 
-// Tags in the order of the loops; those out of service with a minus.
+// Returns the tags in the order of the loops; those out of service with a minus.
 std::vector<std::string> tags_of(const Validated& validated) {
   std::vector<std::string> tags;
   for (const LoopConfig& loop : validated.reading.configuration.loops) {

@@ -30,10 +30,12 @@ struct Bench {
   explicit Bench(double faster, int fails = 0) {
     std::ofstream(folder / "explain")
         << "#!/bin/sh\necho run >> '" << runs_file().string() << "'\n[ $(wc -l < '"
-        << runs_file().string() << "') = " << fails << R"( ] && exit 65
+        << runs_file().string() << "') = " << fails
+        << R"( ] && exit 65
 cat > "$3/explanation.json" <<'J'
 {"alarm": "model_gap", "final_name": null, "raised_ms": 1800000000000, "ended_ms": 1800000000100,
- "verdict": "missing_effect", "gap_closed": 0.9, "agrees": true, "from_s": null, "sentence": "", "first": null,
+ "verdict": "missing_effect", "gap_closed": 0.9, "agrees": true, "from_s": null, )"
+           R"("sentence": "", "first": null,
  "effects": []}
 J
 )";
@@ -85,7 +87,7 @@ J
     }
     return until();
   }
-  // All that was asked for has ended.
+  // Returns true once all requested runs have ended.
   static bool done(const EvidenceFlow& flow, std::uint64_t count) {
     return wait([&] {
       const ExplainerStatus s = flow.explainer().status();

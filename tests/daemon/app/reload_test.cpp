@@ -42,7 +42,7 @@ const std::string kAnalogLoop =
 const std::string kReplayLoop = kLoopHead + "io: {backend: replay, record: ../r.csv}\n";
 const std::string kSimLoop = kLoopHead + "io: {backend: simulated, model: ../m.yaml}\n";
 
-// Always from the same folder, so that the same paths mean the same.
+// Always reads from the same folder, so that equal paths have the same meaning.
 Configuration read(const std::string& daemon, const std::string& loop,
                    const std::string& model = test::kModel) {
   static const ScratchFolder folder;
@@ -209,7 +209,7 @@ TEST_CASE("A change of the meaning of a number keeps the whole loop", "[app][rel
       keeps(plan(read(kDaemon, kSimLoop), read(kDaemon, kSimLoop, with(test::kModel, "1.7", "1.8")))
                 .loops.at(0),
             {"io.model"}));
-  // The same keys of another backend, derived from others: only what was written is named.
+  // Keys of the backend that are derived from others change too. Only the written keys are named.
   CHECK(keeps(after(modbus_loop(), "sample_time: 0.1", "sample_time: 0.2"),
               {"sample_time", "process_variable.max_age"}));
   CHECK(keeps(after(kAnalogLoop, "sample_time: 0.1", "sample_time: 0.2"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reloads of files that change under a loop whose cycles the test runs.
+// Tests reloads of changing files. The test itself runs the cycles of the loop.
 #include "daemon/app/reloader.hpp"
 
 #include <catch2/catch.hpp>
@@ -80,7 +80,7 @@ struct Bench {
           false);
     }
   }
-  // As main thread and loop until it is done.
+  // Acts as main thread and loop until the request is done.
   json done(std::uint64_t number) {
     json told;
     REQUIRE(test::eventually([&] {
@@ -155,7 +155,7 @@ TEST_CASE("while a key waits, the hash is that of the configuration in force", "
   CHECK(bench.reload().at("outcome") == "waits");
   CHECK(bench.reloader->config_hash() == mixed);
   CHECK(bench.waiting("waiting_for_restart") == 1);
-  // Errors change neither what waits nor what is in force.
+  // Errors change neither the waiting settings nor those in force.
   bench.write("loops.d/a.yaml", "loop: [\n");
   CHECK(bench.reload().at("outcome") == "refused");
   CHECK(bench.reloader->config_hash() == mixed);
@@ -179,7 +179,7 @@ TEST_CASE("no reload while a loop is being commissioned", "[app][reload]") {
   CHECK_THAT(refused.at("why").get<std::string>(),
              Catch::Contains("FIC-101 is being commissioned by uid 0"));
   CHECK(bench.kp() == 0.35);
-  // A dry run shows all the same whether the file is in force.
+  // A dry run also shows whether the file is in force.
   if (dry_run) {
     const json& loop = refused.at("plan").at("loops").at(0);
     CHECK(loop.at("applied").at(0).at("key") == "controller.kp");
@@ -223,7 +223,7 @@ TEST_CASE("a reload that arrives during a commissioning is carried out after its
     CHECK(bench.kp() == 0.35);
     CHECK_THAT(bench.reloader->status().refused, !Catch::Contains("commissioned"));
   }
-  // Once.
+  // Carried out once.
   steps(50);
   CHECK(bench.reloading == 2);
 }

@@ -44,7 +44,7 @@ TEST_CASE("a thread that moves again is healthy again") {
   CHECK(watch.stuck(5 * kSecond).size() == 1);
 }
 
-// Stands in for the service manager: a datagram socket that collects what is notified.
+// A substitute for the service manager: a datagram socket that collects the notifications.
 class NotifySocket {
  public:
   NotifySocket() : path_((folder_ / "notify").string()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Orders to a loop that somebody commissions, and what the daemon does where he is gone.
+// Commands to a loop in commissioning, and the daemon's action when the session's holder is gone.
 #include "daemon/console/operator_orders.hpp"
 
 #include <catch2/catch.hpp>

@@ -49,9 +49,12 @@ TEST_CASE("a line that is no request is refused with a reason, and the loop gets
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "forget"})",
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})",
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve"})",
-      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 0})",
-      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 481})",
-      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 1e30})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", )"
+      R"("action": "shelve", "minutes": 0})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", )"
+      R"("action": "shelve", "minutes": 481})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", )"
+      R"("action": "shelve", "minutes": 1e30})",
       R"({"request": "explain", "loop": "FIC-101"})", R"({"request": "journal", "most": "all"})");
   INFO(line);
   const json answer = bench.ask(line);
@@ -138,7 +141,7 @@ TEST_CASE("gains act from the next cycle on, and are reported as unsaved until a
   CHECK_THAT(refused.at("why").get<std::string>(),
              Catch::Contains("kp 3 ki 0.25 kd 0 by now") && Catch::Contains("kp 2 ki 0.5 kd 0"));
 
-  // Back to what the file has.
+  // Back to the gains of the file.
   tune["expect"] = now.at("in_force");
   tune["kp"] = 2.0;
   tune["ki"] = 0.5;
@@ -467,8 +470,8 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   CHECK(done.at("on_disk") == true);
   CHECK(stiction().at("state") == "acknowledged");
 
-  done = bench.ask(
-      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 30, "reason": "packing ordered"})");
+  done = bench.ask(R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", )"
+                   R"("action": "shelve", "minutes": 30, "reason": "packing ordered"})");
   CHECK(done.at("alarm").at("state") == "shelved");
   CHECK(done.at("alarm").at("shelved_until_ms") == bench.now_ms + 30 * 60'000);
 
@@ -584,7 +587,7 @@ TEST_CASE(
   REQUIRE(test::eventually([&] { return newest().at("from") == "shelved"; }));
   CHECK(newest().at("to") == "shelved");
   CHECK(bench.journal.status().lost == 0);
-  // As after a restart.
+  // Like after a restart.
   daemon::journal::Journal again({.folder = bench.folder.path()});
   const auto states = again.open();
   CHECK(states.memories.at({"box", "disk_full"}).raised ==

@@ -11,7 +11,7 @@
 
 namespace loopwarden::tests {
 
-// Nobody makes what is asked for.
+// A queue whose reports are never made.
 inline daemon::reports::ReportDesk desk_in(const std::filesystem::path& folder,
                                            std::function<std::int64_t()> now_ms) {
   return {{.program = "/bin/true", .folder = folder / "reports", .socket = folder / "control.sock"},

@@ -23,7 +23,7 @@ struct Configuration {
   std::vector<protocol::SetupUnderWay> setups() const { return setups_in(folder.path()).setups; }
 };
 
-// As `loopwarden setup` holds it while it runs.
+// Locks the file as `loopwarden setup` does while it runs.
 base::File held(const std::filesystem::path& path, short type = F_WRLCK) {
   base::File file(path, O_RDWR);
   struct flock lock {};
@@ -85,7 +85,7 @@ TEST_CASE("a step is running while the program that writes the file exists", "[s
     CHECK(setups[0].steps[1].since_ms == 2000);
     CHECK(setups[0].steps[2].state == "open");
   }
-  // Killed; a lock for reading anybody may have.
+  // Killed. A lock for reading doesn't count: any user may take it.
   const base::File by_reader = held(file, F_RDLCK);
   CHECK(configuration.setups().at(0).steps[1].state == "open");
 }

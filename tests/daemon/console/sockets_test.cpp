@@ -278,7 +278,7 @@ TEST_CASE("a command is valid only for the values that its sender has seen",
   told = outcome({{"set_point", 60}, {"expect", {{"output", 12.5}}}});
   CHECK_THAT(told.at("why").get<std::string>(),
              Catch::StartsWith("the output is ") && Catch::EndsWith("by now, 12.5 was expected"));
-  // As text a number loses its last digits.
+  // A number loses its last digits as text.
   told = outcome({{"set_point", 60}, {"expect", {{"set_point", 50.00009}, {"mode", "auto"}}}});
   CHECK(told.at("state") == "done");
   CHECK(told.at("now").is_null());
@@ -330,7 +330,7 @@ TEST_CASE("expectations are checked after the commands of others, not when the r
   bench.run(2);
   const json sent = bench.ask(with(kSet, {{"expect", {{"set_point", 50}}}}), SocketName::page);
   REQUIRE(sent.at("ok") == true);
-  // A master's order is taken first in the same cycle.
+  // A master's command is taken first in the same cycle.
   bench.loops.front().channels->master_orders.orders.try_push({.set_point = 55.0});
   bench.run(1);
   CHECK(bench.outcome(sent).at("why") == "the set point is 55 by now, 50 was expected");
@@ -372,7 +372,7 @@ TEST_CASE("page.sock and edge.sock exist only if a right is granted", "[console]
   CHECK_FALSE(there("edge.sock"));
   bench.run(1);
   bench.server->start();
-  // As a reload does.
+  // The same as a reload.
   bench.server->set_rights({.page = {.alarms = true, .control = false}, .edge = {}});
   REQUIRE(test::eventually([&] { return there("page.sock"); }));
   CHECK_FALSE(there("edge.sock"));
@@ -627,7 +627,7 @@ TEST_CASE("the journal is searched", "[console][journal]") {
     bench.ask(kOrder);
   }
   bench.board.window_judged(0, {}, {}, stiction_on());
-  bench.lines(7);  // of the alarm two: its own, and its incident's
+  bench.lines(7);  // two lines for the alarm: its own, and its incident's
   const auto found = [&](json query) {
     query["request"] = "journal";
     return bench.ask_status(query.dump()).at("lines").size();

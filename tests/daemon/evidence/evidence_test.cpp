@@ -244,7 +244,7 @@ TEST_CASE("evidence of an alarm that joins an incident is in the folder of the f
   post(AlarmKind::backlash, -5'000'000, "FIC-101", kOpened_ms - 5'000'000);  // an earlier one
   post(AlarmKind::hysteresis, 0, "FIC-101", kOpened_ms);
   post(AlarmKind::stiction, 10, "A-FIC-101", kOpened_ms);  // another loop
-  post(AlarmKind::unknown, 0, "FIC-101", kOpened_ms);      // by the same window
+  post(AlarmKind::unknown, 0, "FIC-101", kOpened_ms);      // from the same window
   for (int i = 1; i < 12; ++i) post(AlarmKind::backlash, 1000 * i, "FIC-101", kOpened_ms);
   REQUIRE(test::eventually([&] { return store.status().written == 15; }));
   store.stop();
@@ -283,7 +283,7 @@ TEST_CASE("evidence with a date in the future does not hide or remove later evid
   REQUIRE(test::eventually([&] { return store.status().written == 4; }));
   store.stop();
   const fs::path newest = *store.newest("FIC-101", AlarmKind::backlash);
-  CHECK(newest.parent_path() == folder / "evidence");  // of an incident with its own folder
+  CHECK(newest.parent_path() == folder / "evidence");  // for an incident with its own folder
   CHECK(read_evidence(newest).raised_ms == now_ms - 3000);
   CHECK(names(folder / "evidence").size() == 2);
 }

@@ -33,7 +33,7 @@ constexpr const char* kExplanation = R"({"alarm": "stiction", "final_name": "mod
             "high_percent": null, "confidence": 0.94, "alternatives": ["leakage"],
             "remedy": "Find out why."}, "effects": []})";
 
-// As a copy of minutes.csv would be: three samples, the alarm at the second.
+// A copy of minutes.csv would have this content: three samples, the alarm at the second.
 monitor::History::Minutes minutes() {
   return {.period_s = 0.5, .end = 42, .sp = {1, 1, 1}, .pv = {2, 3, 4}, .co = {5, 6, 7}};
 }
@@ -205,7 +205,8 @@ TEST_CASE("a restart that cuts the minutes short is reported if they explain too
   const bool cut = GENERATE(true, false);
   Bench bench(R"(cat > "$3/explanation.json" <<'J'
 {"alarm": "stiction", "final_name": null, "raised_ms": 1, "ended_ms": 2, "verdict": "not_explained",
- "gap_closed": null, "agrees": false, "from_s": null, "sentence": "Too little moves.", "first": null}
+ "gap_closed": null, "agrees": false, "from_s": null, )"
+              R"("sentence": "Too little moves.", "first": null}
 J)");
   Explainer explainer = bench.make();
   explainer.start();
@@ -230,11 +231,13 @@ J)");
 
 TEST_CASE("minutes that a restart cut short are collected again from the next run", "[explain]") {
   Bench bench("if grep -q 55 \"$3/minutes.csv\"; then cat > \"$3/explanation.json\" <<'J'\n" +
-              std::string(kExplanation) + R"(
+              std::string(kExplanation) +
+              R"(
 J
 else cat > "$3/explanation.json" <<'J'
 {"alarm": "stiction", "final_name": null, "raised_ms": 1, "ended_ms": 2, "verdict": "not_explained",
- "gap_closed": null, "agrees": false, "from_s": null, "sentence": "Too little moves.", "first": null}
+ "gap_closed": null, "agrees": false, "from_s": null, )"
+              R"("sentence": "Too little moves.", "first": null}
 J
 fi)");
   const fs::path evidence = bench.folder / "evidence";
@@ -365,7 +368,7 @@ TEST_CASE("other work is done between explanations, and is interrupted for one t
     if (left == 0) return false;
     std::ofstream(bench.folder / "log", std::ios::app) << "begun\n";
     at_work = true;
-    // The first lasts until it is in the way.
+    // The first call runs until it is asked to stop.
     if (left-- == 2) {
       while (!stop(std::chrono::milliseconds(100))) {
       }

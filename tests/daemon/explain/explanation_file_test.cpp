@@ -27,14 +27,15 @@ Explanation read(const std::string& effects, bool agrees) {
 
 TEST_CASE("s and j of a sticking valve are read if the explanation agrees", "[explain]") {
   const auto gain_but = [](const std::string& alternatives) {
-    return R"({"name": "gain_change", "parameters": {"factor": 1.1}, "interval": {}, "confidence": 0.5, )"
+    return R"({"name": "gain_change", "parameters": {"factor": 1.1}, )"
+           R"("interval": {}, "confidence": 0.5, )"
            R"("alternatives": [)" +
            alternatives + "]}";
   };
   const std::string gain = gain_but("");
-  const std::string sticks =
-      R"({"name": "stiction", "parameters": {"s": 0.9, "j": 0.4}, "interval": {"s": [0.8, 1.0], "j": [null, null]}, )"
-      R"("confidence": 0.8, "alternatives": []})";
+  const std::string sticks = R"({"name": "stiction", "parameters": {"s": 0.9, "j": 0.4}, )"
+                             R"("interval": {"s": [0.8, 1.0], "j": [null, null]}, )"
+                             R"("confidence": 0.8, "alternatives": []})";
   for (const std::string& effects : {sticks, gain + ", " + sticks}) {
     const Explanation e = read(effects, true);
     REQUIRE(e.stick);

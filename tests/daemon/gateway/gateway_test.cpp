@@ -87,7 +87,7 @@ TEST_CASE("while an acknowledgement waits for a slow disk, heartbeats are read",
   leader.send(heartbeat(1));
   bench.rounds(3);
   CHECK(leader.received() == heartbeat(1));
-  bench.loops.on_disk = 0;  // the disk takes its time
+  bench.loops.on_disk = 0;  // the disk is slow
   operators.send(kAcknowledgeAll);
   bench.rounds(2);
   REQUIRE(bench.loops.acknowledged_by.size() == 1);

@@ -341,7 +341,7 @@ TEST_CASE(
   CHECK(bench.word("co_scaled") == 0x8000);
   CHECK(bench.number("output", 0, Table::holding_register) == 0.0F);
   CHECK(bench.word("output_scaled", 0, Table::holding_register) == 0x8000);
-  // To close the valve is no less an order for that.
+  // Closing the valve is still a command.
   CHECK(bench.write("output", Bench::words_of(0.0F)) == Exception::none);
   CHECK(bench.write("output_scaled", {2500}) == Exception::none);
   REQUIRE(bench.plant.orders.size() == 2);
@@ -414,7 +414,7 @@ TEST_CASE("in manual the output in force is the commanded one, which the device 
   CHECK(bench.write("output_scaled", {3332}) == Exception::none);
   CHECK(bench.plant.orders.empty());
   CHECK(bench.plant.lines.empty());
-  // On its way to another output: to stop it here is a command.
+  // On its way to another output: a stop at this value is a command.
   loop.row.co = 20.0;
   CHECK(bench.write("output", Bench::words_of(20.0F)) == Exception::none);
   CHECK(bench.plant.orders.size() == 1);
@@ -620,7 +620,7 @@ TEST_CASE("the veto of a corrective action is a coil that keeps its written valu
   const auto veto = [&](std::uint16_t value) {
     CHECK(bench.write("veto_corrective_action", {value}, 1, Table::coil) == Exception::none);
   };
-  // A person's veto is not lifted by a master whose coil rests at 0.
+  // A master whose coil stays at 0 doesn't lift a person's veto.
   for (int second = 0; second < 3; ++second) veto(0);
   CHECK(bench.plant.vetoes.empty());
   veto(1);
@@ -650,7 +650,7 @@ TEST_CASE("a register begins an offered corrective action, and another has its g
   corrective = CorrectiveState::offered;
   CHECK(calm(0) == Exception::none);
   CHECK(bench.plant.begun.empty());
-  // A master that writes it each second orders it once, and not what is offered later.
+  // A master that writes it each second requests it once, and does not request a later offer.
   for (int second = 0; second < 60; ++second) {
     CHECK(calm(1) == Exception::none);
     if (second == 5) corrective = CorrectiveState::off;
@@ -662,7 +662,7 @@ TEST_CASE("a register begins an offered corrective action, and another has its g
   CHECK(calm(1) == Exception::none);
   CHECK(bench.plant.begun == Begun{1, 1});
   CHECK(calm(0) == Exception::none);
-  bench.plant.readings[1].watch.ordered = true;  // by a person: it is not yet taken
+  bench.plant.readings[1].watch.ordered = true;  // a person's command that is not yet taken
   CHECK(calm(1) == Exception::none);
   CHECK(calm(0) == Exception::none);
   bench.plant.readings[1].watch.ordered = false;
@@ -884,7 +884,7 @@ TEST_CASE("in a loop that is being commissioned only manual can be written, and 
 
 TEST_CASE("added or removed watched loops keep the registers of the controlled ones",
           "[map][watch]") {
-  // As the configuration orders them: controlled here first.
+  // In the order of the configuration: controlled here first.
   const auto registers_of_two = [](std::size_t loops) {
     Bench bench(loops);
     std::vector<Words> all;

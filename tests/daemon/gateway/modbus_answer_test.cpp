@@ -12,7 +12,7 @@ namespace {
 using register_map::Table;
 using Bytes = std::vector<std::uint8_t>;
 
-// 100 addresses in each table; a read gives the address itself, for bits its lowest bit.
+// 100 addresses in each table. A read returns the address itself, for bits its lowest bit.
 class CountingBank final : public RegisterBank {
  public:
   Exception read(Table table, std::uint16_t address, std::span<std::uint16_t> values) override {
@@ -59,7 +59,7 @@ TEST_CASE("the specification's requests, byte for byte", "[gateway][pdu]") {
   CHECK(ask(bank, {2, 0, 0, 0, 3}) == Bytes{2, 1, 0x02});
   CHECK(bank.tables == std::vector<Table>{Table::holding_register, Table::input_register,
                                           Table::coil, Table::discrete_input});
-  // Writes are answered with what was asked.
+  // Writes are answered with the request.
   CHECK(ask(bank, {6, 0, 9, 0x12, 0x34}) == Bytes{6, 0, 9, 0x12, 0x34});
   CHECK(bank.written == std::vector<std::uint16_t>{0x1234});
   CHECK(bank.written_at == 9);

@@ -26,7 +26,7 @@ Bytes framed(Bytes bytes) {
   return bytes;
 }
 
-// A line with the server at one end; it answers every request with its own bytes.
+// A line with the server at one end. It answers every request with its own bytes.
 struct Bench {
   explicit Bench(std::uint8_t unit = 7) {
     std::array<char, 128> path{};
@@ -117,7 +117,7 @@ TEST_CASE("a request in pieces, as from loaded hosts and USB adapters", "[serial
     bench.silence(30.0);
   }
   CHECK(bench.asked.size() == 1);
-  // Too long a pause ends it, and what follows is not taken for its rest.
+  // Too long a pause ends the request, and later bytes don't belong to it.
   bench.send(Bytes(whole.begin(), whole.begin() + 5));
   bench.silence(60.0);
   CHECK(bench.server->counters().malformed == 1);
@@ -196,7 +196,7 @@ TEST_CASE("a lost line is reported and opened again", "[serial_server]") {
   bench.server->serve();
   CHECK(bench.server->fd() == -1);
   CHECK_FALSE(bench.server->counters().open);
-  bench.silence(6000.0);  // tries, and does not throw
+  bench.silence(6000.0);  // tries without an exception
   SerialServerSettings settings;
   settings.line.device = "/dev/null/nowhere";
   SerialServer none(settings, bench.clock, {});

@@ -326,7 +326,7 @@ TEST_CASE("a client that never reads its answers is not read from", "[gateway][t
       CHECK(other->received() == frame(1, 1, kAsk));
     }
   }
-  // The server holds one answer for it, whatever it sends.
+  // The server holds at most one answer for it.
   CHECK(bench.server->counters().requests < 4'000);
 }
 

@@ -227,7 +227,7 @@ TEST_CASE("the memory of the alarms survives a restart", "[journal]") {
     journal.post(transition("FIC-101", AlarmState::unacknowledged));
     journal.post(transition("FIC-102", AlarmState::unacknowledged));
     journal.post(transition("FIC-101", AlarmState::acknowledged, 3));
-  }  // stop() writes what is waiting
+  }  // stop() writes the waiting lines
   Journal journal(settings_in(folder));
   const AlarmStates states = journal.open();
   REQUIRE(states.memories.size() == 2);
@@ -386,7 +386,7 @@ TEST_CASE("a disk that refuses: lines wait, are counted, and are written when th
   CHECK(journal.status().error.empty());
   CHECK(journal.status().written == 51);
   journal.stop();
-  // The line of the acknowledgement found no room, but what it meant was not lost.
+  // The line of the acknowledgement found no room, but its effect was kept.
   Journal again(settings);
   CHECK(again.open().memories.at({"FIC-101", "stiction"}).raised == AlarmState::acknowledged);
 }

@@ -104,7 +104,7 @@ TEST_CASE("a set point that a master moves all the time is written once in 10 s"
   do {
     bench.order({.set_point = set_point += 0.01});
   } while (!bench.look(0.1));
-  // A mode, or an order that somebody asks for, does not wait.
+  // A mode, or a command that a person waits for, is written at once.
   bench.order({.mode = Mode::manual});
   CHECK(bench.look(0.05));
   bench.order({.mode = Mode::automatic, .set_point = 33.0});

@@ -159,7 +159,7 @@ TEST_CASE("a file of another version is ignored", "[restart]") {
   std::string text = text_of({{"FIC-101", last_order()}});
   CHECK(read_last_orders(text).size() == 1);
   CHECK_THROWS_WITH(read_last_orders("deadbeef\n{}\n"), Catch::Contains("checksum"));
-  // With a sound checksum.
+  // With a valid checksum.
   const std::string body = "{\"loops\":{},\"version\":2}\n";
   CHECK_THROWS_WITH(read_last_orders(fmt::format("{:08x}\n{}", base::crc32(body), body)),
                     Catch::Contains("version 2"));

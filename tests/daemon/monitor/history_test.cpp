@@ -67,7 +67,7 @@ TEST_CASE("the duration of a condition that contradicts the twin", "[monitor][hi
   CHECK(history.unquiet_s() == Approx(3.0));
   history.quiet();
   CHECK(history.unquiet_s() == 0.0);
-  // Never quiet: not longer than what there is.
+  // Never quiet: not longer than the recorded time.
   History other(100.0, 0.1);
   for (std::uint64_t k = 1000; k < 1010; ++k) other.add(cycle(k));
   CHECK(other.unquiet_s() <= 1.0);

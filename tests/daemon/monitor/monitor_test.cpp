@@ -161,7 +161,7 @@ struct Bench {
     for (int i = 0; i < 8; ++i) monitor->round();
   }
 
-  // The loop takes the order that has been given, which is this.
+  // Makes the loop take the given command, which must be `wish`.
   void answer(rt::MovesWish wish) {
     rt::Order order;
     REQUIRE(box.orders.try_pop(order));
@@ -541,7 +541,7 @@ TEST_CASE("all waiting alarms are acknowledged at once, no other, without waitin
                              : AlarmState::acknowledged));
   }
   CHECK(journal.written(done.ticket) == journal::Written::not_yet);
-  // The last of all lines: whoever waits for it waits once.
+  // The last of all lines: a caller that waits for it waits once.
   CHECK(done.ticket == journal.post({}) - 1);
   CHECK(board.acknowledge_all(model::kValveAlarms, "10.0.0.7:1000", {}).alarms.empty());
   CHECK(board.acknowledge_all(model::kAlarmKinds, "10.0.0.7:1000", {}).alarms.size() == 1);
@@ -694,7 +694,7 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done"});
   }
   SECTION("a reload sets the jacket as its file has it, in shadow") {
-    // `on` may be answered or underway: the loop takes settings before orders.
+    // `on` may be answered or underway: the loop takes settings before commands.
     const bool answered = GENERATE(true, false);
     if (answered) box.answers.try_push({order.number, rt::Refusal::none});
     ++bench.settings_taken;
@@ -756,7 +756,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
   bench.answer(rt::MovesWish::on);
   CHECK(corrective() == model::CorrectiveState::trying);
 
-  // The windows no longer show the valve: the alarm stays all the same.
+  // The windows no longer show the valve. The alarm stays on nevertheless.
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.3});
   bench.judges[0]->says = {};
   bench.judges[0]->says.result = GENERATE(model::WindowJudgement::Result::no_fault,
@@ -787,7 +787,7 @@ TEST_CASE("an explanation of an alarm from before the start begins no planned mo
   bench.now_ms += 1000;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
-  // As the daemon does once all is made.
+  // As in the daemon after its start.
   bench.board->restore(0, e);
   bench.run(3 * kWindow);
   rt::Order order;

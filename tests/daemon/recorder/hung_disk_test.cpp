@@ -146,7 +146,7 @@ TEST_CASE(
   disk.release();
   REQUIRE(eventually([&] { return bench.historian.status(0).waiting == 0; }));
   REQUIRE(bench.take(5));
-  // Every row is written or counted; what has left the queue may still be on its way.
+  // Every row is written or counted. Rows that have left the queue may still be on their way.
   CHECK(eventually([&] {
     const RecordingStatus after = bench.historian.status(0);
     return after.segments.rows + after.queue_dropped == after.rows;
@@ -359,7 +359,7 @@ TEST_CASE(
   looker.start();
   CHECK(eventually([&] { return on(BoxAlarm::records_dropped); }));
   CHECK_FALSE(on(BoxAlarm::disk_full));
-  wait_s = 12.0;  // the recorder's, of the same disk
+  wait_s = 12.0;  // the recorder's wait, for the same disk
   CHECK(eventually([&] { return on(BoxAlarm::disk_full); }));
   CHECK(bench.box_alarms.why(BoxAlarm::disk_full) == "the disk has not answered for 12 s");
   CHECK_FALSE(looker.stop_for(milliseconds(20)));

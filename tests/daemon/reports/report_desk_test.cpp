@@ -21,7 +21,7 @@ using std::chrono::milliseconds;
 
 constexpr std::int64_t kNow_ms = 1'800'000'000'000;
 
-// Where `--out` or `--report` leads to is $OUT there.
+// Sets $OUT to the folder of `--out` or `--report`.
 constexpr const char* kOut =
     "for w in \"$@\"; do case $w in --out=*) OUT=${w#--out=};; --report=*) OUT=$(dirname "
     "${w#--report=});; esac; done\n";
@@ -262,7 +262,7 @@ TEST_CASE("a restart knows the reports, and marks those that it ended as failed"
     REQUIRE(desk.run_next(go_on));
     desk.post(order_of("FIC-101", Kind::survey));
     desk.post(order_of("FIC-101", Kind::diagnose));
-    // As a daemon that is killed: what it leaves on the disk is what was there while it worked.
+    // Like a daemon that is killed: the disk keeps the files of that moment.
     REQUIRE(desk.run_next([&](milliseconds patience) {
       go_on(patience);
       const auto all = *desk.of("FIC-101");

@@ -40,7 +40,7 @@ TEST_CASE("taking over the valve's position is no movement that PV would have to
   settings.pv_check.frozen_after_s = 0.8;
   Loop loop(settings);
   loop.io.set_read_back(63.0);
-  loop.run(30);  // at its set point, PV is the same number each time
+  loop.run(30);  // at its set point, PV repeats the same number
   CHECK(loop.io.written == Approx(63.0));
   CHECK(loop.fault() == Fault::none);
   CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::none);
@@ -726,7 +726,7 @@ TEST_CASE("settings whose limits exclude the output wait until it is inside") {
   CHECK(std::count_if(events.begin(), events.end(), [](const Event& e) {
           return e.code == EventCode::settings_wait && e.value == Approx(40.0);
         }) == 1);
-  // Orders are judged by what is in force.
+  // Commands are judged by the settings in force.
   loop.order({.mode = Mode::manual, .output = 60.0});
   loop.run(10);
   CHECK(loop.answer() == Refusal::none);
@@ -797,7 +797,7 @@ TEST_CASE("settings that wait are dropped when they are withdrawn, or replaced b
   CHECK(loop.channels.settings_taken.load() == (withdrawn ? 0 : 2));
   loop.order({.mode = Mode::manual, .output = 20.0});
   loop.run(40);
-  loop.order({.output = 60.0});  // beyond the limits that were not taken
+  loop.order({.output = 60.0});  // beyond the limits, which were not taken
   loop.run(20);
   CHECK(loop.io.written == Approx(60.0));
 }
@@ -1206,7 +1206,7 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
   settings.controller.set_point_tracks_in_manual = false;
   Loop loop(settings);
   loop.run(5);
-  // As if all had come in another order.
+  // The commands act as if they had arrived in another order.
   loop.channels.operator_orders.orders.try_push({.jacket = JacketWish::off, .set_point = 61.0});
   loop.channels.master_orders.orders.try_push({.mode = Mode::manual, .set_point = 62.0});
   loop.channels.monitor_orders.orders.try_push({.jacket = JacketWish::on});
@@ -1214,7 +1214,7 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
   CHECK(loop.mode() == Mode::manual);
   CHECK(loop.channels.set_point_wanted.load() == 61.0);
   CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
-  // The master has taken the output from the operator's order by then, or given it to him.
+  // By then the master has withdrawn the output from the operator's command, or allowed it.
   loop.channels.operator_orders.orders.try_push({.output = 45.0});
   loop.channels.master_orders.orders.try_push({.mode = Mode::automatic});
   loop.run(1);

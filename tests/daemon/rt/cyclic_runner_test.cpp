@@ -29,7 +29,7 @@ struct Paced {
   }
 };
 
-// Records of a loop in the order in which they were made.
+// Returns the records of a loop in the order of their cycles.
 std::vector<record::RecordRow> rows_of(Loop& loop) {
   std::vector<record::RecordRow> rows;
   record::RecordRow row;

@@ -84,7 +84,7 @@ control::CompensatorSettings compensator(CompensatorKind kind) {
           .noise_band = 0.01};
 }
 
-// A loop whose every cycle is guarded, on a backend that is there as long as this.
+// A loop that guards each of its cycles. The backend must outlive it.
 class GuardedLoop {
  public:
   GuardedLoop(const daemon::rt::LoopSettings& settings, double set_point, hal::LoopIo& io)
@@ -139,7 +139,7 @@ std::string offence_of(const std::function<void()>& thing) {
 
 TEST_CASE("the guard names an allocation, a release, a lock, a write and a read", "[real_time]") {
   void* memory = nullptr;
-  // Through a volatile pointer, or the compiler takes both away.
+  // Calls through a volatile pointer. Otherwise the compiler removes both.
   void* (*volatile allocate)(std::size_t) = std::malloc;
   void (*volatile release)(void*) = std::free;
   CHECK(offence_of([&] { memory = allocate(100); }) == "malloc");

@@ -205,7 +205,7 @@ TEST_CASE("a feeder that does not read its answers is not read any more", "[watc
     pushed += feeder.push(asked);
     bench.rounds(1);
   }
-  // It is held up by its own answers, which fill the socket.
+  // Its own answers, which fill the socket, block it.
   const std::uint64_t lines = bench.counters().lines;
   bench.rounds(20);
   CHECK(bench.counters().lines == lines);

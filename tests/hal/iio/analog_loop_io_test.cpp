@@ -76,7 +76,7 @@ TEST_CASE("a loop on converters: values in, commands out, alive and silent") {
   CHECK(bench.read(*io).process_variable.value == Approx(50.0));
   CHECK(bench.read(*io).enable == Enable::closed);
 
-  // The loop renews its command. It is told the value that the converter makes of it.
+  // The loop renews its command, and receives the value that the converter makes of it.
   const double step = 100.0 / 3200.0;
   CHECK(eventually([&] {
     CHECK(bench.write(*io, 25.0 + 0.3 * step) == Approx(25.0));
@@ -126,12 +126,12 @@ TEST_CASE("the output's limits are known before the converter is found") {
   Bench bench;
   const auto io = bench.io();
   io->open();
-  // Before the first command: after it the I/O thread may have tried in vain at any time.
+  // Before the first command: after it the I/O thread may have failed at any time.
   CHECK(bench.read(*io).output_reason == Reason::never_received);
   CHECK(bench.write(*io, 1000.0) == Approx(103.125));
   CHECK(bench.write(*io, -1000.0) == Approx(-1.25));
   CHECK(bench.write(*io, 33.3) == Approx(33.3));
-  // Commanded in vain, it is lost.
+  // After a failed command it is lost.
   CHECK(eventually([&] { return bench.read(*io).output_reason == Reason::link_lost; }));
   CHECK_FALSE(bench.read(*io).output_ok);
 }

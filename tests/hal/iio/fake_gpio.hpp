@@ -17,7 +17,7 @@ namespace loopwarden::tests {
 struct FakeLine {
   std::atomic<bool> exists{true};
   std::atomic<bool> refuses{false};
-  std::atomic<bool> hangs{false};  // whoever reads it waits
+  std::atomic<bool> hangs{false};  // a reader waits
   std::atomic<bool> active{false};
   std::atomic<bool> requested{false};
   std::atomic<int> edges{0};

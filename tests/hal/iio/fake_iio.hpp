@@ -31,7 +31,7 @@ class FakeIio {
     std::fputc('\n', stream);
     std::fclose(stream);
   }
-  // The first line, as a converter would take it.
+  // Returns the first line, as a converter would read it.
   std::string get(int number, std::string_view file) const {
     const std::string text = read_file(device(number) / file);
     return text.substr(0, text.find('\n'));

@@ -80,7 +80,8 @@ TEST_CASE("a value is rounded by at most half a step, and limited by the type",
     if (result == EncodeResult::encoded) {
       require(error <= step + rounding, "as near as the register can hold");
     } else {
-      // At the end of the type's range, on the side of the value: further out gives the same.
+      // At the end of the type's range, on the side of the value. Values further out decode the
+      // same.
       Registers further;
       encode(spec, value + (value > back ? 1e9 : -1e9), further);
       require(further.words == registers.words, "a limit is the end");

@@ -73,7 +73,7 @@ int watch_tags(Reader& reader, std::chrono::milliseconds duration,
       const Tag tag(sample.value);
       CAPTURE(i, seen, tag.age_ms(sample.time_ns));
       REQUIRE(tag.register_number == 40 + 2 * i);
-      REQUIRE(tag.age_ms(sample.time_ns) <= 2);  // taken after it was asked for; rounding to ms
+      REQUIRE(tag.age_ms(sample.time_ns) <= 2);  // taken after the request; rounded to ms
     }
     std::this_thread::sleep_for(2ms);
   }
@@ -549,7 +549,7 @@ TEST_CASE("RTU: a dead unit holds up the others for no more than a probe", "[mod
   REQUIRE(eventually([&] { return dying.bad() && events.count(Kind::unit_silent) >= 2; }));
   REQUIRE(eventually([&] { return alive.fresh(); }));
 
-  // Two dead units, each asked once a second or so for 150 ms: most periods of 20 ms stay free.
+  // Two dead units, each probed about once a second for 150 ms: most periods of 20 ms stay free.
   const Watched after = watch();
   CHECK(4 * after.fresh > before.fresh);
   CHECK(after.longest_gap_ns < before.longest_gap_ns + 5'000'000'000);  // two probes and slack
@@ -610,7 +610,7 @@ TEST_CASE(
   constexpr std::int64_t kSilenceNs = 200'000'000;
   mb::LinkTask task;
   task.name = "loop";
-  task.period_ns = 3'600'000'000'000;  // served when asked
+  task.period_ns = 3'600'000'000'000;  // served on request
   task.command =
       std::make_unique<mb::CommandPoint>(point, kMaxAgeNs, kSilenceNs, mb::CommLossSettings{});
   link.attach(task);

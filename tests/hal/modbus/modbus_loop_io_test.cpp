@@ -229,7 +229,7 @@ TEST_CASE(
     LoopThread loop(io, 4.0);
     REQUIRE(eventually([&] { return loop.output_ok(); }));
   }
-  // As if the bus thread had not come to it since.
+  // Simulates a bus thread that has not run since.
   const auto inputs_after = [&](std::int64_t wait_ns) {
     hal::Inputs inputs;
     io.read({.now_ns = mb::BusWaiter::now_ns() + wait_ns, .period_index = 0}, inputs);
@@ -458,8 +458,7 @@ TEST_CASE("loops on one serial line share a link", "[modbus][bus]") {
   mb::ModbusBus bus;
   const auto first = bus.link(rig.link(), 1);
   CHECK(bus.link(rig.link(), 2) == first);
-  // By whatever name, and with the settings of the first: two masters on one line disturb each
-  // other.
+  // With any name, and with the settings of the first: two masters on one line disturb each other.
   mb::LinkSettings other = rig.link();
   other.device = "/dev/../" + other.device;
   other.baud = 9600;

@@ -154,7 +154,8 @@ struct Tag {
   explicit Tag(double value)
       : register_number(static_cast<unsigned>(value) / 0x10000U - 0xA000U),
         clock_ms(static_cast<unsigned>(value) % 0x10000U) {}
-  // How long before the master asked for it the device took the value, ms; negative if after.
+  // Returns the time from the device's sample to the master's request, ms; negative if it was
+  // sampled after.
   int age_ms(std::int64_t asked_ns) const {
     const auto asked = static_cast<unsigned>(asked_ns / 1'000'000) & 0xFFFFU;
     return static_cast<std::int16_t>(static_cast<std::uint16_t>(asked - clock_ms));

@@ -30,7 +30,7 @@ mb::SourcePoint at(const mb::LinkSettings& link, std::uint16_t address, Register
   return {.link = link, .point = point};
 }
 
-// Every table, so that every function that reads is used.
+// Every table, so that every read function is used.
 mb::ModbusSourceSettings source_on(const mb::LinkSettings& link, mb::Table mode) {
   mb::ModbusSourceSettings source;
   source.process_variable = at(link, 0, RegisterType::f32);
@@ -143,7 +143,7 @@ TEST_CASE("on a serial line one request reads neighbouring registers", "[modbus]
   CHECK(inputs.set_point.sample.value == 20.0);
   CHECK(inputs.mode.sample.value == 1.0);
 
-  // Broken off and found again, with a reply to the older request on its way.
+  // Interrupted and found again, with a reply to the older request on its way.
   const auto seen = inputs.process_variable.sample.sequence;
   rig.proxy.command("late 700");
   REQUIRE(eventually([&] { return !all_good(source, inputs); }));

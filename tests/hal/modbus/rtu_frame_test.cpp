@@ -71,7 +71,7 @@ TEST_CASE("an echo and up to four stray bytes are not part of the reply", "[modb
       }
     }
   }
-  // More bytes than that may be another reply: what follows is not believed.
+  // More bytes than that may be another reply: the following bytes are not trusted.
   CHECK(find_reply(kRead, Bytes(kShortestReplyBytes, 0) + kReply, false).state == State::whole);
   CHECK(find_reply(kRead, sent(kRead), false).state == State::incomplete);
 }

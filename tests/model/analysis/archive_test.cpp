@@ -43,7 +43,7 @@ TEST_CASE("a plain signal is no archive, with or without noise, coarse, held or 
   std::vector<double> analyser = flow(4000, 0.1);
   for (std::size_t k = 0; k < analyser.size(); ++k) analyser[k] = analyser[k - k % 10];
   CHECK(recognise_filled(with_decimals(analyser, 3)).kind == ArchiveKind::none);
-  // Some renewals bring the same value.
+  // Some renewals repeat the value.
   for (std::size_t k = 100; k + 10 < analyser.size(); k += 200) {
     for (std::size_t i = k; i < k + 10; ++i) analyser[i] = analyser[k - 1];
   }

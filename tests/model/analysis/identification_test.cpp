@@ -185,7 +185,7 @@ TEST_CASE("a closed loop that only the load moves gives no number", "[analysis][
   CHECK_THAT(with_sp.reason, Catch::Contains("SP never moves"));
   CHECK_THAT(with_sp.settle, Catch::Contains("Step the set point"));
   CHECK(with_sp.fits.empty());
-  // The same without the column sp: the loop is seen all the same.
+  // Without the column sp the loop is detected as well.
   const Identification without = identified(r.co, r.pv);
   CHECK(without.closed_loop);
   CHECK_FALSE(without.can_tell());
@@ -226,7 +226,7 @@ TEST_CASE("clocked manual steps are no controller", "[analysis][identification]"
   CHECK(found.best().gain.value == Approx(1.2264).epsilon(0.02));
 }
 
-// A loop whose controller is `law`: CO from SP less PV and the CO before.
+// A loop with the controller `law`: CO from SP minus PV and the previous CO.
 template <class Law>
 LoopRun run_under(Law law, std::uint64_t seed, double load_sd, double noise, double gain = 1.2264) {
   LoopRun r;
@@ -519,7 +519,8 @@ TEST_CASE("a record is enough for a loop model, and the assumptions are reported
   CHECK(assumed.model->controller.pid.output_high == 10.0);
   CHECK(assumed.model->uncertainty.gain >= 0.03);
   CHECK(assumed.assumptions.size() >= 5);
-  // The process alone would put PV elsewhere: what was identified are changes.
+  // The process model without its level would put PV elsewhere, because only changes were
+  // identified.
   REQUIRE(assumed.model->process.level);
   CHECK(*assumed.model->process.level ==
         Approx(numeric::mean(r.pv) - assumed.model->process.gain * numeric::mean(r.co)));
@@ -610,7 +611,7 @@ TEST_CASE("tuning rules give the figures of their sources", "[analysis][tuning]"
                         ControllerForm form = ControllerForm::pi) {
     return *tune(rule, p, {.form = form});
   };
-  // The thesis, with its tangent's figures and the process gain left out.
+  // The thesis, with its tangent's figures and without the process gain.
   const plant::ProcessParameters drawn{1.2264, 1.78, 2.62};
   CHECK(gains(TuningRule::zn_thesis, drawn).kp == Approx(0.61145038).epsilon(1e-6));
   CHECK(gains(TuningRule::zn_thesis, drawn).ki == Approx(0.070013402).epsilon(1e-4));
@@ -675,7 +676,7 @@ TEST_CASE("margins of an integrating process are those of its source", "[analysi
   CHECK(m.sensitivity == Approx(1.70).epsilon(0.01));
   loop.gains.ki = loop.gains.kp / 1.0;  // integral faster than the dead time
   CHECK_FALSE(margins(loop).stable);
-  // A crossover far slower than the dead time: 5e-4 rad/s, 90 deg less what the dead time takes.
+  // A crossover far slower than the dead time: 5e-4 rad/s, 90 deg minus the phase of the dead time.
   loop.gain = 0.001;
   loop.dead_time_s = 1.0;
   loop.gains = {.kp = 0.5, .ki = 0.0};

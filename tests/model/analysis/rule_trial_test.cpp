@@ -132,7 +132,7 @@ TEST_CASE("a given filter replaces the filter of the rule") {
     CHECK(trials[i].gains.derivative_filter_s == 0.7);
     CHECK(trials[i].gains.kd > 0.0);
   }
-  CHECK(trials.front().gains.derivative_filter_s == 0.0);  // as it is
+  CHECK(trials.front().gains.derivative_filter_s == 0.0);  // unchanged
 }
 
 }  // namespace

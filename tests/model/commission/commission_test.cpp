@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From records to twins, and what is refused.
+// Tests twins that are made from records, and refused records.
 #include "model/commission/commission.hpp"
 
 #include <catch2/catch.hpp>

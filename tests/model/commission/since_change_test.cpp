@@ -14,7 +14,8 @@ using plant::Block;
 
 constexpr double kAt_s = 300.0;
 
-// Healthy for five minutes, ten more with `faults`; what is known of the moment.
+// A loop that is healthy for five minutes, then has `faults` for ten. The times bound its
+// beginning.
 commission::SinceChange named(const std::vector<std::pair<plant::EffectSpec, Block>>& faults,
                               double earliest_s = kAt_s, double likeliest_s = kAt_s) {
   plant::LoopModel twin = test::believed_model();
@@ -49,7 +50,7 @@ TEST_CASE("a change since a moment is named with its size, the simplest first",
   CHECK(step.effects[0].spec.name == "step_disturbance");
   CHECK(step.effects[0].spec.parameters.at("size") == Approx(0.6).margin(0.05));
   CHECK(step.effects[0].alternatives == std::vector<std::string>{"output_bias"});
-  // By the last third the load's filter has taken it over.
+  // By the last third the load's filter has absorbed it.
   CHECK_THAT(step.effects[0].evidence, Catch::Contains("most of which its numbers are fitted to"));
 }
 

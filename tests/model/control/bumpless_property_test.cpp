@@ -101,7 +101,7 @@ TEST_CASE("CO stays on its course under the old settings, whatever a reload chan
     const std::int64_t periods = property::integer(2, 200);
     for (std::int64_t k = 0; k < periods; ++k) controller.step(in);
 
-    // Settings whose limits exclude CO are kept back by ControlCycle.
+    // ControlCycle holds back settings whose limits exclude CO.
     const double output = controller.output_commanded();
     new_settings.output.low = std::min(new_settings.output.low, output);
     new_settings.output.high = std::max(new_settings.output.high, output);
@@ -179,7 +179,7 @@ TEST_CASE("a command in the period of new settings moves the output as requested
   controller.configure(s);
   controller.request_output(55.0);
   CHECK(controller.step({.process_variable = 50.0}).output == 55.0);
-  // One that was asked for before, and that the old deadband held back, does not come now.
+  // An earlier request, which the old deadband held back, does not act now.
   controller.request_output(58.0);
   CHECK(controller.step({.process_variable = 50.0}).output == 55.0);
   s.output.deadband = 0.0;

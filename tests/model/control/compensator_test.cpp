@@ -182,7 +182,7 @@ TEST_CASE("the two-move method stops the cycle of a one-parameter sticking valve
   const Swing offset = swing(sticky);
   CHECK(offset.pv < 1e-6);
   CHECK(offset.rms == Approx(0.3 * 1.2264).margin(0.1));
-  // A load beyond max_mean_error takes it out, and the law meets the load.
+  // A load beyond max_mean_error disengages it, and the law handles the load.
   sticky.disturbances = {
       {.name = "step_disturbance", .parameters = {{"size", -1.5}, {"time", 1200.0}}}};
   const Swing loaded = swing(sticky, 2500.0, 5000.0);

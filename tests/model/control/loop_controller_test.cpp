@@ -231,7 +231,7 @@ TEST_CASE("the output's own limits act in every mode", "[control][limits]") {
 
 TEST_CASE("anti-windup uses the output that was really applied", "[control][limits]") {
   const auto kind = GENERATE(AntiWindup::back_calculation, AntiWindup::conditional);
-  // SP - PV = 10 for a long time, then -1. How long until the output turns down by 1?
+  // SP - PV = 10 for a long time, then -1. Returns the periods until the output has fallen by 1.
   const auto periods_to_turn = [&](auto&& restrain, ControllerSettings s) {
     s.pid.anti_windup = kind;
     LoopController controller = automatic(s, 50.0, 30.0);
@@ -257,7 +257,7 @@ TEST_CASE("anti-windup uses the output that was really applied", "[control][limi
     CHECK(periods_to_turn(device, s) <= 30);
   }
   SECTION("the output's rate limit") {
-    // 0.05 CO units a period, while the integral alone would take ten times as much.
+    // 0.05 CO units per period, while the integral would move it ten times as fast.
     s.output.rate_per_s = 0.5;
     CHECK(periods_to_turn(free, s) <= 60);
   }
@@ -274,7 +274,7 @@ TEST_CASE("the deadband holds the output, not the integral", "[control][limits]"
   s.pid.anti_windup = kind;
   s.output.deadband = 2.0;
   LoopController controller = automatic(s, 50.0, 30.0);
-  // Ki e = 0.1 a second: 2 CO units take 20 s.
+  // Ki e = 0.1 per second: 2 CO units take 20 s.
   int periods = 0;
   while (controller.step(pv(49.8)).output == 30.0 && periods < 1000) ++periods;
   CHECK(periods == Approx(200).margin(2));
@@ -302,7 +302,7 @@ TEST_CASE("a rate-limited step starts from the actual position of the device",
   LoopController controller(s, kPeriod, 50.0, 30.0);
   controller.request_output(60.0);
   controller.step(pv(50.0));
-  controller.applied(20.0);  // somebody else moved it
+  controller.applied(20.0);  // another program moved it
   CHECK(controller.step(pv(50.0)).output == Approx(21.0));
 }
 

@@ -197,7 +197,7 @@ TEST_CASE("conditional integration stops only the integration that would drive f
   CHECK(pid.error(5.0, 4.0) == 1.0);
   const double u = pid.step(5.0, 4.0, 9.0, 0.0);
   const double before = pid.integral();
-  pid.step(5.0, 4.0, u - 0.01, 0.0);  // however little
+  pid.step(5.0, 4.0, u - 0.01, 0.0);  // by a small amount
   CHECK(pid.integral() == before);
 }
 
@@ -266,7 +266,7 @@ TEST_CASE("settings changed while running give no bump", "[control][pid]") {
   settings.output_high = 100.0;
   Pid pid(settings, kPeriod);
   pid.initialise(5.0, 3.0, 3.0);
-  // A PV in steady motion, so that every term is at work.
+  // PV moves steadily, so that every term is active.
   double pv = 3.0;
   constexpr double kSlope = -0.2;  // PV units/s
   double u = 5.0;

@@ -107,7 +107,7 @@ struct Bench {
   std::function<double(double)> to_valve;  // the valve's response to CO at the stem
 };
 
-// `read_back`: what is read when the stem is there; `set_point` where the scenario's is not wanted.
+// `read_back` maps the stem to its read-back. `set_point` replaces the scenario's.
 Run run(const plant::LoopModel& m, double duration_s,
         const std::function<ReadBack(double time_s, double stem)>& read_back = {},
         const std::function<double(double time_s)>& set_point = {}) {

@@ -169,7 +169,7 @@ TEST_CASE("dwell learns from a stem that breaks loose after the output has rever
 }
 
 TEST_CASE("dwell treats both signs of a small error alike once it has crossed zero", "[jacket]") {
-  // Else noise would be integrated at two speeds and balance at an error.
+  // Otherwise noise would be integrated at two speeds and balance at an error.
   StickbandJacket jacket = after_slip(1.0);
   jacket.step(inputs(-0.1, 5.3, 5.4));
   CHECK(share_left(jacket, 0.05) == Approx(0.05));

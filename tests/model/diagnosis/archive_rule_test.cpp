@@ -32,7 +32,7 @@ TEST_CASE("the limit of detection is the coarser of CO and PV, in CO units", "[a
 TEST_CASE("a verdict is valid only if the archive kept the evidence for it", "[archive]") {
   const double span = 100.0;
   const double moves = 20.0;
-  // Nothing was left out.
+  // No value was omitted.
   CHECK_FALSE(hidden(DiagnosisVerdict::valve_effect, Cause::stiction, 0.1, 0.0, moves, span));
   CHECK(hidden(DiagnosisVerdict::valve_effect, Cause::stiction, 0.9, 1.0, moves, span));
   CHECK_FALSE(hidden(DiagnosisVerdict::valve_effect, Cause::stiction, 5.0, 1.0, moves, span));

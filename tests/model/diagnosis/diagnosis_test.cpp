@@ -226,8 +226,8 @@ TEST_CASE("a dead line, a dead transmitter and a clamped valve have separate ans
   CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).cause != Cause::saturation);
 }
 
-// A loop whose CO is at `rest` from `from` to `to`, with PV off SP by `off` meanwhile, and
-// otherwise cycles about SP.
+// A loop whose CO is at `rest` from `from` to `to`, with PV off SP by `off` in that time. Otherwise
+// it cycles about SP.
 struct Resting {
   Series pv, co, sp;
   RoutineRecord record(bool with_sp) const {
@@ -341,7 +341,7 @@ TEST_CASE("a tree sends a feature left at its threshold and right above it") {
   tree.leaf.fill(0.0F);
   tree.leaf[6] = 2.0F;
   std::array<Tree, 1> trees{tree};
-  // One tree of the first cause, whose score is then 2 against five times 0.
+  // One tree of the first cause. Its score is 2 against five times 0.
   const CauseProbabilities p = weigh({.base = {}, .trees = trees}, e);
   CHECK(p[0] == Approx(std::exp(2.0) / (std::exp(2.0) + 5.0)));
 }

@@ -251,7 +251,7 @@ TEST_CASE("a level is accused only if it cycles and PV is constant while CO move
       CHECK(d.undecided);
       CHECK_FALSE(d.settle.empty());
     }
-    // A cycle that no swing keeps need not turn by travel.
+    // A cycle without an external swing need not reverse by travel.
     ValveEvidence cycles = sticky_evidence();
     cycles.turns = {.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
     CHECK(decide(cycles, follows).grade == Grade::likely);

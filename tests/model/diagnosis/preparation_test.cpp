@@ -74,7 +74,7 @@ TEST_CASE("the series don't depend on units, and hardly on the sample time") {
   CHECK(b.period == Approx(a.period));
   CHECK(b.period_s == Approx(3.0 * a.period_s));
   CHECK(b.error[77] == Approx(a.error[77]).margin(1e-6));
-  // Sampled eight times as fast: averaged to the same number of samples a period.
+  // Sampled eight times as fast: averaged to the same number of samples per period.
   const Series fast_pv = made_of(8000, [](double k) { return 50.0 + sine(k / 400.0); });
   const Series fast_co = made_of(8000, [](double k) { return 40.0 + 3.0 * sine(k / 400.0 + 0.4); });
   const Prepared c = prepare({.pv = fast_pv, .co = fast_co, .sp = {}});

@@ -73,7 +73,7 @@ TEST_CASE("too few half cycles have no shape") {
 }
 
 TEST_CASE("square against triangle correlates oddly, opposite sines evenly") {
-  // CO integrates the error: the triangle turns where the square wave jumps.
+  // CO integrates the error: the triangle reverses where the square wave jumps.
   Series falling = cycle(triangle);
   for (double& v : falling) v = -v;
   const CrossCorrelation odd = cross_correlation(cycle(square), falling, kPeriod);

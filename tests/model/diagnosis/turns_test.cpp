@@ -90,7 +90,7 @@ TEST_CASE("an external oscillation keeps its phase, a limit cycle forgets it") {
     return 40.0 + std::round(late) - std::round(before);
   };
   CHECK(find_turns(zigzag(120, constant, kept)).by() == TurnsBy::clockwork);
-  // Twice as late at most, but the next turn begins where the last one was.
+  // At most twice as late, but each reversal counts from the previous one.
   const auto forgotten = [&] { return 40.0 + std::round(4.0 * random.uniform() - 2.0); };
   const Turns limit_cycle = find_turns(zigzag(120, constant, forgotten));
   CHECK(limit_cycle.cycle_scatter < 0.06);

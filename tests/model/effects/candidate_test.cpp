@@ -54,7 +54,7 @@ TEST_CASE("every candidate is an effect of the catalogue, in a block that allows
     CHECK(c.starts >= 1);
     if (c.starts_offset()) CHECK(std::string(c.search.back().name) == "start");
   }
-  // Of these a record can show all; what a controller does differently is found without a fit.
+  // A record can show all of these effects. Another controller is found without a fit.
   for (const char* name :
        {"stiction", "backlash", "hysteresis", "low_air_supply", "valve_characteristic",
         "cam_obstruction", "positioner_overshoot", "gain_change", "extra_dead_time", "extra_lag",

@@ -31,7 +31,7 @@ double middle(const ParameterInfo& p) {
   return std::isfinite(p.low) ? p.low + 1.0 : 1.0;
 }
 
-// Every parameter in the middle of its range. A hysteresis takes one of its two.
+// Sets every parameter to the middle of its range. A hysteresis has only one of its two.
 EffectSpec mid_range(const Descriptor& info) {
   EffectSpec spec{.name = info.name};
   for (const ParameterInfo& p : info.parameters) spec.parameters[p.name] = middle(p);
@@ -124,7 +124,7 @@ TEST_CASE("numbers keep their given text, and a parameter is given once", "[effe
   CHECK(numbers.size() == vocabulary().size());
   CHECK(*numbers.begin() == 1);
   CHECK(*numbers.rbegin() == static_cast<int>(vocabulary().size()));  // no hole
-  // Guides and searches go by number, however the files are named and linked.
+  // Guides and searches are ordered by number, independent of file names and link order.
   int last = 0;
   for (const Descriptor& info : effect_catalogue()) {
     CHECK(info.number > last);

@@ -18,7 +18,7 @@ TEST_CASE("a drive rests within its band, then moves all the way at its rate",
   CHECK_FALSE(drive.moves());
   CHECK(drive.step(55.0) == Approx(52.25));
   CHECK(drive.moves());
-  // It does not stop where the band ends, nor where the command has come back a little.
+  // It stops neither at the edge of the band, nor when the command has returned a little.
   CHECK(drive.step(54.5) == Approx(54.5));
   CHECK_FALSE(drive.moves());
   CHECK(drive.step(53.6) == Approx(54.5));

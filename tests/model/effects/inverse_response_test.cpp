@@ -34,7 +34,7 @@ TEST_CASE("a step of CO moves PV by zero time over lag the wrong way, then as by
 }
 
 TEST_CASE("with a lag it is two lags that work against each other", "[effects][inverse_response]") {
-  constexpr double kWeight = 0.8;  // of the way that works against
+  constexpr double kWeight = 0.8;  // of the opposing path
   constexpr double kSlow = 3.0;    // s
   constexpr double kFast = 0.6;    // s
   plant::LoopModel model = test::believed_model();

@@ -47,7 +47,7 @@ TEST_CASE("a shut valve passes the leak, an open one what it passed before", "[e
   // Two orifices in parallel: the seat, and the plug over the rest of the capacity.
   for (double x = 4.0; x <= 20.0; x += 0.25) {
     const double capacity = 16.0;
-    const double plug = (x - 4.0) / capacity;  // of what the plug can pass
+    const double plug = (x - 4.0) / capacity;  // share of the plug's capacity
     const double seat = 0.5 / capacity;
     CHECK(leak.step(x) == Approx(4.0 + capacity * (seat + plug * (1.0 - seat))));
   }

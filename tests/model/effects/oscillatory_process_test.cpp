@@ -44,7 +44,7 @@ TEST_CASE("without a process the lag must be stated", "[effects][oscillatory_pro
   CHECK(spec.parameters.at("time_constant") == 4.0);
   CHECK_NOTHROW(effects::check_effect(spec, plant::Block::process, {}));
   effects::complete(spec, {.time_constant_s = 9.0});
-  CHECK(spec.parameters.at("time_constant") == 4.0);  // what is given stays
+  CHECK(spec.parameters.at("time_constant") == 4.0);  // a given value is kept
 }
 
 TEST_CASE("a process that rings is found in damping and frequency, a lag stays a lag",

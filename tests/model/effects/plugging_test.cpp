@@ -17,7 +17,7 @@ TEST_CASE("a step passes through a lag that has grown since the start", "[effect
     CHECK(line.step(2.0, at_s) == 2.0);
     const double lag_s = 0.05 * at_s;
     double y = 0.0;
-    // So short a while that the lag hardly grows.
+    // A time so short that the lag hardly grows.
     for (int k = 1; k <= 10; ++k) y = line.step(3.0, at_s);
     CHECK(y == Approx(3.0 - std::exp(-0.1 / lag_s)));
   }

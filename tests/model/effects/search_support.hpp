@@ -17,7 +17,7 @@ struct Named {
   plant::LoopModel corrected;
 };
 
-// Alone, among `names`, in 130 s of `truth` with SP steps.
+// Searches for a single effect among `names`, in 130 s of `truth` with SP steps.
 inline Named named_among(const std::vector<std::string>& names, const plant::LoopModel& truth) {
   const gap::Record record = record_of(truth, 130.0);
   const gap::FreeRun run(believed_model(), record.co);

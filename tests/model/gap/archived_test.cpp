@@ -40,7 +40,7 @@ TEST_CASE("a stick wider than the archive's deviation is named, one that is narr
   CHECK(hidden.outcome != gap::Outcome::missing_effect);
   CHECK(hidden.corrected == test::believed_model());
 
-  // Nobody knows to what: the gap is there, and has no name.
+  // The deviation of CO is unknown: the gap exists, but has no name.
   const gap::Result unknown = find(record, {.pv = 0.05, .co = 0.0, .known = false});
   REQUIRE(unknown.outcome == gap::Outcome::unexplained);
   CHECK(unknown.effects.empty());

@@ -26,7 +26,7 @@ TEST_CASE("a confidence is the share of right names with that lead, by Laplace's
   CHECK(confidence(40.0, true, kTable) == Approx(0.99));
   CHECK(confidence(1e9, true, kTable) == Approx(0.99));
   CHECK(confidence(-3.0, true, kTable) == Approx(0.4));  // less likely than its rival
-  // The same lead over a rest that is more than noise is worth what it was worth there.
+  // With a remaining error above noise, the same lead has the share of such cases.
   CHECK(confidence(40.0, false, kTable) == Approx(0.5));
   CHECK(controller_confidence(kTable) == Approx(39.0 / 40.0));
 }

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kSamples = 700;
 
-// A model whose every block holds something.
+// A model with content in every block.
 plant::LoopModel full_model() {
   plant::LoopModel m = believed_model();
   m.valve_effects = {{"backlash", {{"deadband", 0.2}}},
@@ -116,7 +116,7 @@ TEST_CASE("the corrected model runs as the fit does", "[gap][free_run]") {
     const std::size_t from = candidate.columns == 2 ? 80 : 0;
     std::vector<double> pv = combined(run, terms, point, solved);
     run.show(terms, point, pv);
-    // A lag that is a term does not pass on what moves in the model's own offset.
+    // A lag that is a term does not pass on the movement of the model's own offset.
     const bool lags_offset = std::string(candidate.name) == "plugging" && !m.disturbances.empty();
     CHECK(farthest(pv, driven(corrected, co), from) < (lags_offset ? 0.04 : 1e-6));
     if (candidate.solves_gain) {

@@ -51,7 +51,7 @@ inline gap::Record record_of(plant::LoopModel truth, double seconds, std::uint64
   return run_of(truth, seconds);
 }
 
-// CO that steps, ramps and turns back, 2 to 7.5.
+// A CO that steps, ramps and reverses, 2 to 7.5.
 inline std::vector<double> exciting_output(std::size_t samples, std::uint64_t seed = 11) {
   numeric::Random random(seed);
   std::vector<double> co;
@@ -68,7 +68,7 @@ inline std::vector<double> exciting_output(std::size_t samples, std::uint64_t se
   return co;
 }
 
-// PV of the plant under a given CO.
+// Returns PV of the plant under a given CO.
 inline std::vector<double> driven(const plant::LoopModel& model, const std::vector<double>& co,
                                   std::uint64_t seed = 1) {
   plant::Plant plant(model, seed);

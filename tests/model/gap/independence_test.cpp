@@ -77,7 +77,7 @@ TEST_CASE("a load that wanders by itself follows neither SP nor CO", "[gap][inde
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Column load = wandering(seed);
     const Column sp = moving_sp(100 + seed);
-    // CO makes up for the load: only its part that follows SP may be asked.
+    // CO compensates the load. Only the part of CO that follows SP may be tested.
     Column co = through_lag(sp, 2.0);
     const Column smooth = through_lag(load, 2.0);
     for (std::size_t k = 0; k < kSamples; ++k) co[k] -= smooth[k];

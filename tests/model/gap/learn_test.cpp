@@ -17,7 +17,7 @@ namespace learn_test {
 
 using namespace loopwarden;
 
-// No name is looked for, so that only what is learned can explain the record.
+// Searches for no name, so that only a learned law can explain the record.
 gap::Result nameless(const gap::Record& record, bool learns = true) {
   gap::Options options;
   for (const effects::Descriptor& info : effects::effect_catalogue()) {

@@ -42,7 +42,7 @@ struct Case {
   }
 };
 
-// A case whose model misses PV by `residual` of the time in s.
+// A case whose model is wrong in PV by `residual`, a function of the time in s.
 Case missing(const std::function<double(double)>& residual,
              const std::vector<double>& co = exciting_output(kSamples)) {
   Case r;
@@ -148,7 +148,7 @@ TEST_CASE("without a pattern the conditions share the gap", "[gap][locate]") {
 }
 
 TEST_CASE("an error after a reversal is attributed to the reversal", "[gap][locate]") {
-  // A triangle of 40 s; PV differs for 3 s after each turn and the dead time.
+  // A triangle of 40 s. PV differs for 3 s after each reversal and the dead time.
   std::vector<double> co;
   for (std::size_t k = 0; k < kSamples; ++k) {
     const double phase = std::fmod(0.1 * static_cast<double>(k), 40.0) / 20.0;

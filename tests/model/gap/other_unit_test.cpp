@@ -13,7 +13,7 @@ using gap::SignalUnit;
 
 const SignalUnit kSame{"", 0.0, 10.0};  // both ranges of the model
 
-// As a logger in these units would have written it.
+// Returns the record as a logger in these units would have written it.
 gap::Record written(gap::Record r, const SignalUnit& pv, const SignalUnit& co) {
   const auto convert = [](std::vector<double>& column, const SignalUnit& to) {
     for (double& v : column) v = to.low + v * (to.high - to.low) / 10.0;

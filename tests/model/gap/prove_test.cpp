@@ -27,7 +27,7 @@ TEST_CASE("a name holds if it closes the gap on the last third", "[gap][prove]")
   CHECK(at(0.501) == Proof::partly);
   CHECK(at(0.499) == Proof::refuted);
   CHECK(at(-1.0) == Proof::refuted);
-  // A missed slip makes innovations no better; what the free run closes decides.
+  // A missed slip does not improve the innovations. The gap that the free run closes decides.
   CHECK(judge({.closed = 0.95, .model_innovations = 1.0, .choice_innovations = 2.0}) ==
         Proof::holds);
 }

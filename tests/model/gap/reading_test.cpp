@@ -68,7 +68,7 @@ TEST_CASE("a beat that is no whole number of samples is found", "[gap][reading]"
 
 TEST_CASE("noise, rounding and a historian's compression are no beat", "[gap][reading]") {
   CHECK_FALSE(examine_reading(noisy(2000)).held);
-  // A ramp without noise takes one step after another, as long as it takes from one to the next.
+  // A ramp without noise changes by one step at a time, with equal pauses.
   std::vector<double> ramp(2000);
   for (std::size_t k = 0; k < ramp.size(); ++k) {
     ramp[k] = kStep * std::floor(static_cast<double>(k) / 10.0);

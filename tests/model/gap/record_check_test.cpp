@@ -87,7 +87,7 @@ TEST_CASE("values that no transmitter can have sent count as missing", "[gap][re
   gap::Record record = test::record_of(model, 60.0);
   record.pv[10] = 1e300;
   record.pv[20] = -11.0;
-  record.pv[30] = 19.0;  // a span above the range is still taken
+  record.pv[30] = 19.0;  // a span above the range is still accepted
   const gap::Record taken = gap::believed(record, model);
   CHECK(std::isnan(taken.pv[10]));
   CHECK(std::isnan(taken.pv[20]));
@@ -181,7 +181,7 @@ TEST_CASE("reversals count beyond the band, at the sample that shows them", "[ga
   CHECK(gap::reversals(column, 0.5) == std::vector<std::size_t>{6, 9, 11});
   CHECK(gap::reversals(column, 5.0).empty());
   CHECK(gap::reversals({}, 1.0).empty());
-  // Neither does a slow turn get lost nor the first move count.
+  // A slow reversal is not missed, and the first move does not count.
   std::vector<double> slow;
   for (int k = 0; k < 200; ++k) slow.push_back(k < 100 ? 0.01 * k : 2.0 - 0.01 * k);
   CHECK(gap::reversals(slow, 0.5).size() == 1);

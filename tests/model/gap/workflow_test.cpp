@@ -71,7 +71,8 @@ TEST_CASE("a held reading is named by its beat, and is the only name", "[gap][lo
   CHECK(result.effects[0].block == plant::Block::transmitter);
   REQUIRE(result.corrected.transmitter_effects.size() == 1);
   CHECK(result.after.rmse < 0.5 * result.before.rmse);
-  CHECK(result.check.noise_rms == Approx(0.02).epsilon(0.3));  // 0.015 and what PV moves in 1.3 s
+  // 0.015 and the movement of PV in 1.3 s
+  CHECK(result.check.noise_rms == Approx(0.02).epsilon(0.3));
   gap::Options without;
   without.search.without = {"held_measurement"};
   const gap::Result unnamed =

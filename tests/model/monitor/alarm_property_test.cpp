@@ -75,7 +75,7 @@ bool apply(Alarm& alarm, Event event, Seen& seen) {
     }
     case Event::unshelve: return alarm.unshelve(seen.now_ms);
     case Event::time:
-      // Now and then the clock is set back.
+      // The clock is sometimes set back.
       seen.now_ms += integer(one_of(5) == 0 ? -1000 : 0, 1000) * kMinute;
       alarm.pass_time(seen.now_ms);
       return true;

@@ -114,7 +114,7 @@ TEST_CASE("a stem at rest has no measurable lag; CO away from it counts", "[moni
   ConditionWatch watch(kSettings);
   for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.7), {});
   CHECK(std::isnan(watch.indices().actuator));
-  // 0.7 and 1.3 of 20 in turn: 5 %, beyond the limit.
+  // 0.7 and 1.3 of 20 alternate: 5 %, beyond the limit.
   CHECK(watch.inputs().stem_deviation_percent == Approx(5.0).margin(0.1));
   CHECK(watch.indices().positioner == 0.0);
 }

@@ -194,7 +194,7 @@ TEST_CASE("a reload restarts it if it acts, and only then", "[monitor][correctiv
   }
   const CorrectiveStep step = action.reloaded();
   CHECK(step.to == State::waiting);
-  CHECK(step.order == Order::back);  // an order to act may still be underway
+  CHECK(step.order == Order::back);  // a command to act may still be underway
   CHECK_FALSE(windows(action, kWait - 1, errors(10.0)).changed());
   CHECK(windows(action, 1, errors(10.0)).order == Order::on);
   windows(action, kDecision, errors(10.0));
@@ -261,7 +261,7 @@ TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow
   SECTION("it gains nothing") {
     CHECK(action.moves(in_shadow(0.96), 1.0).to == State::given_up);
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
-    action.explained(true);  // of the same alarm
+    action.explained(true);  // for the same alarm
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
   }
   SECTION("its gain is not known yet") {

@@ -165,7 +165,7 @@ TEST_CASE("a consequence is suppressed while its cause is on, and is raised afte
   CHECK_FALSE(alarms.cause_of(K::bad_pv));
   alarms.process_changed(3, one(K::not_normal_mode, true));
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
-  // A shelf hides the cause, not what follows from it.
+  // A shelf hides the cause, but not its consequences.
   REQUIRE(alarms.act(K::output_lost, AlarmAction::shelve, 4, 1000).accepted);
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
   alarms.process_changed(5, one(K::output_lost, false));

@@ -137,7 +137,7 @@ TEST_CASE("an incident that was opened by a fast clock ends when the clock is ri
     REQUIRE(loop.shows(kRight + 40 * kMinute, {}).size() == 1);
     CHECK_FALSE(loop.now().open());
 
-    // A new one opens then, has the right time, and takes its explanation.
+    // A new incident opens then, has the right time, and accepts its explanation.
     const std::int64_t later = kRight + 365 * kDay;
     REQUIRE(loop.shows(later, {K::model_gap}).front().kind == Change::opened);
     CHECK(loop.now().opened_ms == later);

@@ -34,7 +34,7 @@ std::function<double(double)> random_load(double deviation, std::uint64_t seed) 
   };
 }
 
-// A flow loop with a tuning that a rule would give it, drawn.
+// A flow loop with the tuning of a rule, all drawn at random.
 SmallLoop flow_loop(std::uint64_t seed) {
   numeric::Random random(seed);
   SmallLoop loop{.sample_time_s = 1.0, .seed = seed};

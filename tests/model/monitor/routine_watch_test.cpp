@@ -20,7 +20,7 @@ using namespace monitor;
 
 constexpr double kSetPoint = 20.0;  // as SmallLoop has it
 
-// Samples of 2 s: the first level takes each as it is.
+// Samples of 2 s: the first level uses each unchanged.
 const WindowSettings kSettings{.sample_time_s = 2.0};
 
 SmallLoop::Run sticky(std::size_t samples, double s = 4.0) {
@@ -142,7 +142,7 @@ TEST_CASE("an effect that a source with report on change hides raises no alarm",
   CHECK(seen.judgement().source.pv.deviation == Approx(0.3).epsilon(0.1));
   CHECK(seen.judgement().sees_from_percent == Approx(2.0).epsilon(0.1));
 
-  // Held values make a small sticking valve by themselves.
+  // Held values look like a slightly sticking valve.
   const auto narrow = on_change(sticky(RoutineWatch::kSamples, 1.5), 0.1, 0.5);
   RoutineWatch hidden(settings);
   CHECK_FALSE(raised(narrow, hidden));

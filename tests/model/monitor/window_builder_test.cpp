@@ -103,7 +103,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
   REQUIRE(add(builder, 0, kWindowSamples).size() == 1);
   CHECK(builder.state() == WindowState::valid);
 
-  // Some samples of the next window, then what breaks it.
+  // Some samples of the next window, then the event that breaks it.
   std::uint64_t next = kWindowSamples + 100;
   add(builder, kWindowSamples, next);
   Cycle bad = cycle(next);
@@ -131,7 +131,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
   }
   CHECK(builder.add(bad) == Progress::broken);
   CHECK(builder.state() == reason);
-  // Told once, however long it lasts.
+  // Reported once, whatever its duration.
   if (builder.add(cycle(next + 1)) == Progress::none && reason != WindowState::gap) {
     CHECK(builder.state() == WindowState::filling);
   }

@@ -79,7 +79,7 @@ TEST_CASE("a swing ends where the travel ends", "[plant][overshoot]") {
     REQUIRE(stem == Approx(x).margin(0.5));  // the end is met within a period, not at its end
   }
   CHECK(positioner.reset(120.0) == 100.0);
-  // As a file makes it, its travel is the output's span.
+  // Made from a file, its travel is the output's span.
   plant::Effect made = effects::make_effect(
       {"positioner_overshoot", {{"damping", kDamping}, {"natural_frequency", kFrequency}}},
       {.sample_time_s = kPeriod, .output_low = 0.0, .output_high = 10.0});

@@ -55,7 +55,7 @@ class FlowChart {
   bool moving_ = false;
 };
 
-// From rest at 0 both laws are brought to a stop at u = 20 on the way up.
+// Moves both laws from rest at 0 upwards, and stops them at u = 20.
 void bring_upwards(StictionChoudhury& law) {
   law.reset(0.0);
   for (double u = 1.0; u <= 20.0; u += 1.0) law.step(u);

@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Every weight in turn: layer by layer, neuron by neuron, its bias last.
+// All weights in order: layer by layer, neuron by neuron, its bias last.
 VectorXd flat(const Network& n) {
   std::vector<double> v;
   for (const Layer& l : n.layers) {

@@ -46,7 +46,7 @@ inline specialist::ParallelFor one_thread() {
     for (std::size_t i = 0; i < count; ++i) body(i);
   };
 }
-// The same work from the end: what another thread might do.
+// The same work in reverse order, as another thread might do it.
 inline specialist::ParallelFor backwards() {
   return [](std::size_t count, const std::function<void(std::size_t)>& body) {
     for (std::size_t i = count; i-- > 0;) body(i);

@@ -29,7 +29,7 @@ const TeamTraining& trained() {
   return result;
 }
 
-// A team whose networks say what the test wants, whatever the evidence: softmax of `scores`.
+// A team whose networks return the scores of the test, whatever the evidence: softmax of `scores`.
 Team puppet_team(const std::array<double, kConditions>& scores) {
   Team team;
   team.facts = facts_of(tests::flow_loop());
@@ -59,7 +59,7 @@ TEST_CASE("a fault is no larger than the window's evidence of it", "[specialist]
   WindowFits f = tests::plain_fits();
   f.co_range = 3.0;
   f.pv_range = 5.0;
-  // 6 % is what the fits have found.
+  // The fits have found 6 %.
   CHECK(severity_of(f, Condition::stiction) == 3.0);
   CHECK(severity_of(f, Condition::backlash) == 3.0);
   CHECK(severity_of(f, Condition::hysteresis) == 3.0);

@@ -169,7 +169,7 @@ TEST_CASE(
     wrong += push(moves(two.first), false, moves(two.second)).has_value();
   }
   CHECK(wrong <= 1);
-  // Where both stick, each pushes the other.
+  // If both stick, each pushes the other.
   std::size_t there = 0;
   std::size_t back = 0;
   for (std::uint64_t seed = 201; seed <= 240; ++seed) {

@@ -33,7 +33,7 @@ CalmTrial sticky_trial() {
                                 .parameters = {{"s", 1.0}, {"j", 0.5}},
                                 .options = {{"law", "he"}},
                                 .table = {}}};
-  // Off the rest that every run starts from.
+  // Away from the rest at which every run starts.
   trial.model.disturbances = {{.name = "step_disturbance",
                                .parameters = {{"size", 0.2}, {"time", 1.0}},
                                .options = {},
@@ -84,11 +84,11 @@ TEST_CASE("paper settles a healthy valve with read-back bias b at Ks b / Ki, the
 TEST_CASE("a limit cycle is measured correctly", "[calm][studies]") {
   const TrialResult result = run_trial(sticky_trial());
   CHECK_FALSE(result.parked);
-  // PV swings by gain times slip jump, the stem moves by the jump at each turn.
+  // PV swings by gain times slip jump, the stem moves by the jump at each reversal.
   CHECK(result.pv_swing == Approx(0.5).epsilon(0.05));
   CHECK(result.settled.travel_per_hour ==
         Approx(0.5 * result.settled.reversals_per_hour).epsilon(0.05));
-  // Two turns in a period.
+  // Two reversals per period.
   CHECK(result.settled.reversals_per_hour ==
         Approx(2.0 * 3600.0 / result.settled.period_s).epsilon(0.1));
   // CO crosses the stick band; the proportional term adds a little.

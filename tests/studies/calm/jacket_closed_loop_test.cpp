@@ -41,7 +41,7 @@ plant::LoopModel sticky_plant_1(const std::string& law) {
   return m;
 }
 
-// Two hours at each of eight set points, so that what luck there is in where the valve sticks
+// Two hours at each of eight set points, so that the chance in the valve's sticking positions
 // averages out.
 CalmTrial trial_with(const plant::LoopModel& model, JacketForm form) {
   CalmTrial trial;

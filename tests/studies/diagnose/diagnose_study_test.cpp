@@ -31,7 +31,7 @@ std::string text_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-// The open records in `folder`, `loop` with the label that is not its own.
+// Copies the open records into `folder`, `loop` with a wrong label.
 void copy_with_wrong_label(const std::filesystem::path& folder, const std::string& loop) {
   std::filesystem::copy(kRecords, folder);
   std::istringstream lines(text_of(kRecords / "labels.csv"));
@@ -45,7 +45,7 @@ void copy_with_wrong_label(const std::filesystem::path& folder, const std::strin
   }
 }
 
-// Returns the verdict on each loop of `records`, with its own plant left out and other plants
+// Returns the result for each loop of `records`, with its own plant left out and other plants
 // added.
 std::map<std::string, double> left_out(const std::filesystem::path& records) {
   const ShellOutcome outcome = bash(kStudy + "--records " + records.string() + " " + kOtherPlants +

@@ -141,7 +141,7 @@ TEST_CASE("names of other seeds are right as often as predicted", "[hidden_cases
   }
   CAPTURE(promised, right, check.names.size(), confident.hits, confident.of);
   CHECK(std::abs(right - promised) < 2.0 * std::sqrt(spread) + 1.0);
-  // Nine in ten, or no further below than chance may take it.
+  // Nine in ten, or no further below than chance allows.
   CHECK(confident.interval().second >= 90.0);
 }
 

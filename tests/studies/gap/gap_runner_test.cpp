@@ -32,7 +32,8 @@ constexpr const char* kNoGap =
 void write_two_cases(const fs::path& folder) {
   write_file(folder / "truth.json",
              R"([{"id": "a", "effect": "none", "accept": ["none"], "par": {}, "floor_rmse": 0.1},
-                 {"id": "b", "effect": "drift", "accept": ["drift"], "par": {}, "floor_rmse": 0.1}])");
+                 {"id": "b", "effect": "drift", "accept": ["drift"], )"
+             R"("par": {}, "floor_rmse": 0.1}])");
 }
 
 }  // namespace

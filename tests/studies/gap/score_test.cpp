@@ -191,11 +191,9 @@ TEST_CASE("gap.json and truth.json are read, or refused with a reason", "[hidden
   CHECK_THROWS_AS(parse_answer("{"), std::runtime_error);
   CHECK_THROWS_AS(parse_answer(R"({"verdict": "no_gap"})"), std::runtime_error);
   CHECK_THROWS_AS(parse_truth(R"([{"id": "a"}])"), std::runtime_error);
-  CHECK(
-      kind_of(
-          parse_truth(
-              R"([{"id": "a", "effect": "none", "accept": ["none"], "par": {}, "floor_rmse": 0.1}])")
-              .at(0)) == Kind::kNone);
+  CHECK(kind_of(parse_truth(R"([{"id": "a", "effect": "none", "accept": ["none"], )"
+                            R"("par": {}, "floor_rmse": 0.1}])")
+                    .at(0)) == Kind::kNone);
 }
 
 TEST_CASE("the table names figures, aims and failures; the list names misses", "[hidden_cases]") {
