@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A box is saved while it runs and restored, by the commands of docs/fleet.md (Backup and restore).
+// A host is backed up while it runs and restored, by the commands of docs/fleet.md (Backup and
+// restore).
 #include <signal.h>
 
 #include <algorithm>
@@ -70,7 +71,7 @@ TEST_CASE(
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
 
-  // Another disk.
+  // Simulates a new disk.
   for (const auto& lost : std::filesystem::directory_iterator(state)) {
     std::filesystem::remove_all(lost.path());
   }
@@ -87,7 +88,7 @@ TEST_CASE(
   const std::set<std::string> after = lines_of(daemon);
   CHECK(std::includes(after.begin(), after.end(), before.begin(), before.end()));
   CHECK_FALSE(has(after, "3.25"));
-  // It is a journal to go on with.
+  // The restored journal accepts new lines.
   REQUIRE(loopwarden(daemon, "alarms unshelve FIC-101 stiction --reason after").exit_code == 0);
   CHECK(has(lines_of(daemon), "after"));
   daemon.signal(SIGTERM);

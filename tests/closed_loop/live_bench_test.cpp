@@ -43,7 +43,7 @@ std::string model_file(bool sticking) {
          "transmitter: {range: [0, 10], resolution: 0, noise: 0}\n";
 }
 
-// A command of the workbench, from its start to its end.
+// Runs a command of the workbench from its start to its end.
 class Command {
  public:
   Command(DaemonProcess& daemon, std::vector<std::string> arguments)
@@ -104,7 +104,7 @@ std::vector<std::string> valve_test(const std::string& loop, std::vector<std::st
   return more;
 }
 
-// In automatic at its set point, as the test cases found it.
+// Returns true if the loop is in automatic at its set point, as before the test.
 bool as_it_was(DaemonProcess& daemon, const std::string& loop) {
   const json now = daemon.loop(loop);
   return now.value("requested_mode", "") == "AUTO" && now.value("mode", "") == "AUTO" &&
@@ -117,7 +117,7 @@ bool settled(DaemonProcess& daemon, const std::string& loop) {
          std::abs(now.at("pv").get<double>() - 5.0) < 0.1;
 }
 
-// A loop in manual with its output at `co`.
+// Waits until the loop is in manual, and sets its output to `co`.
 void stand_at(DaemonProcess& daemon, const std::string& loop, double co) {
   REQUIRE(test::eventually([&] { return daemon.is(loop, "mode", "MAN"); }));
   daemon.client().set({.loop = loop, .output = co});
@@ -297,7 +297,7 @@ TEST_CASE("a command to manual that is still on its way when the test ends is wi
   const int exit_code = command.wait_for_end();
   INFO(command.text());
   CHECK(exit_code == 75);
-  // To manual and back.
+  // Changes to manual and back.
   REQUIRE(test::eventually([&] {
     const json lines = daemon.journal(50, "FIC-101");
     return std::count_if(lines.begin(), lines.end(),

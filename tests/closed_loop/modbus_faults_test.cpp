@@ -54,7 +54,7 @@ struct TcpPlant {
     return daemon.is("FIC-101", "mode", "AUTO") && daemon.is("FIC-101", "fault", "none");
   }
   bool at_set_point() { return in_automatic() && std::abs(pv() - kSetPoint) < 0.2; }
-  // Starts and lets the loop settle.
+  // Starts the daemon and waits until the loop has settled.
   void settle() {
     daemon.start();
     REQUIRE(eventually([&] { return at_set_point(); }, kSettling));
@@ -72,7 +72,8 @@ struct TcpPlant {
     const bool back = eventually(
         [&] {
           const Clock::time_point before = Clock::now();
-          // The device's own watchdog, which may act late and between two looks, is no command.
+          // A change by the device's own watchdog, which may act late and between two looks, is no
+          // jump.
           const std::string state = rig.device.command("state");
           const std::string trips_now = test::ForeignProcess::field(state, "trips");
           const bool tripped_since = std::exchange(trips, trips_now) != trips_now;
@@ -211,7 +212,7 @@ TEST_CASE(
   plant.recovers();
 }
 
-// The delays are seconds of real time: hardware is not accelerated.
+// The delays are seconds of real time, because hardware runs at real speed.
 TEST_CASE(
     "fault, device lost for longer: process alarms are raised, acknowledged, and clear once it is "
     "back") {
@@ -470,7 +471,7 @@ TEST_CASE("fault, files with errors: --safe drives every output that they still 
         // An invalid loop file, and a key that doesn't matter to the output.
         Case{"", "loop: [\n", with(plant_loop("one", 1.0), "kp: 0.3494", "kp: x")},
         Case{"", other, plant_loop("one", 1.0) + "monitor: {twin: none.yaml}\n"},
-        // Elsewhere in loopwardend.yaml.
+        // Errors elsewhere in loopwardend.yaml.
         Case{"log_level: nothing\n", other, plant_loop("one", 1.0)}}) {
     TcpRig rig(kDeviceArguments);
     const std::string port = rig.proxy.ready("port");

@@ -85,7 +85,7 @@ class Wire {
   pid_t child_;
 };
 
-// Whether a value that a master read is one of those that the loop had of late.
+// Returns whether a value that a master read is among the recent values of the loop.
 bool seen(const std::vector<double>& values, double read) {
   return std::any_of(values.begin(), values.end(),
                      [&](double v) { return static_cast<float>(v) == static_cast<float>(read); });
@@ -327,7 +327,7 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   INFO(write.text);
   if (writes) {
     CHECK(test::eventually([&] { return plant.daemon.loop("FIC-102").at("sp") == 4.5; }));
-    // Written down when the loop's answer is there.
+    // The journal line is written when the loop's answer is there.
     CHECK(test::eventually([&] {
       const json lines = plant.daemon.journal(20, "FIC-102");
       return std::any_of(lines.begin(), lines.end(), [&](const json& entry) {

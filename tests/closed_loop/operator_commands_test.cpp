@@ -33,7 +33,7 @@ ShellOutcome loopwarden(const DaemonProcess& daemon, const std::string& argument
   return bash(daemon, LOOPWARDEN_CLI " " + arguments);
 }
 
-// The live view on a terminal of the test's own.
+// The live view on a terminal that the test creates.
 class Terminal {
  public:
   explicit Terminal(const std::string& socket) {
@@ -150,7 +150,7 @@ TEST_CASE("top waits for a restarting daemon and continues", "[operator]") {
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   CHECK(top.shows("trying again"));
-  CHECK(top.shows("FIC-101"));  // as it was last
+  CHECK(top.shows("FIC-101"));  // as in the last picture
   daemon.start();
   CHECK(top.shows("FIC-101", "trying again"));
   CHECK(top.quit() == 0);

@@ -69,7 +69,7 @@ TEST_CASE("errors that a start would refuse are refused by check, reload and dry
     CHECK(said.text.find("sample_time 0.2 s, this loop 0.1 s") != std::string::npos);
   }
   CHECK(plant.daemon.run({"--config", config, "--check"}) == 78);
-  // It runs on as it was.
+  // It continues unchanged.
   CHECK(plant.daemon.loop("FIC-102").at("out_of_service").is_null());
   plant.daemon.write_config("twin.yaml", kTwin);
   CHECK(plant.command("check " + config).exit_code == 0);
@@ -111,7 +111,7 @@ TEST_CASE("a loop whose files are bad at the start stays out of service, and the
       CHECK(said.exit_code != 0);
       CHECK(said.text.find("out of service") != std::string::npos);
     }
-    // Mended files need a restart.
+    // Corrected files need a restart.
     plant.daemon.write_config("loops.d/2.yaml", loop_of("FIC-102"));
     const ShellOutcome reloaded = plant.command("reload" + plant.socket());
     INFO(reloaded.text);

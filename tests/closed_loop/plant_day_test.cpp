@@ -226,7 +226,7 @@ TEST_CASE("a day: faults that begin and end, an operator, a sensor that fails, m
   CHECK(plant.act(AlarmKind::bad_pv, AlarmAction::acknowledge));
   plant.sensor_good = true;
 
-  plant.run_to(16.0);  // play in the linkage since 13.5
+  plant.run_to(16.0);  // play in the linkage since 13.5 h
   CHECK(plant.state(AlarmKind::backlash) == monitor::AlarmState::unacknowledged);
   CHECK(plant.act(AlarmKind::backlash, AlarmAction::shelve, 4.0));
   plant.set_mode(control::Mode::manual);
@@ -237,7 +237,7 @@ TEST_CASE("a day: faults that begin and end, an operator, a sensor that fails, m
 
   plant.run_to(22.5);  // too little air since 21 h, without its consequences
   CHECK(plant.state(AlarmKind::low_air_supply) == monitor::AlarmState::unacknowledged);
-  plant.run_to(23.7);  // it is back since 22.5
+  plant.run_to(23.7);  // the supply is back since 22.5 h
   CHECK(plant.act(AlarmKind::low_air_supply, AlarmAction::acknowledge));
   plant.run_to(24.0);
 

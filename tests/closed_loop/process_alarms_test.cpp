@@ -50,7 +50,7 @@ TEST_CASE("an open enable contact is reported with the PV limit, but not with th
     now = alarms();
     return now.at("pv_low").active && now.at("enable_open").active;
   }));
-  CHECK(now.at("enable_open").first_out);  // though the delay of pv_low is the shorter one
+  CHECK(now.at("enable_open").first_out);  // though the delay of pv_low is shorter
   CHECK(now.at("not_normal_mode").state == "suppressed");
   CHECK(now.at("not_normal_mode").consequence_of == "enable_open");
   CHECK_FALSE(now.at("deviation").active);

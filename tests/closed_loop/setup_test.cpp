@@ -283,7 +283,7 @@ TEST_CASE("a record has the moves of the set point, and the loop is in manual af
   const std::string text = read_file(plant.s.state.found("record"));
   CHECK(text.find(",5.4,") != std::string::npos);
   CHECK(text.find(",4.6,") != std::string::npos);
-  // By the loop's next cycle.
+  // Done by the loop's next cycle.
   CHECK(test::eventually([&] { return plant.daemon.is("FIC-101", "requested_mode", "MAN"); }));
   CHECK(plant.served());
 }
@@ -332,7 +332,7 @@ TEST_CASE("the valve doesn't move with a file that is not in force", "[setup]") 
     CHECK(test.exit_code == 75);
     CHECK_THAT(test.text, Catch::Contains(told));
   }
-  // The step `start` waits until it is in force.
+  // The step `start` waits until the file is in force.
   plant.s.person.lines = {};
   CHECK_THROWS_AS(setup::start_loop(plant.s.all), setup::Paused);
   CHECK(plant.co() == Approx(before).margin(0.05));

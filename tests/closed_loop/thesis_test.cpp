@@ -41,7 +41,7 @@ LoopModel plant_1(double divisor, std::uint64_t seed) {
   return m;
 }
 
-// A little load, as every real loop has: else the levels at which a valve sticks never change.
+// A small load, as in every real loop: otherwise the levels at which a valve sticks never change.
 LoopModel loaded_plant_1(std::uint64_t seed) {
   LoopModel m = plant_1(1.75, seed);
   m.disturbances = {
@@ -85,7 +85,7 @@ struct Trend {
   }
 };
 
-// From 1000 s to 6000 s, long after the set-point step.
+// Evaluates 1000 s to 6000 s, long after the set-point step.
 Trend trend(const LoopModel& model) {
   Trend t;
   SimulatedLoop loop(model, kStep);
@@ -99,7 +99,7 @@ Trend trend(const LoopModel& model) {
   return t;
 }
 
-// Medians over seeds of one kind of valve.
+// Medians over the seeds for one kind of valve.
 struct Typical {
   double period_s, pv_amplitude, co_amplitude;
 };

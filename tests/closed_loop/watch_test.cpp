@@ -96,7 +96,7 @@ struct Rig {
 TEST_CASE("a loop that a PLC controls is watched only by reading", "[watch]") {
   Rig rig;
   const auto newest = [&] { return rig.loop("FIC-205"); };
-  // Each value is read by itself: all of them are there.
+  // Each value is read separately: all of them are there.
   REQUIRE(eventually([&] {
     const json now = newest();
     return now.value("fault", "") == "none" && now.at("mode") == "AUTO" && !now.at("sp").is_null();
@@ -225,7 +225,7 @@ TEST_CASE("a fed loop holds while its feeder lives, and is stale when it has die
     CHECK(loop.at("co") == 33.0);
     CHECK(loop.at("sp") == 13.0);
     CHECK(loop.at("mode") == "AUTO");  // no mode is wired
-    // Signs of life and no news.
+    // Signs of life without new values.
     CHECK(eventually([&] {
       feed(json::array());
       return newest().at("pv_reason") == "held";

@@ -26,7 +26,7 @@ transmitter:
   range: [0, 10]
 )";
 
-// Its io section is line 16 on.
+// Its io section begins at line 16.
 inline const std::string kLoopHead = R"(loop: FIC-101
 sample_time: 0.1
 process_variable: {unit: L/min, range: [0, 10]}

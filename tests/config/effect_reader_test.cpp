@@ -193,7 +193,7 @@ TEST_CASE("Every effect of the catalogue can be read and is described", "[config
   for (const effects::Descriptor& info : effects::effect_catalogue()) {
     CHECK(table.find("| `" + std::string(info.name) + "` |") != std::string::npos);
   }
-  // Its example, as a model file holds it, is read as it was written.
+  // Its example is read from a model file as it was written.
   const auto base = read_model_text("m.yaml", kModel);
   REQUIRE(base);
   for (const effects::Descriptor& info : effects::effect_catalogue()) {

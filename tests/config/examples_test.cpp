@@ -40,7 +40,7 @@ struct Key {
   std::size_t length = 0;
 };
 
-// Every `key:` of the text, also within {}; comments are passed over.
+// Returns every `key:` of the text, also within {}; comments are skipped.
 std::vector<Key> keys_of(const std::vector<std::string>& lines) {
   std::vector<Key> keys;
   for (std::size_t n = 0; n < lines.size(); ++n) {
@@ -59,7 +59,7 @@ std::vector<Key> keys_of(const std::vector<std::string>& lines) {
   return keys;
 }
 
-// Reads the text as the file that it is a variation of.
+// Reads the text as a variation of this file.
 std::vector<Diagnostic> diagnose(const fs::path& file, const std::string& text) {
   if (file.filename() == "loopwardend.yaml")
     return read_daemon_text(file.string(), text).diagnostics;
@@ -85,7 +85,7 @@ std::vector<fs::path> example_files() {
   return files;
 }
 
-// The package makes the user; a machine that builds need not have him.
+// The package creates the user; a build host need not have it.
 bool is_of_this_host(const Diagnostic& diagnostic) {
   return diagnostic.message.starts_with("there is no user 'loopwarden-feed' on this host");
 }
@@ -139,7 +139,7 @@ TEST_CASE("A misspelt key is found at its place, in every example", "[config][ex
       std::vector<std::string> changed = lines;
       changed[key.line].insert(key.column + key.length, "_x");
       const std::vector<Diagnostic> diagnostics = diagnose(file, joined(changed));
-      // The name of a link or a feeder is free: a loop that uses it finds out.
+      // The name of a link or a feeder is free: only a loop that uses it detects the slip.
       const bool is_free_name =
           file.filename() == "loopwardend.yaml" &&
           std::all_of(diagnostics.begin(), diagnostics.end(), is_of_this_host);
@@ -199,7 +199,7 @@ TEST_CASE("A value of another kind is found on its line, in every example", "[co
                              code.find("device:") != std::string::npos ||
                              code.find("channel:") != std::string::npos;
         const bool plain_word = value[0] == '.' || value[0] == '0';
-        if (is_text && plain_word) continue;  // words like any others
+        if (is_text && plain_word) continue;  // ordinary words
         const bool found = std::any_of(
             diagnostics.begin(), diagnostics.end(),
             [&](const Diagnostic& d) { return d.place.line == static_cast<int>(n) + 1; });

@@ -45,7 +45,7 @@ TEST_CASE("Keys that a model omits have their default", "[config][model]") {
   CHECK(model->transmitter.noise == 0.0);
   CHECK(model->scenario == plant::Scenario{});
   CHECK(model->controller.jacket == control::JacketSettings{});
-  CHECK(model->controller.set_point.high == 10.0);  // as far as the transmitter sees
+  CHECK(model->controller.set_point.high == 10.0);  // up to the transmitter's range
   CHECK(std::isinf(model->controller.output.rate_per_s));
 }
 

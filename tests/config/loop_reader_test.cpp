@@ -384,7 +384,7 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act together wi
   CHECK_THAT(said("kind: backlash, gap: 0.3, limit: 0.3", jacket),
              Catch::Contains("backlash can't act beside the jacket"));
   CHECK(said("kind: backlash, gap: 0.3, shadow: true", jacket).empty());
-  // A jacket in shadow acts too, where corrective action switches it on.
+  // A jacket in shadow also acts if corrective action switches it on.
   const std::string in_shadow =
       "  jacket: {form: dwell, shadow: true, max_mean_error: 1, valve_position: {model: [{effect: "
       "backlash, deadband: 0.4}]}}\n";

@@ -277,7 +277,7 @@ TEST_CASE("A register's number out of a manual gets an error with its address",
   CHECK(pv("'40201'") == at + "must be a number (got text in quotes, '40201'). 40201" + holding);
   CHECK(pv("4x0201") == at + "must be a number (got '4x0201'). 4x0201" + holding);
   CHECK(pv("4X00201") == at + "must be a number (got '4X00201'). 4X00201" + holding);
-  // No number of a manual: the table would end before it, or it has no register 0.
+  // These are no numbers of a manual: the table would end before them, or it has no register 0.
   CHECK(pv("465537") == at + "must be a whole number from 0 to 65535 (got 465537)\n");
   CHECK(pv("400000") == at + "must be a whole number from 0 to 65535 (got 400000)\n");
   CHECK(pv("999999") == at + "must be a whole number from 0 to 65535 (got 999999)\n");
@@ -300,7 +300,7 @@ TEST_CASE("An ambiguous address is taken literally, with a warning", "[config][m
   const std::string hexadecimal = with(kModbusLoop, "address: 100", "address: 0x9D09");
   CHECK(read(hexadecimal).command.reg.address == 40201);
   CHECK(said_of_loop(hexadecimal).empty());
-  // SunSpec's maps begin here, and no manual counts a register 0.
+  // SunSpec's maps begin at 40000, and no manual has a register 0.
   CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 40000")).empty());
   CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 50201")).empty());
   CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 4020")).empty());

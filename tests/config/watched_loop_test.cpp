@@ -16,7 +16,7 @@ using test::with;
 
 namespace {
 
-// Its io section is line 6 on.
+// Its io section begins at line 6.
 const std::string kHead = R"(loop: FIC-205
 control: elsewhere
 sample_time: 1

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The generator as its users call it.
+// Runs the generator as a user does.
 #include <catch2/catch.hpp>
 #include <string>
 

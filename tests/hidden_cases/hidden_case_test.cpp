@@ -50,7 +50,7 @@ Rows read_record(const std::filesystem::path& path) {
   return rows;
 }
 
-// The largest difference between the recorded CO and a PI that sees the recorded SP and PV.
+// Returns the largest difference between the recorded CO and a PI with the recorded SP and PV.
 double replay_error(const Rows& rows, double kp, double ki) {
   double integral =
       rows.co[0] - kp * (rows.sp[0] - rows.pv[0]) - ki * 0.1 * (rows.sp[0] - rows.pv[0]);

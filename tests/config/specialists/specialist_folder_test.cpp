@@ -46,7 +46,7 @@ SpecialistFolder some_folder() {
   return f;
 }
 
-// The error's text on a written folder in which `change` has been made.
+// Returns the text of the error for a written folder after `change`.
 template <class Change>
 std::string refusal(Change change) {
   const TemporaryFolder folder;
@@ -64,7 +64,7 @@ void replace(const std::filesystem::path& file, const std::string& from, const s
   write_file(file, text.replace(at, from.size(), to));
 }
 
-// New weights, and the manifest agrees.
+// New weights with a matching manifest.
 void put_weights(const std::filesystem::path& folder, const std::string& text) {
   const std::string before = loopwarden::base::sha256_hex(read_file(folder / "P7S4.weights"));
   write_file(folder / "P7S4.weights", text);
@@ -77,7 +77,7 @@ void copy_version_1(const std::filesystem::path& to) {
                         std::filesystem::copy_options::recursive);
 }
 
-// WindowFits with another value in every place.
+// WindowFits with a different value in every field.
 specialist::WindowFits varied_explanations() {
   specialist::WindowFits f;
   f.usable = true;
@@ -264,7 +264,7 @@ TEST_CASE("specialists that are replaced stay whole until the new manifest is wr
   for (auto& member : other.team->members) {
     member.network = specialist::random_network({specialist::kNetworkInputs, 3, 2, 1}, 77);
   }
-  // After each file: as after a kill.
+  // The state after each file, as after a kill.
   std::size_t files = 0;
   config::write_specialists(other, folder.path(),
                             [&](const std::string& name, const std::string& text) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Twins that loops' files name: those of another loop are refused before anything runs.
+// Twins that loops' files name. A twin of another loop is refused before the start.
 #include "config/validation/specialist_files.hpp"
 
 #include <catch2/catch.hpp>
@@ -75,7 +75,7 @@ TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[dae
     other.config.controller.pid.action = action;
     CHECK(said_of(other).find("controller.action") != std::string::npos);
   }
-  // Planned moves know no process that integrates.
+  // Planned moves don't support integrating processes.
   write_file(
       file,
       "sample_time: 0.1\ncontroller: {kp: 0.4, ki: 0.15, output: [0, 100]}\n"

@@ -88,7 +88,7 @@ TEST_CASE("files that a loop's file names are judged too", "[config][validation]
   }
   std::filesystem::remove(folder / "twin.yaml");
   CHECK(tags_of(validate(folder.path())) == Tags{"-FIC-101", "FIC-102"});
-  // Specialists likewise.
+  // The same for specialists.
   folder.write("loops.d/a.yaml", simulated("FIC-101", "monitor: {specialists: ../none}\n"));
   CHECK(said_of(folder).find("loops.d/a.yaml:17:24: error: monitor.specialists: ") !=
         std::string::npos);
@@ -153,7 +153,7 @@ TEST_CASE("two links to one unit agree in their settings", "[config][validation]
     links("host: 127.0.0.1", other);
     CHECK(said_of(folder).empty());
   }
-  // Units have a connection each, as long as no link limits these.
+  // Units have separate connections, as long as no link limits these.
   folder.write("loops.d/b.yaml", on_link("FIC-102", "new", 2, 200));
   links("host: 127.0.0.1", "host: 127.0.0.1, response_timeout: 0.5");
   CHECK(said_of(folder).empty());
@@ -321,11 +321,11 @@ TEST_CASE("a loop that is out of service keeps its place", "[config][validation]
   // Watched loops stay after the others, even if no part of their files can be read as YAML.
   folder.write("loops.d/aa.yaml", watched + "a: [1\n");
   CHECK(tags() == Tags{"FIC-101", "FIC-102", "FIC-103", "-FIC-201"});
-  // Two of one tag: neither is run.
+  // Two loops of one tag: neither is run.
   folder.write("loops.d/aa.yaml", watched);
   folder.write("loops.d/c.yaml", simulated("FIC-102"));
   CHECK(tags() == Tags{"FIC-101", "-FIC-102", "-c", "FIC-201"});
-  // A section of loopwardend.yaml that is no link's concerns all loops.
+  // An error in a section of loopwardend.yaml that belongs to no link concerns all loops.
   folder.write("loops.d/c.yaml", simulated("FIC-103"));
   folder.write("loopwardend.yaml", "feeders: {opcua: {user: root}}\nlog_levle: info\n");
   CHECK_FALSE(validate(folder.path()).reading.runnable);

@@ -82,12 +82,12 @@ bool applies(const LoopPlan& plan, const Keys& wanted) {
   return plan.decision == Decision::apply && plan.keys.waiting_for_restart.empty() &&
          plan.waiting_for_output.empty();
 }
-// It waits by itself.
+// Returns true if these keys wait for a restart and no key is applied.
 bool waits(const LoopPlan& plan, const Keys& wanted) {
   CHECK(keys(plan.keys.waiting_for_restart) == wanted);
   return plan.decision == Decision::apply && plan.keys.applied.empty();
 }
-// Nothing of the loop is applied for it.
+// Returns true if these keys wait and the whole loop keeps its settings.
 bool keeps(const LoopPlan& plan, const Keys& wanted) {
   CHECK(keys(plan.keys.waiting_for_restart) == wanted);
   return plan.decision == Decision::keep && plan.keys.applied.empty() &&
@@ -296,7 +296,7 @@ TEST_CASE("Limits that exclude CO wait, and with them the loop's tuning", "[app]
   CHECK(keys(loop.keys.applied) == Keys{"controller.kp", "controller.output.limits"});
   CHECK(loop.decision == Decision::apply);
   CHECK(loop.waiting_for_output.empty());
-  CHECK_FALSE(all.all_in_force());  // the monitor's key waits still
+  CHECK_FALSE(all.all_in_force());  // the monitor's key still waits
 
   CHECK(plan(running, wanted, {.known = true, .value = 3.0}).loops.at(0).decision ==
         Decision::apply);

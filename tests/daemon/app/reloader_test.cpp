@@ -208,7 +208,7 @@ TEST_CASE("a reload that arrives during a commissioning is carried out after its
   steps(20);
   CHECK(bench.kp() == 0.35);
   const bool sound = GENERATE(true, false);
-  // The files of then count.
+  // The files at the end of the commissioning count.
   bench.write("loops.d/a.yaml", sound ? with(kLoop, "kp: 0.35", "kp: 0.7") : "loop: [\n");
   bench.loops[0].commissioning->give_back();
   REQUIRE(test::eventually([&] {
@@ -272,7 +272,7 @@ TEST_CASE("an offer that the loop took during its withdrawal does not stay in fo
     const json state = *bench.reloader->state(number);
     return state.at("state") == "taking" || state.at("state") == "done";
   }));
-  // The cycle had taken it between the comparison and the withdrawal.
+  // The cycle took it between the comparison and the withdrawal.
   rt::LoopChannels& channels = *bench.loops[0].channels;
   rt::LoopSettings taken = before;
   taken.controller.pid.gains.kp = 0.5;
@@ -331,7 +331,7 @@ TEST_CASE(
     CHECK(bench.reload().at("outcome") == "in_force");
     CHECK(bench.kp() == 0.5);
     CHECK_FALSE(not_in_file());
-    // The next file with others is a change as any.
+    // The next file with other gains is a normal change.
     bench.write("loops.d/a.yaml", kLoop);
     CHECK(bench.reload().at("outcome") == "in_force");
     CHECK(bench.kp() == 0.35);

@@ -63,7 +63,7 @@ class NotifySocket {
     unsetenv("WATCHDOG_PID");
     close(fd_);
   }
-  // Everything received since the last call.
+  // Returns all messages since the last call.
   std::string take() const {
     std::string all;
     std::array<char, 1024> buffer{};
@@ -123,7 +123,7 @@ TEST_CASE("the watchdog is fed without a descriptor left") {
 }
 
 TEST_CASE("the service manager may return, and may have no file for its socket") {
-  ServiceManager nobody;  // not run by any
+  ServiceManager nobody;  // without a service manager
   nobody.ready();
   auto socket = std::make_unique<NotifySocket>();
   ServiceManager manager;

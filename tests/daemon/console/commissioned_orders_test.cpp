@@ -254,7 +254,7 @@ TEST_CASE("a record ends with the commissioning in which it began, and after its
       bench.order({{"request", "set"}, {"mode", "man"}});
       bench.run(1);
     }
-    // Another commissioning is not the one in which it began.
+    // The record ends although another commissioning has begun.
     bench.commission();
     bench.operators.collect();
     CHECK(ended());

@@ -93,7 +93,7 @@ struct Console {
     while (loops.front().channels->operator_orders.orders.try_pop(order)) taken.push_back(order);
     return taken;
   }
-  // The loop's next cycles.
+  // Runs the loop's next cycles.
   void run(int cycles) {
     for (int i = 0; i < cycles; ++i) {
       ++cycles_run;

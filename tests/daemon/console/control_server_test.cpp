@@ -276,7 +276,7 @@ TEST_CASE("a command that was accepted but can't act when the loop takes it is r
   bench.run(1);
   const json sent = bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 45})");
   CHECK(sent.at("ok") == true);
-  // A master is faster.
+  // A master's command is faster.
   bench.loops.front().channels->master_orders.orders.try_push({.mode = control::Mode::automatic});
   bench.run(1);
   const json outcome = bench.outcome(sent);
@@ -383,7 +383,7 @@ TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
   record::RecordRow row;
   REQUIRE(
       test::eventually([&] { return bench.historian.latest(0, row) && row.period_index == 105; }));
-  // Seen before the recorder has them, which it has when the next round begins.
+  // The rows are visible before the recorder has them. It has them when the next round begins.
   const std::uint64_t round = bench.historian.ticks();
   REQUIRE(test::eventually([&] { return bench.historian.ticks() > round; }));
   CHECK(bench.ask(R"({"request": "record", "loop": "FIC-101", "stop": true})").at("file") == file);
@@ -669,7 +669,7 @@ TEST_CASE("without descriptors the control socket pauses, and later serves the w
     for (int i = 0; i < 5; ++i) server.serve(std::chrono::milliseconds(1));
     return has_answer.load();
   };
-  // A sanitizer's check of the thread's start needs a descriptor too.
+  // A sanitizer's check of the thread's start also needs a descriptor.
   REQUIRE(test::eventually([&] { return asking.load(); }));
   rlimit before{};
   getrlimit(RLIMIT_NOFILE, &before);
@@ -678,7 +678,7 @@ TEST_CASE("without descriptors the control socket pauses, and later serves the w
   const bool refused = !answered();
   setrlimit(RLIMIT_NOFILE, &before);
   CHECK(refused);
-  CHECK_FALSE(answered());  // it does not look again at once
+  CHECK_FALSE(answered());  // the next attempt is made later
   CHECK(test::eventually([&] { return answered(); }));
   asks.join();
 }

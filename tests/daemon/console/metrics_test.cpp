@@ -68,7 +68,7 @@ TEST_CASE("the metrics have the values of the status, in base units", "[metrics]
   has("loopwarden_condition_index{" + loop + ",of=\"valve\"} 37.5");
   has("loopwarden_oscillation_index{" + loop + "} 1.5");
   has("loopwarden_windows_total{" + loop + "} 12");
-  // A histogram counts from below, and its last bin has no upper edge.
+  // A histogram is cumulative, and its last bin has no upper edge.
   has("loopwarden_wake_up_seconds_bucket{le=\"2e-06\"} 5");
   has("loopwarden_wake_up_seconds_bucket{le=\"4e-06\"} 8");
   has("loopwarden_wake_up_seconds_bucket{le=\"8e-06\"} 8");

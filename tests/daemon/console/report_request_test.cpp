@@ -61,7 +61,7 @@ TEST_CASE("a report is accepted within the recorded time, for an existing loop a
   CHECK(bench.refused({{"to_ms", std::uint64_t{18'446'744'073'709'551'615U}}}) ==
         "to_ms: a time that has been");
   CHECK(bench.refused({{"to_ms", kOldest_ms + 59'999}}) == "at least 60 s are needed");
-  // A million samples, every 0.1 s.
+  // A million samples, one every 0.1 s.
   CHECK(bench.refused({{"to_ms", kOldest_ms + 100'000'001}}) ==
         "gap takes at most 27.8 h of FIC-101 (1000000 samples)");
   CHECK(bench.refused({{"kind", "commission"}, {"to_ms", kOldest_ms + 20'000'001}}) ==

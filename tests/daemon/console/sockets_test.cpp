@@ -67,7 +67,7 @@ std::string error_of(const json& answer) {
   return answer.value("error", "");
 }
 
-// A request of page.sock with more keys.
+// Returns a request of page.sock with additional keys.
 std::string with(const char* request, const json& more) {
   json all = json::parse(request);
   all.update(more);
@@ -147,7 +147,7 @@ TEST_CASE("page.sock and edge.sock accept only the allowed commands, and don't r
 TEST_CASE("the journal has the user and address of a command by the page", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
-  double set_point = 30.0;  // another one each time
+  double set_point = 30.0;  // a different user each time
   const auto peer_of = [&](json names, SocketName socket) {
     names["set_point"] = set_point += 1.0;
     const std::size_t before = bench.ask(R"({"request": "journal"})").at("lines").size();
@@ -401,7 +401,7 @@ TEST_CASE("a page that floods its socket does not block an operator", "[console]
         try {
           LocalClient client((bench.folder / socket).string());
           for (int k = 0; k < 50 && !quit; ++k) client.request(kAcknowledge, kPatience);
-        } catch (const std::exception&) {  // no place, or gone: once more
+        } catch (const std::exception&) {  // no room, or disconnected: try again
         }
       }
     });
@@ -469,7 +469,7 @@ TEST_CASE("if two alarms wait, the overview names the one of higher priority",
   bench.board.process_changed(
       0, std::vector<daemon::monitor::ProcessNews>{{{AlarmKind::not_normal_mode, true}, ""}});
   CHECK(shown() == std::pair(json(9), json(2)));
-  // Which follows from a lost output.
+  // It is a consequence of a lost output.
   bench.board.process_changed(
       0, std::vector<daemon::monitor::ProcessNews>{{{AlarmKind::output_lost, true}, ""}});
   CHECK(shown() == std::pair(json(7), json(2)));
@@ -611,7 +611,7 @@ TEST_CASE("while the set point follows the last command, the loop reports its ta
     });
   };
   CHECK(eventually_told(50.0));
-  // The historian's newest row is of the last cycle.
+  // The historian's newest row belongs to the last cycle.
   bench.loops.front().channels->set_point_wanted = 62.5;
   CHECK(eventually_told(62.5));
 }

@@ -211,7 +211,7 @@ TEST_CASE("the newest of each alarm is found, and old evidence is deleted", "[ev
   store.start();
   for (int i = 0; i < 5; ++i) {
     Evidence e = example(1'800'000'000'000 + 1000 * i);
-    if (i == 3) e.loop = "A-FIC-101";  // ends like the other
+    if (i == 3) e.loop = "A-FIC-101";  // its name ends like the other's
     store.post(std::move(e));
   }
   REQUIRE(test::eventually([&] { return store.status().written == 5; }));
@@ -251,7 +251,7 @@ TEST_CASE("evidence of an alarm that joins an incident is in the folder of the f
   CHECK(names(folder / "evidence").size() == 3);
   const fs::path first = *store.newest("FIC-101", AlarmKind::hysteresis);
   CHECK(first.parent_path() == folder / "evidence");
-  CHECK_FALSE(store.newest("FIC-101", AlarmKind::unknown));  // eight newer ones joined
+  CHECK_FALSE(store.newest("FIC-101", AlarmKind::unknown));  // eight newer alarms joined
   const fs::path joined = *store.newest("FIC-101", AlarmKind::backlash);
   CHECK(joined.parent_path() == first);
   CHECK(told.back() == joined);
@@ -277,7 +277,7 @@ TEST_CASE("evidence with a date in the future does not hide or remove later evid
     store.post(std::move(e));
   };
   post(ahead_ms, ahead_ms);
-  post(now_ms - 5000, ahead_ms);  // joins, after the clock was set back
+  post(now_ms - 5000, ahead_ms);  // joins after the clock was set back
   post(now_ms - 4000, now_ms - 4000);
   post(now_ms - 3000, now_ms - 3000);
   REQUIRE(test::eventually([&] { return store.status().written == 4; }));

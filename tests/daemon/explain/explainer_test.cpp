@@ -176,7 +176,7 @@ TEST_CASE(
       bench.now.co.push_back(8);
       ++bench.now.end;
     }
-    before.stop();  // the last of it is saved
+    before.stop();  // saves the last samples
     CHECK(bench.reports.empty());
   }
   CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4, 5});
@@ -288,7 +288,7 @@ TEST_CASE("repeats count towards the limit, but run after every first explanatio
   explainer.post(bench.job(2));
   explainer.post(repeat(3));  // no room
   CHECK(explainer.status().waiting == 3);
-  explainer.post(bench.job(4));  // in the place of 1
+  explainer.post(bench.job(4));  // replaces job 1
   CHECK(explainer.status().waiting == 3);
   CHECK(explainer.status().failed == 2);
   CHECK(bench.reports.empty());

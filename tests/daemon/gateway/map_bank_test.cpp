@@ -79,7 +79,7 @@ TEST_CASE("the test constants in every word order", "[gateway][map]") {
   CHECK(at(ByteOrder::cdab) == Words{0x2000, 0x47F1, 0x0304, 0x0102});
   CHECK(at(ByteOrder::badc) == Words{0xF147, 0x0020, 0x0201, 0x0403});
   CHECK(at(ByteOrder::dcba) == Words{0x0020, 0xF147, 0x0403, 0x0201});
-  // Single registers are as Modbus has them in each.
+  // Single registers have the byte order of Modbus in each.
   for (const ByteOrder order :
        {ByteOrder::abcd, ByteOrder::cdab, ByteOrder::badc, ByteOrder::dcba}) {
     Bench bench(1, order);
@@ -374,7 +374,8 @@ TEST_CASE("a write of the value in force is no command and no journal line", "[g
     CHECK(bench.write("kp", Bench::words_of(0.1F)) == Exception::none);
     CHECK(bench.write("ki", Bench::words_of(0.3F)) == Exception::none);
     CHECK(bench.write("kd", Bench::words_of(-0.0F)) == Exception::none);
-    // The whole of a loop's block as it reads: [mode, gap, sp, output, gains, scaled, shelves].
+    // The whole block of a loop as a master reads it: [mode, gap, sp, output, gains, scaled,
+    // shelves].
     CHECK(block(32, 19) == Exception::none);
   }
   CHECK(bench.plant.orders.empty());
@@ -681,7 +682,7 @@ TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
   const auto coil = [&](const char* name, std::uint16_t value) {
     CHECK(bench.write(name, {value}, 1, Table::coil) == Exception::none);
   };
-  coil("acknowledge_hysteresis", 0);  // a momentary coil at rest
+  coil("acknowledge_hysteresis", 0);  // a momentary coil that stays at 0
   CHECK(bench.plant.actions.empty());
   coil("acknowledge_hysteresis", 1);
   coil("reset_stiction", 1);
@@ -734,7 +735,7 @@ TEST_CASE("a master that holds a shelf or a coil acts once, and one that holds 0
   SECTION("repeated minutes are one shelving, and 0 ends it") {
     for (int second = 0; second < 100; ++second) shelve(45);
     CHECK(actions() == 1);
-    shelve(0, {"10.0.0.8:7", true});  // another master, which rests
+    shelve(0, {"10.0.0.8:7", true});  // another master, which holds 0
     CHECK(actions() == 1);
     shelve(0);
     shelve(0);

@@ -13,12 +13,12 @@ constexpr std::int64_t kRound = kSecond / 10;
 struct Rounds {
   explicit Rounds(const MasterHeartbeatSettings& settings) : watch(settings) {}
 
-  // A round, so long after the last one.
+  // Makes a round, this long after the last one.
   Event step(std::int64_t after_ns, bool written, std::uint16_t value) {
     value_ = value;
     return watch.step(now_ns_ += after_ns, written, value);
   }
-  // Rounds without a heartbeat; the first event, if there was one.
+  // Makes rounds without a heartbeat; returns the first event, if there was one.
   Event silent_for(std::int64_t duration_ns) {
     Event first = Event::none;
     for (std::int64_t t = 0; t < duration_ns; t += kRound) {
@@ -66,7 +66,7 @@ TEST_CASE("a pause of the server is no silence of the master", "[gateway]") {
   rounds.step(kRound, true, 1);
   rounds.silent_for(2 * kSecond);
   CHECK(rounds.step(15 * kSecond, false, 1) == Event::none);
-  CHECK(rounds.step(kRound, true, 2) == Event::none);  // it had waited in the socket
+  CHECK(rounds.step(kRound, true, 2) == Event::none);  // the message had waited in the socket
   CHECK_FALSE(rounds.watch.lost());
 
   // Even with little time left, the round after the pause judges no master. The next round does.

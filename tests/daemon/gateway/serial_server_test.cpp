@@ -56,7 +56,7 @@ struct Bench {
     REQUIRE(::write(master, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()));
     server->serve();
   }
-  // Time passes without a byte.
+  // Lets time pass without a byte.
   void silence(double ms) {
     clock.sleep_until_ns(clock.now_ns() + static_cast<std::int64_t>(ms * 1e6));
     server->serve();
@@ -73,7 +73,7 @@ struct Bench {
   int slave = -1;
   std::vector<Bytes> asked;
   bool may_write = true;
-  std::function<bool()> ready;  // of the next answers
+  std::function<bool()> ready;  // readiness of the next answers
   std::unique_ptr<SerialServer> server;
 };
 

@@ -26,7 +26,7 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 constexpr std::chrono::milliseconds kNoWait{0};
 
-// A client's end of a connection, as any program could hold it.
+// The client's end of a connection, as in any program.
 class Client {
  public:
   explicit Client(std::uint16_t port) : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -109,7 +109,7 @@ struct Bench {
 
   tests::FakeClock clock;
   Peer last_peer;
-  std::function<bool()> ready;  // of the next answers
+  std::function<bool()> ready;  // readiness of the next answers
   std::unique_ptr<TcpServer> server;
 };
 
@@ -145,7 +145,7 @@ TEST_CASE("without descriptors the server pauses, and later serves the waiting c
   bench.rounds(1);
   setrlimit(RLIMIT_NOFILE, &before);
   bench.rounds(3);
-  CHECK(client.received().empty());  // it does not look again at once
+  CHECK(client.received().empty());  // the next attempt is made later
   bench.pass(1.0);
   bench.rounds(3);
   CHECK(client.received() == frame(1, 1, kAsk));
@@ -220,7 +220,7 @@ TEST_CASE("a client without a valid request is disconnected after the idle time"
   const auto silent = bench.connect();
   const auto slow = bench.connect();
   const auto sound = bench.connect();
-  for (int i = 0; i < 7; ++i) {  // one byte of a request each ten seconds
+  for (int i = 0; i < 7; ++i) {  // one byte of a request every ten seconds
     bench.pass(10.0);
     slow->send({0});
     sound->send(frame(1, 1, kAsk));

@@ -137,7 +137,7 @@ TEST_CASE("lines are searched only by their content", "[journal]") {
   CHECK(ids({.text = "100_%"}).empty());
   CHECK(ids({.text = "' OR '1'='1"}).empty());
   CHECK(ids({.loop = "FIC-101' OR 1=1 --"}).empty());
-  // Fields are not read across their borders.
+  // A search does not match across the borders of fields.
   CHECK(ids({.text = "point3"}).empty());
   CHECK(ids({.most = 0}).empty());
 }
@@ -165,7 +165,7 @@ TEST_CASE("raised alarms are found by their time, also in a journal older than t
     post(journal, 3000, "shelved", "unacknowledged");
     post(journal, 3500, "acknowledged", "unacknowledged");
     post(journal, 3600, "unacknowledged", "unacknowledged");
-    // A clock that was set back.
+    // The clock was set back.
     post(journal, 900, "suppressed", "unacknowledged");
     JournalEntry order;
     order.kind = Kind::operator_action;
@@ -255,7 +255,7 @@ TEST_CASE("after a kill at any moment, each line that was confirmed is kept", "[
     }
     ::close(done[1]);
     std::uint32_t told = 0;
-    // Another moment of the writing in each round.
+    // Each round kills at another moment of the writing.
     for (int i = 0; i < 3 + 5 * round; ++i) {
       REQUIRE(::read(done[0], &told, sizeof told) == static_cast<ssize_t>(sizeof told));
     }

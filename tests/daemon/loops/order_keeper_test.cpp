@@ -144,7 +144,7 @@ TEST_CASE("the effect of the daemon's end on a loop is no command", "[restart]")
 TEST_CASE("the commands to a loop that is out of service stay on the disk", "[restart]") {
   Bench bench;
   LoopRuntime unread;
-  unread.config.name = "fic-102";  // by its file, because the tag could not be read
+  unread.config.name = "fic-102";  // identified by its file, because the tag could not be read
   unread.config.io = config::OutOfService{.why = "loops.d/fic-102.yaml:1:1: error"};
   bench.loops.push_back(std::move(unread));
   LastOrders begun = bench.file.load();

@@ -87,7 +87,7 @@ TEST_CASE("without saved commands the file decides, and no line is written", "[r
   LastOrder same = last_order();
   same.set_point = 12.0;
   CHECK_FALSE(warm_start(loop_config(), known(same)).line);
-  // A loop that is new, or has another tag now.
+  // A loop that is new or has a new tag.
   const WarmStart renamed = warm_start(loop_config(), known(last_order(), "FIC-100"));
   CHECK(renamed.start.set_point == 12.0);
   REQUIRE(renamed.line);

@@ -56,7 +56,7 @@ model::CorrectiveSettings planned_moves(bool on_order) {
           .max_moves_per_hour = 30.0};
 }
 
-// A stiction alarm, as a stick that is known.
+// An explained stiction alarm with a known stick.
 Explanation explained_at(std::int64_t utc_ms) {
   Explanation e;
   e.alarm = AlarmKind::stiction;
@@ -84,7 +84,7 @@ struct Bench {
                                          [this] { return now_ms; });
     make_monitor();
   }
-  // `corrective`: of the first loop.
+  // `corrective`: for the first loop.
   void make_monitor(const model::CorrectiveSettings& corrective = {}) {
     std::vector<MonitoredLoop> monitored;
     for (std::size_t i = 0; i < rings.size(); ++i) {
@@ -127,7 +127,7 @@ struct Bench {
   AlarmState state(AlarmKind kind, std::size_t loop = 0) const {
     return board->watch(loop).alarms.alarm(kind).state();
   }
-  // Lines of a kind, oldest first, as "from > to".
+  // Returns the lines of a kind, oldest first, as "from > to".
   std::vector<std::string> lines(AlarmKind kind) {
     journal.wait_written(journal.post({}), std::chrono::seconds(20));
     std::vector<std::string> texts;
@@ -139,7 +139,7 @@ struct Bench {
     return texts;
   }
 
-  // The reasons of a kind's lines, oldest first.
+  // Returns the reasons of a kind's lines, oldest first.
   std::vector<std::string> reasons(AlarmKind kind) {
     journal.wait_written(journal.post({}), std::chrono::seconds(20));
     std::vector<std::string> texts;
@@ -149,7 +149,7 @@ struct Bench {
     }
     return texts;
   }
-  // Cycles that `change` has spoilt, of the first loop.
+  // Runs cycles of the first loop that `change` has spoilt.
   template <class Change>
   void run_spoilt(std::uint64_t cycles, Change change) {
     for (std::uint64_t i = 0; i < cycles; ++i) {
@@ -507,7 +507,7 @@ TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]"
                                         .judge = bench.judges[0].get(),
                                         .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}}};
   bench.monitor = std::make_unique<Monitor>(std::move(monitored), board);
-  bench.run(kWindow);  // the first window alone would be no alarm
+  bench.run(kWindow);  // the first window by itself would raise no alarm
   CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
 }
 
@@ -524,7 +524,7 @@ TEST_CASE("all waiting alarms are acknowledged at once, no other, without waitin
   REQUIRE(
       board.act(7, {AlarmKind::stiction, model::AlarmAction::shelve, 60'000, "me", {}}).accepted);
 
-  // One of a kind that was not meant.
+  // An alarm of a kind that the request does not include.
   board.process_changed(3, std::vector<ProcessNews>{{{AlarmKind::bad_pv, true}, "PV is bad"}});
 
   const Acknowledged done = board.acknowledge_all(model::kValveAlarms, "10.0.0.7:1000", "seen");
@@ -764,7 +764,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
   bench.run(5 * kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
 
-  // Repaired: the stem follows a probe, and windows judge the valve again.
+  // Repaired: the stem follows a probe, and windows can judge the valve again.
   bench.moves.publish({.phase = control::MovePhase::given_back,
                        .reason = control::GivenBack::valve_follows,
                        .for_good = true});
@@ -856,7 +856,7 @@ TEST_CASE("planned moves follow the newest explanation of the incident", "[monit
   }
   bench.answer(rt::MovesWish::shadow);
   CHECK(bench.moves_settings.newest().s == 0.8);
-  // Anew, while they are in shadow.
+  // A new explanation while they are in shadow.
   e.stick->s = 0.7;
   bench.board->explained(0, e);
   bench.monitor->round();

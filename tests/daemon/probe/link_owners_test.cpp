@@ -64,7 +64,7 @@ TEST_CASE("a serial line that another program has locked is not used", "[probe]"
     CHECK(refused.why == "another program has locked " + device);
   }
   CHECK(prober.read(asked).state == "silent");
-  // Now it has the lock.
+  // From here on the other program has the lock.
   const base::File other(device, O_RDWR | O_NOCTTY);
   CHECK(::flock(other.fd(), LOCK_EX | LOCK_NB) != 0);
 }

@@ -39,9 +39,9 @@ using nlohmann::json;
 using std::chrono::milliseconds;
 using test::eventually;
 
-constexpr std::size_t kQueue = 64;  // rows: the smallest that there is
+constexpr std::size_t kQueue = 64;  // rows: the smallest possible
 
-// A loop that is recorded, with all threads that work for it but the real-time one.
+// A recorded loop, with all its threads except the real-time one.
 struct Bench {
   explicit Bench(const std::string& pipe = {})
       : historian(loops, RecorderSettings{.state_directory = folder.path(), .queue_bytes = 0}) {
@@ -78,7 +78,7 @@ struct Bench {
     status.journal.error = lines.error;
     return status;
   }
-  // Over the socket, as an operator does.
+  // Sends a request over the socket, as an operator does.
   json ask(const json& request) {
     base::LocalClient client((folder / "control.sock").string());
     return json::parse(client.request(request.dump(), std::chrono::seconds(60)));
@@ -94,7 +94,7 @@ struct Bench {
     const std::uint64_t round = historian.ticks();
     return eventually([&] { return historian.ticks() > round; });
   }
-  // Every thread that the watchdog judges has moved three times.
+  // Returns true once every thread that the watchdog judges has moved three times.
   bool moves() {
     const std::uint64_t rounds = historian.ticks() + 3;
     const std::uint64_t served = server->ticks() + 3;
@@ -240,7 +240,7 @@ TEST_CASE(
   const journal::AlarmStates states = journal::Journal({.folder = bench.folder.path()}).open();
   const auto memory = states.memories.find({"FIC-101", "stiction"});
   REQUIRE(memory != states.memories.end());
-  CHECK(memory->second.shelved_until_ms > 0);  // its line was among those that found no room
+  CHECK(memory->second.shelved_until_ms > 0);  // its line was among those without room
 }
 
 TEST_CASE("while a disk hangs, every thread can be asked to end, and no wait is long", "[disk]") {
@@ -283,7 +283,7 @@ TEST_CASE("an errand: no other job waits for one that hangs, and its result may 
   CHECK_FALSE(errand.ask<int>(slow, milliseconds(20)).has_value());
   CHECK_FALSE(errand.begin([] {}));
   REQUIRE(eventually([&] { return errand.seconds() > base::DiskWait::kHung; }));
-  // Would last for ever if it waited.
+  // If it waited, this would last for ever.
   CHECK_FALSE(errand.ask<int>([] { return 2; }, std::chrono::hours(1)).has_value());
   hangs = false;
   CHECK(eventually([&] { return errand.ask<int>([] { return 3; }, milliseconds(1000)) == 3; }));

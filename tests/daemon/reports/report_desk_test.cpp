@@ -166,7 +166,7 @@ TEST_CASE("four reports wait, each at its position, and the fifth is refused", "
   }
   CHECK_FALSE(desk.post(order_of("FIC-103")));
   CHECK(bench.woken == 4);
-  // The one at work does not wait.
+  // The report that is being made does not count as waiting.
   std::vector<Report> meanwhile;
   bool has_room = false;
   REQUIRE(desk.run_next([&](milliseconds patience) {

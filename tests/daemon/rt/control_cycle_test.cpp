@@ -440,7 +440,7 @@ TEST_CASE(
   loop.run(20);
   const double before = loop.io.written;
   loop.io.set_pv(50.0, hal::Quality::bad, hal::Reason::sensor_failure);
-  loop.run(10);  // 1 s of holding
+  loop.run(10);  // held for 1 s
   CHECK(loop.fault() == Fault::bad_pv);
   CHECK(loop.io.written == before);
   loop.run(1);
@@ -679,13 +679,13 @@ TEST_CASE("every output ever written is inside the limits and within the rate") 
 }
 
 TEST_CASE("anti-windup refers to the output that the device really applied") {
-  // The device stops at 60; the loop asks for ever more.
+  // The device stops at 60; the loop requests more and more.
   Loop loop;
   loop.io.device = [](double output) { return std::min(output, 60.0); };
   loop.io.set_pv(30.0);
   loop.run(300);
   CHECK(loop.row.co == Approx(60.0));
-  loop.io.set_pv(70.0);  // error of the other sign: the output must come down at once
+  loop.io.set_pv(70.0);  // error of the other sign: the output must fall at once
   loop.run(2);
   CHECK(loop.row.co < 60.0);
 }
@@ -1328,7 +1328,7 @@ TEST_CASE("offered settings wait while a loop is being commissioned", "[rt][comm
   loop.channels.commissioned = true;
   const bool offered_before = GENERATE(true, false);
   if (offered_before) {
-    // It waited for the output when the commissioning began.
+    // The settings already waited for the output when the commissioning began.
     loop.channels.commissioned = false;
     offered.controller.output.high = 20.0;
     loop.channels.settings.publish({.settings = offered, .number = 3});

@@ -66,7 +66,7 @@ class Loop {
   bool order(const daemon::rt::Order& order) {
     return channels.operator_orders.orders.try_push(order);
   }
-  // The newest one that there is.
+  // Returns the newest one.
   daemon::rt::Refusal answer() {
     daemon::rt::OrderAnswer answer;
     while (channels.operator_orders.answers.try_pop(answer)) {

@@ -62,7 +62,7 @@ TEST_CASE("the guard never raises a quality") {
   CHECK(guard.check(sample, {.value = 50.0}, kSecond).quality == hal::Quality::uncertain);
 }
 
-// PV and CO of one loop, looked at by the guard.
+// The guard with PV and CO of one loop.
 struct Looks {
   explicit Looks(double frozen_after_s = 10.0) : guard(settings(frozen_after_s)) {}
 
@@ -72,7 +72,7 @@ struct Looks {
     if (quality == Quality::uncertain) sample.reason = Reason::out_of_range;
     return guard.check(sample, {.value = co, .automatic = automatic}, second * kSecond).reason;
   }
-  // Every second up to and without `to`; the last reason.
+  // Steps every second up to and without `to`; returns the last reason.
   Reason each(std::int64_t from, std::int64_t to, double pv, double co) {
     Reason last = Reason::none;
     for (std::int64_t s = from; s < to; ++s) last = at(s, pv, co);
@@ -85,7 +85,7 @@ struct Looks {
 
 TEST_CASE("a PV that repeats one value after CO has moved by a tenth of its span is frozen") {
   Looks looks;
-  CHECK(looks.each(0, 60, 5.0, 50.0) == Reason::none);  // CO rests as well
+  CHECK(looks.each(0, 60, 5.0, 50.0) == Reason::none);  // CO is constant as well
   CHECK(looks.each(60, 90, 5.0, 59.9) == Reason::none);
   CHECK(looks.each(90, 101, 5.0, 60.0) == Reason::none);  // PV has ten seconds to answer
   CHECK(looks.at(101, 5.0, 60.0) == Reason::frozen);
@@ -187,7 +187,7 @@ TEST_CASE("an unknown CO has not moved") {
 
 TEST_CASE("the first value is not frozen, whatever its size and the output") {
   Looks looks(2.0);
-  // A flow below the cut-off of its transmitter is exactly 0.
+  // A flow below the cut-off of its transmitter reads exactly 0.
   CHECK(looks.at(100, 0.0, 50.0) == Reason::none);
 }
 
@@ -215,7 +215,7 @@ TEST_CASE("time in which PV is bad or held by the backend does not make it froze
   CHECK(looks.at(51, 5.0, 8.0, unseen) != Reason::frozen);
   CHECK(looks.at(90, 5.0, 8.0, unseen) != Reason::frozen);
   CHECK(looks.at(91, 5.0, 8.0) == Reason::none);
-  CHECK(looks.at(92, 5.0, 8.0) == Reason::none);  // 2 s seen in all
+  CHECK(looks.at(92, 5.0, 8.0) == Reason::none);  // 2 s observed in all
   CHECK(looks.at(93, 5.0, 8.0) == Reason::frozen);
 }
 
@@ -243,7 +243,7 @@ TEST_CASE("codes for no value are out of the range of every signal") {
   strict.range_margin = 0.0;
   CHECK(checked_as_pv(good(10.01, 0), strict).quality == Quality::bad);
   CHECK(checked_as_output(good(-1.0, 0), strict, pid).quality == Quality::good);
-  // A code that the range contains is a value.
+  // A code inside the range is a value.
   pid.output_high = 65535.0;
   CHECK(checked_as_output(good(65535.0, 0), pv, pid).quality == Quality::good);
 }

@@ -188,7 +188,7 @@ TEST_CASE("a flood is read no faster than the rate allows", "[watch][feed]") {
     bench.rounds(1);
     return bench.counters().lines > lines;
   }));
-  // It was worth six seconds.
+  // The pause was worth six seconds.
   const std::uint64_t then = bench.counters().lines;
   bench.rounds(20);
   CHECK(bench.counters().lines == then);

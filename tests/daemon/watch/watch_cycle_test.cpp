@@ -234,7 +234,7 @@ TEST_CASE("a held PV is bad after max_held, though its source lives", "[watch]")
   rig.run();
   CHECK(rig.quality() == Quality::bad);
   CHECK(rig.reason() == Reason::stale);
-  CHECK(rig.row.co == 50.0);  // a set point or an output may rest for days
+  CHECK(rig.row.co == 50.0);  // a set point or an output may be constant for days
   FakeSource::set(rig.source.inputs.process_variable, 20.0, rig.now_ns);
   rig.run();
   CHECK(rig.quality() == Quality::good);

@@ -108,7 +108,7 @@ TEST_CASE("an input whose device is absent at start is good when it appears") {
 
   bench.iio.add_board(4, "board");
   input.poll(9 * kSecond / 10);
-  CHECK(input.sample().quality == Quality::bad);  // it is looked for once a second
+  CHECK(input.sample().quality == Quality::bad);  // it is probed once a second
   input.poll(kSecond);
   CHECK(input.sample().quality == Quality::good);
   for (int i = 0; i < 20; ++i) input.poll(kSecond + i * kSecond / 10);

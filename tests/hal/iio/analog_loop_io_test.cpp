@@ -55,7 +55,7 @@ struct Bench {
   }
 };
 
-// Generous: machines that run tests are busy.
+// A generous limit, because test hosts are loaded.
 template <class Condition>
 bool eventually(Condition condition) {
   for (int i = 0; i < 12'000; ++i) {
@@ -91,7 +91,7 @@ TEST_CASE("a loop on converters: values in, commands out, alive and silent") {
   (*bench.lines)["enable"].active = false;
   CHECK(eventually([&] { return bench.read(*io).enable == Enable::open; }));
 
-  // It falls silent.
+  // The loop falls silent.
   CHECK(eventually([&] { return bench.iio.get(2, "out_current0_raw") == "700"; }));
   CHECK(eventually([&] { return !(*bench.lines)["relay"].active; }));
   CHECK(eventually([&] { return !bench.read(*io).output_ok; }));
@@ -158,7 +158,7 @@ TEST_CASE("drive puts an output out and keeps it") {
   CHECK_FALSE(io->drive(std::nan(""), milliseconds(10), why));
   REQUIRE(io->drive(10.0, milliseconds(60'000), why));
   CHECK(bench.iio.get(0, "out_current0_raw") == "1120");
-  std::this_thread::sleep_for(milliseconds(100));  // far beyond the age of commands
+  std::this_thread::sleep_for(milliseconds(100));  // far longer than the age limit of commands
   io->close();
   CHECK(bench.iio.get(0, "out_current0_raw") == "1120");
 }

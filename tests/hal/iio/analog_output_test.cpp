@@ -73,7 +73,7 @@ TEST_CASE("a converter that does not keep the written value is an error") {
   bench.iio.add_board(0, "board");
   bench.settings.lowest_ma = 0.0;
   fs::remove(bench.iio.device(0) / "out_current0_raw");
-  // A file of the kernel that takes decimal numbers and delivers hexadecimal ones.
+  // A file of the kernel that accepts decimal numbers and returns hexadecimal ones.
   fs::create_symlink("/proc/self/coredump_filter", bench.iio.device(0) / "out_current0_raw");
   AnalogOutput output = bench.output();
   CHECK(output.put(-25.0, 0));  // 0 mA

@@ -151,12 +151,12 @@ TEST_CASE(
   FakeLine& alive = bench.alive();
   DigitalIo io = bench.io();
   io.open(0);
-  CHECK_FALSE(alive.requested);  // which may be an edge by itself
+  CHECK_FALSE(alive.requested);  // the request may be an edge by itself
   for (int i = 0; i <= 1000; ++i) io.step(i * 10 * kMs, true, false);
   CHECK(alive.edges == 20);  // 10 s, the first after half a period
   for (int i = 1001; i <= 2000; ++i) io.step(i * 10 * kMs, false, false);
   CHECK(alive.edges == 20);
-  // An alarm is no death.
+  // A loop in alarm is alive.
   for (int i = 2001; i <= 2100; ++i) io.step(i * 10 * kMs, true, true);
   CHECK(alive.edges == 22);
 }

@@ -38,7 +38,7 @@ class FakeIio {
   }
   void remove(int number) const { std::filesystem::remove_all(device(number)); }
 
-  // A 12-bit converter of 0 to 20.475 mA, 5 uA a step, one channel in and one out.
+  // A 12-bit converter of 0 to 20.475 mA, 5 uA per step, with one input and one output channel.
   void add_board(int number, std::string_view name) const {
     set(number, "name", std::string(name) + "\n");
     set(number, "in_current0_raw", "2400\n");

@@ -10,7 +10,7 @@ using namespace loopwarden::hal::iio;
 
 namespace {
 
-// 5 uA a step, CO 0 to 100 %.
+// 5 uA per step, CO 0 to 100 %.
 AnalogOutputSettings percent() { return AnalogOutputSettings{}; }
 
 }  // namespace

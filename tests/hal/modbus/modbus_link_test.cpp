@@ -182,7 +182,7 @@ TEST_CASE("one spoiled reply costs TCP no more than a reconnection at once", "[m
     rig.proxy.command(fault);
     REQUIRE(eventually([&] { return link.reconnects() > reconnects; }));
     reader.forget();
-    // Sooner than the back-off.
+    // Sooner than the back-off would allow.
     REQUIRE(eventually([&] { return reader.fresh(); }, 50s));
   }
 }
@@ -232,7 +232,7 @@ TEST_CASE("a busy answer leaves the value as it was, and the request is repeated
              Catch::Contains("unit 1: exception 244 (") &&
                  Catch::Contains("reading input registers 0 to 1"));
 
-  // Busy for long: the value ages, for its reader to see.
+  // Busy for long: the value ages, and its reader sees this.
   rig.proxy.command("exception 6");
   const std::uint64_t refused = value(reader.counters().device_exceptions);
   REQUIRE(eventually([&] { return value(reader.counters().device_exceptions) > refused + 20; }));
@@ -423,7 +423,7 @@ TEST_CASE("RTU: no late reply passes for a fresh one", "[modbus][link]") {
   for (std::size_t i = 0; i < kTags.size(); ++i)
     REQUIRE(eventually([&] { return reader.good(i); }));
 
-  // Less than the response timeout, more, more than the drain, and long after everything.
+  // Less than the response timeout, more, more than the drain, and long after all of them.
   for (const char* fault : {"late 30 5", "late 200 3", "late 320 4", "late 1100 3", "late 2000 2",
                             "duplicate 10", "duplicate_late 40 20"}) {
     CAPTURE(fault);
@@ -508,7 +508,7 @@ TEST_CASE("TCP: no late reply passes for a fresh one", "[modbus][link]") {
 TEST_CASE("RTU: a unit with few registers is read without the extra ones", "[modbus][link]") {
   SerialRig rig;
   mb::ModbusLink link(rig.link(), {});
-  // The last two registers there are: the second read can't be longer than needed.
+  // The device's last two registers: the second read can't be longer than needed.
   Reader reader(link, {input(116, RegisterType::u32), input(118, RegisterType::u32)});
   REQUIRE(eventually([&] { return reader.good(0) && reader.good(1); }));
 }
@@ -543,7 +543,7 @@ TEST_CASE("RTU: a dead unit holds up the others for no more than a probe", "[mod
     }
     return seen;
   };
-  const Watched before = watch();  // one unit is absent already; how busy the machine is shows here
+  const Watched before = watch();  // one unit is absent already; the load of the host shows here
 
   rig.proxy.command("mute 2");
   REQUIRE(eventually([&] { return dying.bad() && events.count(Kind::unit_silent) >= 2; }));
@@ -629,7 +629,7 @@ TEST_CASE(
   decide(6.0);
   REQUIRE(eventually([&] { return !state().ok; }));
   CHECK(state().reason == Reason::link_lost);
-  // The same command once more was decided without knowing of the silence.
+  // The repeated command was decided without information about the silence.
   link.serve_soon(task);
   std::this_thread::sleep_for(100ms);
   CHECK(rig.device.state_number("co") == 4.0);
@@ -712,7 +712,7 @@ TEST_CASE("a command that is refused for a moment is repeated; for long, the out
     }));
     CHECK_FALSE(lost);
   }
-  // Refused for good: at once, with the key that may help.
+  // Refused permanently: reported at once, with the key that may help.
   REQUIRE(eventually([&] { return !state().ok; }));
   CHECK(state().reason == Reason::device_error);
   CHECK_THAT(events.text(Kind::device_error),

@@ -47,7 +47,7 @@ mb::LoopModbusSettings loop_on(const mb::LinkSettings& link) {
   return loop;
 }
 
-// Plays the real-time thread: reads and commands every 20 ms until stopped.
+// Acts as the real-time thread: reads and commands every 20 ms until stopped.
 class LoopThread {
  public:
   LoopThread(mb::ModbusLoopIo& io, double output, bool write = true)
@@ -168,7 +168,7 @@ TEST_CASE("before the first command the device and its watchdog register are not
   mb::ModbusLoopIo io(settings, "loop", bus);
   io.open();
   LoopThread loop(io, 6.0, false);
-  // Over a reconnection as well, after which a device's watchdog is otherwise set again.
+  // Also over a reconnection, after which a device's watchdog is otherwise set again.
   for (int times = 0; times < 2; ++times) {
     const std::uint64_t seen = loop.fresh_samples();
     REQUIRE(eventually([&] { return loop.fresh_samples() > seen + 10; }));
@@ -299,7 +299,8 @@ void check_restarts(const mb::LinkSettings& link, ForeignProcess& device) {
   Events events;
   mb::ModbusBus bus(events.sink());
   mb::LoopModbusSettings settings = loop_on(link);
-  settings.comm_loss.watchdog->check_interval_s = 1000.0;  // not by looking, but by the failure
+  // detected by the failure, not by a check
+  settings.comm_loss.watchdog->check_interval_s = 1000.0;
   mb::ModbusLoopIo io(settings, "loop", bus);
   io.open();
   LoopThread loop(io, 6.0);
@@ -333,7 +334,7 @@ TEST_CASE("a restart that no request noticed is found by the lost watchdog", "[m
   SerialRig rig;
   Events events;
   mb::ModbusBus bus(events.sink());
-  // A request that was not answered in time would set the watchdog as well.
+  // A request without an answer in time would also set the watchdog.
   mb::LinkSettings link = rig.link();
   link.response_timeout_ms = 2000;
   mb::LoopModbusSettings settings = loop_on(link);

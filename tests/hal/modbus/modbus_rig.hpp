@@ -55,7 +55,7 @@ inline mb::PointSettings input(std::uint16_t address, mb::RegisterType type,
   return point;
 }
 
-// A pymodbus device on TCP with a proxy before it.
+// A pymodbus device on TCP behind a proxy.
 struct TcpRig {
   explicit TcpRig(std::vector<std::string> arguments = {},
                   const std::string& program = "plant_device.py")
@@ -133,7 +133,7 @@ class Reader {
   const hal::Sample& sample(std::size_t index = 0) { return task_.reads[index]->newest.newest(); }
   bool good(std::size_t index = 0) { return sample(index).quality == hal::Quality::good; }
   bool bad(std::size_t index = 0) { return sample(index).quality == hal::Quality::bad; }
-  // A good sample newer than those seen so far.
+  // Returns true if the newest sample is good and newer than those seen so far.
   bool fresh(std::size_t index = 0) {
     const hal::Sample& newest = sample(index);
     if (newest.quality != hal::Quality::good || newest.time_ns <= seen_ns_) return false;
@@ -149,7 +149,7 @@ class Reader {
   std::int64_t seen_ns_ = 0;
 };
 
-// The device's tag registers: which register it is, and when the device read it.
+// A tag register of the device: its number, and the time when the device read it.
 struct Tag {
   explicit Tag(double value)
       : register_number(static_cast<unsigned>(value) / 0x10000U - 0xA000U),

@@ -84,7 +84,7 @@ TEST_CASE("a PLC that controls by itself is read only by functions 1 to 4", "[mo
   by_input.close();
 }
 
-// Requests that the device got for each period of the source.
+// Returns the requests that the device got per period of the source.
 template <class Rig>
 double requests_a_period(Rig& rig, mb::ModbusSource& source) {
   hal::SourceInputs inputs;
@@ -216,7 +216,7 @@ TEST_CASE("one address that a device does not have is requested separately from 
 
 TEST_CASE("one value that a device refuses or does not answer makes no other one bad",
           "[modbus][source]") {
-  // Exceptions of any code, and silence.
+  // The device answers with exceptions of any code, or not at all.
   for (const char* code : {"1", "3", "4", "6", "11", "244", "0"}) {
     CAPTURE(code);
     TcpRig rig({"--absent", "4", "5", "--absent-code", code}, "plc_device.py");  // SP

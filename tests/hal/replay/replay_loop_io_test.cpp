@@ -30,7 +30,7 @@ struct Bench {
     io = std::make_unique<ReplayLoopIo>(settings);
     io->open();
   }
-  // Period 0 is when the loop begins: some moment of the daemon's life.
+  // Period 0 is the beginning of the loop, at any time in the daemon's life.
   Inputs read(std::uint64_t period) {
     Inputs inputs;
     io->read({.now_ns = now_ns(period), .period_index = 1000 + period}, inputs);

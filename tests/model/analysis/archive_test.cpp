@@ -19,7 +19,7 @@ using namespace loopwarden::analysis;
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-// A signal as a flow has it: slow wander, a swing, noise.
+// A flow signal: slow wander, a swing, noise.
 std::vector<double> flow(std::size_t count, double noise, std::uint64_t seed = 3) {
   numeric::Random random(seed);
   std::vector<double> x(count);
@@ -182,7 +182,8 @@ TEST_CASE("the same in a record whose other cells are empty", "[archive]") {
   std::vector<double> sparse(x.size(), kMissing);
   for (const std::size_t k : by_exception(x, 1.0)) sparse[k] = x[k];
   CHECK(recognise_filled(sparse).kind == ArchiveKind::exception);
-  // Every fifth sample written is another period, one long outage is one long outage.
+  // A record with one sample in five has another period, and one with a long outage has an outage.
+  // Neither is an archive.
   std::vector<double> fifth(x.size(), kMissing);
   for (std::size_t k = 0; k < x.size(); k += 5) fifth[k] = x[k];
   CHECK(recognise_filled(fifth).kind == ArchiveKind::none);

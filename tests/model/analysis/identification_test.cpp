@@ -23,7 +23,7 @@ using namespace loopwarden::analysis;
 
 namespace {
 
-// Plant 1 as the thesis identified it.
+// Plant 1 with the numbers that the thesis identified.
 constexpr plant::ProcessParameters kPlant1{
     .gain = 1.2264, .time_constant_s = 1.694, .dead_time_s = 2.626};
 constexpr double kPeriod = 0.1;  // s
@@ -39,7 +39,7 @@ StepRecord step_record(double second_lag_s, double noise, std::uint64_t seed) {
   process.reset(2.0);
   double pv = 2.0 * kPlant1.gain;
   double lagged = pv;
-  constexpr int kFiner = 100;  // the second lag by small steps
+  constexpr int kFiner = 100;  // the second lag, in small steps
   plant::Process fine(kPlant1, kPeriod / kFiner);
   fine.reset(2.0);
   for (int k = 0; k < 600; ++k) {
@@ -57,7 +57,7 @@ StepRecord step_record(double second_lag_s, double noise, std::uint64_t seed) {
   return r;
 }
 
-// How often the intervals of plant 1's numbers hold them.
+// Counts how often the intervals contain the numbers of plant 1.
 struct Held {
   int gain = 0, time_constant = 0, dead_time = 0;
 
@@ -157,7 +157,7 @@ TEST_CASE("the intervals of noisy step records hold the truth in 34 of 40 at lea
     CHECK(fit.rmse == Approx(0.05).epsilon(0.15));
     held.count(fit);
   }
-  // 38 of 40 expected; fewer than 34 happens in 3 of a thousand.
+  // 38 of 40 are expected; fewer than 34 happens in 3 of a thousand.
   held.check_at_least(34);
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("in closed loop under a load the intervals hold the truth in 16 of 20 
     REQUIRE(found.can_tell());
     held.count(of_form(found, ProcessForm::one_lag));
   }
-  // 19 of 20 expected; fewer than 16 happens twice in a thousand.
+  // 19 of 20 are expected; fewer than 16 happens twice in a thousand.
   held.check_at_least(16);
 }
 
@@ -256,7 +256,7 @@ TEST_CASE("a loop that is closed by switching is no open loop", "[analysis][iden
   const auto relay = [](std::size_t, double e, double co, numeric::Random&) {
     return e > 0.1 ? 8.0 : e < -0.1 ? 0.0 : co;
   };
-  // On for a part of each 2 s that follows the error.
+  // On for the part of each 2 s that is proportional to the error.
   double share = 0.5;
   const auto pulses = [&share](std::size_t k, double e, double, numeric::Random&) {
     if (k % 20 == 0) share = std::clamp(share + 0.05 * e, 0.0, 1.0);
@@ -370,7 +370,7 @@ TEST_CASE("a record that no model explains better than a straight line is refuse
 
 TEST_CASE("slow logging widens the intervals of the lags, and this is reported",
           "[analysis][identification]") {
-  // The controller acts ten times a sample; T 1.2 of a sample.
+  // The controller acts ten times per sample; T is 1.2 samples.
   numeric::Random random(9);
   plant::Process process({.gain = 1.2, .time_constant_s = 1.2, .dead_time_s = 0.4}, kPeriod);
   double q = process.reset(5.0);
@@ -561,7 +561,7 @@ TEST_CASE("the tangent finds the dead time, and a lag that is too long by its av
   const Tangent t = tangent_method(r.co, r.pv, kPeriod);
   CHECK(t.process.gain == Approx(1.2264).epsilon(1e-3));
   CHECK(t.process.dead_time_s == Approx(2.62).epsilon(0.01));
-  // 1.694 is true; the thesis drew 1.78.
+  // 1.694 is the true value; the thesis drew 1.78.
   CHECK(t.process.time_constant_s > 1.694);
   CHECK(t.process.time_constant_s < 1.12 * 1.694);
 }

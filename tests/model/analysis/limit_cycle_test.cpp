@@ -16,7 +16,7 @@ namespace limit_cycle_test {
 using namespace loopwarden;
 using namespace loopwarden::analysis;
 
-// The first harmonic of a valve by simulation, of the last of three periods.
+// Returns the first harmonic of a simulated valve, from the last of three periods.
 template <class Valve>
 std::complex<double> measured_describing_function(Valve valve, double amplitude) {
   constexpr int kSamples = 4000;

@@ -26,7 +26,7 @@ const RuleTrial& of(const std::vector<RuleTrial>& trials, TuningRule rule) {
   return trials.front();
 }
 
-// One that is steady, settles and leaves enough margin.
+// A response that is steady, settles and leaves enough margin.
 RuleTrial tried(std::optional<TuningRule> rule, double load_absolute_error) {
   RuleTrial trial{.rule = rule, .gains = {}};
   trial.margins.sensitivity = kMostSensitivity;

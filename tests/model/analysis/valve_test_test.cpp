@@ -82,7 +82,7 @@ TEST_CASE("valve tests measure the parameters of the simulated valve", "[analysi
   // The first step after each of the two reversals is lost: 2 of 20.
   CHECK(run(ValveTest::stepped_ramp, backlash).at("answered_percent") == Approx(90.0));
 
-  // A lag of 0.5 s: T63 is 0.5 s, T86 1 s, and so in the sines.
+  // A lag of 0.5 s: T63 is 0.5 s and T86 1 s, also with the sines.
   double x = 5.0;
   const auto lag = [&](double u) { return x += (u - x) * (1.0 - std::exp(-0.1 / 0.5)); };
   const ValveFigures step = run(ValveTest::step_change, lag);

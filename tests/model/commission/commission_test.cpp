@@ -185,7 +185,7 @@ TEST_CASE("neither an outlier nor a missing PV is a gap, and a gap in CO restart
   for (std::size_t k = 0; k < 1000; ++k) watch.add(record.pv[k], record.co[k]);
   watch.restart();
   bool on = false;
-  for (std::size_t k = 0; k < 1000; ++k) {  // another operating point at once
+  for (std::size_t k = 0; k < 1000; ++k) {  // at once another operating point
     watch.add(record.pv[k] + 1.0, record.co[k]);
     on = on || watch.on();
   }
@@ -279,7 +279,7 @@ TEST_CASE("windows of a twin have its noise and the set-point moves of its scena
   }
 }
 
-// The last of the fit, from a model that is nearly right.
+// The last step of the fit, from a model that is nearly right.
 TEST_CASE("the friction of a healthy valve is found together with all other numbers",
           "[commission]") {
   plant::LoopModel truth = test::believed_model();

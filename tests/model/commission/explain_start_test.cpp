@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An explanation of minutes that begin with PV where the twin may not judge.
+// An explanation of minutes that begin with PV outside the range in which the twin may judge.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A change of the twin from a known moment on, by name and size.
+// A change of the loop from a known moment on, by name and size.
 #include "model/commission/since_change.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gates, each just this and just that side of its limit.
+// Tests each gate just below and just above its limit.
 #include "model/commission/usable.hpp"
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Over pairs of configurations: new settings do not move the output.
+// Tests over pairs of configurations that new settings do not move the output.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kPeriod = 0.1;   // s
 constexpr double kSpan = 100.0;   // CO units
-constexpr double kShare = 0.001;  // of the span: the most that CO may leave its course by
+constexpr double kShare = 0.001;  // share of the span: the largest departure of CO from its course
 
 template <class T>
 T any_of(std::initializer_list<T> values) {

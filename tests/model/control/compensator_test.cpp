@@ -25,7 +25,7 @@ constexpr double kPeriod = 0.1;  // s
 
 double wave(int k) { return 5.0 + 2.0 * std::sin(2.0 * std::numbers::pi * k / 400.0); }
 
-// Added to a slow sine by a compensator, sample by sample.
+// Returns the correction that a compensator adds to a slow sine, sample by sample.
 std::vector<double> added_to_wave(const CompensatorSettings& settings, int samples = 1200) {
   Compensator c(settings, kPeriod);
   std::vector<double> added;
@@ -187,7 +187,7 @@ TEST_CASE("the two-move method stops the cycle of a one-parameter sticking valve
       {.name = "step_disturbance", .parameters = {{"size", -1.5}, {"time", 1200.0}}}};
   const Swing loaded = swing(sticky, 2500.0, 5000.0);
   CHECK(loaded.rms < 0.8);
-  // A set point moved is followed.
+  // A moved set point is followed.
   sticky.disturbances.clear();
   sticky.scenario.set_point.emplace_back(1000.0, 6.5);
   CHECK(swing(sticky, 2500.0, 4000.0).rms < 0.6);
@@ -347,7 +347,7 @@ TEST_CASE("the first of two moves lasts its time after CO has arrived", "[contro
   TwoMove law(settings, kPeriod_s);
   law.reset(5.0);
   const OutputLimits limits{.low = 0.0, .high = 10.0, .rate_per_s = rate_per_s};
-  // Two equal cycles of a triangle are learnt from.
+  // It learns from two equal cycles of a triangle.
   double co = 5.0;
   double virtual_co = 5.0;
   double largest = 0.0;

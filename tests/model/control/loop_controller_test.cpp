@@ -207,7 +207,7 @@ TEST_CASE("retuning while running doesn't move the output", "[control][modes]") 
   for (int k = 0; k < 10; ++k) out = controller.step(pv(48.0));
   s.pid.gains = {.kp = 5.0, .ki = 0.1};
   controller.configure(s);
-  out.output += 0.5 * 2.0 * kPeriod;  // as it would have gone
+  out.output += 0.5 * 2.0 * kPeriod;  // as without retuning
   CHECK(controller.step(pv(48.0)).output == Approx(out.output));
   CHECK(controller.step(pv(48.0)).output == Approx(out.output + 0.1 * 2.0 * kPeriod));
 }

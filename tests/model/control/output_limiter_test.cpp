@@ -39,7 +39,7 @@ TEST_CASE("small moves are suppressed", "[control][limits]") {
   CHECK(limit_output(limits, 50.4, 50.0, 0.1).output == 50.0);
   CHECK(limit_output(limits, 49.6, 50.0, 0.1).output == 50.0);
   CHECK(limit_output(limits, 50.5, 50.0, 0.1).output == 50.5);
-  CHECK(limit_output(limits, 0.3, 0.0, 0.1).output == 0.0);  // away from a limit as well
+  CHECK(limit_output(limits, 0.3, 0.0, 0.1).output == 0.0);  // also away from a limit
   CHECK(limit_output(limits, 99.7, 100.0, 0.1).output == 100.0);
 }
 

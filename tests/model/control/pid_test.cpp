@@ -72,7 +72,7 @@ TEST_CASE("the positional law, calculated on paper", "[control][pid]") {
   CHECK(pid.step(3.0, 2.0, 4.0, 0.0) == Approx(6.05));
   // e = -0.5: I = 4.05 - 0.025, u = -1 + 4.025
   CHECK(pid.step(3.0, 3.5, 6.05, 0.0) == Approx(3.025));
-  // A rate from outside is integrated with it: I = 4.025 + 0.1 * 0.7
+  // An external rate is added to it: I = 4.025 + 0.1 * 0.7
   CHECK(pid.step(3.0, 3.0, 3.025, 0.7) == Approx(4.095));
 }
 
@@ -289,7 +289,7 @@ TEST_CASE("settings changed while running give no bump", "[control][pid]") {
   }
   pid.configure(settings);
   run(1);
-  // One period's own movement of the three terms, at the new gains, is all there may be.
+  // Only one period's movement of the three terms, at the new gains, is allowed.
   const PidGains& gains = settings.gains;
   const double own = (gains.kp * std::abs(kSlope) + gains.ki * (error + 0.02)) * kPeriod +
                      0.02 * gains.kd * std::abs(kSlope);

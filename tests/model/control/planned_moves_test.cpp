@@ -73,7 +73,7 @@ struct Run {
   }
 };
 
-// A loop, one period after the other.
+// Runs a loop period by period.
 struct Bench {
   explicit Bench(const plant::LoopModel& m)
       : plant(m, m.scenario.seed),
@@ -294,7 +294,7 @@ TEST_CASE("on an integrating process the moves disengage", "[control][planned_mo
   m.controller.pid.gains = {.kp = 1.5, .ki = 0.05};
   const Run without = run(m, 8000.0);
   m.controller.compensator = moves();
-  m.controller.compensator.planned.gain = 2.0;  // as a lag of 20 s would have it
+  m.controller.compensator.planned.gain = 2.0;  // like a lag of 20 s
   m.controller.compensator.planned.time_constant_s = 20.0;
   const Run with = run(m, 8000.0);
   REQUIRE(with.was(MovePhase::probing));
@@ -335,7 +335,7 @@ TEST_CASE("no move is longer and no hour has more than allowed", "[control][plan
     return std::fmod(time_s, 2.0 * limit.set_point_stands_s) < limit.set_point_stands_s ? 8.0 : 7.0;
   });
   REQUIRE(with.was(MovePhase::moving));
-  // A detour is away and there.
+  // A detour consists of a move away and a move back.
   std::vector<double> made_s;
   for (std::size_t k = 1; k < with.phase.size(); ++k) {
     const MovePhase phase = with.phase[k];
@@ -359,7 +359,7 @@ TEST_CASE("a move that is longer than allowed is not made in another way",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("he", 0.02);
   m.controller.compensator = moves(0.02);
-  m.controller.compensator.planned.max_move = kJ;  // a detour alone is longer
+  m.controller.compensator.planned.max_move = kJ;  // even a detour is longer
   const Run with = run(m, 4000.0);
   CHECK_FALSE(with.was(MovePhase::backing_off));
 }
@@ -386,7 +386,7 @@ TEST_CASE("the gain that a shadow reports is the gain that acting achieves",
   m.controller.compensator.shadow = true;
   const Run shadow = run(m, 8000.0);
   CHECK(shadow.state.gain == Approx(acting.state.gain).margin(0.1));
-  // The real stem's travel is not counted as the shadow's.
+  // The travel of the real stem does not count for the shadow.
   CHECK(static_cast<double>(shadow.state.moves) > 0.7 * acting.state.moves);
 }
 
@@ -451,7 +451,7 @@ TEST_CASE("no hour has more moves than allowed over a time in shadow, or a reloa
     go_on_until(made.front() + 10000);
     m.controller.compensator.shadow = true;
     bench.controller.configure(m.controller);
-    bench.controller.request_set_point(7.5);  // by which it cycles
+    bench.controller.request_set_point(7.5);  // at which it cycles
     go_on_until(made.front() + 32000);
     REQUIRE(bench.state().shadow);
     m.controller.compensator.shadow = false;
@@ -521,7 +521,7 @@ TEST_CASE("a set point that steps just after the stem slipped by itself is follo
   bench.controller.request_set_point(10.0);
   bench.steps(10);
   CHECK(bench.co > before + 0.5);
-  // Whether the valve still sticks is looked at nevertheless.
+  // The check whether the valve still sticks is made nevertheless.
   CHECK(bench.until(MovePhase::probing, 600));
   CHECK(bench.until(MovePhase::resting, 600));
   CHECK(bench.plant.true_process_variable() == Approx(10.0).margin(0.3));

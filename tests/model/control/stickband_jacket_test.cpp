@@ -32,7 +32,7 @@ JacketInputs inputs(double error, double output, double position) {
 }
 
 // A stem at 5 V that sticks with `slip_error` while the output rises by 0.5 V, then jumps by 0.4 V.
-// The error is still the old one, as in a process with dead time.
+// The error is still the old one, like in a process with dead time.
 StickbandJacket after_slip(double slip_error, JacketSettings s = settings(JacketForm::dwell)) {
   StickbandJacket jacket(s, kPeriod);
   for (double output = 5.0; output < 5.5; output += 0.01) {
@@ -82,7 +82,8 @@ TEST_CASE("bounded form never takes more than half of the integral action", "[ja
         inputs(random.uniform(-3.0, 3.0), random.uniform(0.0, 10.0), random.uniform(0.0, 10.0));
     const double rate = jacket.step(in);
     REQUIRE(std::abs(rate) <= std::abs(in.integral_rate) / 2.0);
-    REQUIRE(rate * (in.output - in.valve_position) <= 0.0);  // always against the difference
+    // always against the sign of the difference
+    REQUIRE(rate * (in.output - in.valve_position) <= 0.0);
     largest = std::max(largest, std::abs(rate / in.integral_rate));
   }
   CHECK(largest == Approx(0.5));
@@ -144,7 +145,7 @@ TEST_CASE("dwell integrates slowly if the slip has halved the error", "[jacket]"
 TEST_CASE("dwell leaves the integral unchanged until the slip has reversed the error", "[jacket]") {
   StickbandJacket jacket = after_slip(1.0);
   CHECK(share_left(jacket, 0.9) == 1.0);  // dead time: still the old error
-  CHECK(share_left(jacket, 0.2) == 1.0);  // on the way to a new set point
+  CHECK(share_left(jacket, 0.2) == 1.0);  // the loop moves to a new set point
 }
 
 TEST_CASE("dwell compares with the error before the slip, even if PV answers within a period",

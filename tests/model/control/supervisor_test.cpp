@@ -30,7 +30,7 @@ Supervisor running(const SafetySettings& s) {
   return supervisor;
 }
 
-// Periods with good conditions until the fault is over.
+// Returns the number of periods with good conditions until the fault ends.
 int periods_to_recover(Supervisor& supervisor) {
   int periods = 1;
   while (supervisor.step(kGood).fault != Fault::none) {

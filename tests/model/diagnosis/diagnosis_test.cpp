@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verdicts on loops whose truth is known.
+// Verdicts on loops with a known cause.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
@@ -99,12 +99,12 @@ TEST_CASE("the reversals of CO in all windows of a loop overrule those of one wi
     share_turns(together);
     return windows[0].verdict;
   };
-  // Neither window has the cycles to know that the phase is kept.
+  // Neither window has enough cycles to show that the phase is kept.
   const Turns kept{
       .count = 8, .travel_scatter = 0.01, .cycle_scatter = 0.01, .four_cycle_scatter = 0.02};
   REQUIRE(kept.by() == TurnsBy::neither);
   CHECK(shared(Follows::at_once, kept, kept) == DiagnosisVerdict::cant_tell);
-  // A window that happens to look like a cycle among others that don't.
+  // A window that looks like a cycle by chance, among others that don't.
   const Turns cycles{.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
   const Turns wanders{.count = 60, .travel_scatter = 0.8, .cycle_scatter = 0.9};
   CHECK(shared(Follows::by_integration, cycles, wanders) == DiagnosisVerdict::cant_tell);
@@ -163,7 +163,7 @@ TEST_CASE("the same record gives the same answer") {
 TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one is found") {
   plant::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   for (const bool sticky : {false, true}) {
-    // Set points by an operator, and PV that follows within a second.
+    // An operator moves the set point, and PV follows within a second.
     numeric::Random random(3);
     valve.reset(50.0);
     Series pv;
@@ -258,7 +258,7 @@ TEST_CASE("CO at a limit for more than a third is saturation, in one piece or th
       CHECK(diagnose(r.record(false)).cause == Cause::saturation);
     }
   }
-  // PV a little below SP, not by many times its noise.
+  // PV is a little below SP, but not by many times its noise.
   for (const double off : {-0.6, -1.0}) {
     Resting r = resting(200, 750, 100.0, 0.0);
     const Series noisy = with_noise(Series(900, 50.0 + off), 0.15, 5);
@@ -266,7 +266,7 @@ TEST_CASE("CO at a limit for more than a third is saturation, in one piece or th
     INFO(off);
     CHECK(diagnose(r.record(true)).cause == Cause::saturation);
   }
-  // An output limit below the end of the span, a stopped controller: PV stays far from SP.
+  // An output limit below the end of the span with a stopped controller: PV stays far from SP.
   for (const double rest : {85.0, 30.0}) {
     CHECK(diagnose(resting(200, 750, rest, -8.0).record(true)).cause == Cause::saturation);
     CHECK(diagnose(resting(0, 900, rest, -8.0).record(true)).cause == Cause::saturation);

@@ -153,7 +153,7 @@ TEST_CASE("a valve is seen if CO reverses by travel and PV is constant, otherwis
   ValveEvidence irregular = e;
   irregular.turns = {};
   CHECK(decide(irregular, Follows::at_once).grade == Grade::likely);
-  // Behind a slow process A must speak too.
+  // In a slow process indicator A is needed as well.
   ValveEvidence slow = e;
   slow.hammerstein = 0.1;
   CHECK(decide(e, Follows::by_integration).grade == Grade::seen);
@@ -212,7 +212,7 @@ TEST_CASE("without a band PV that lags CO is no sticking valve") {
 }
 
 TEST_CASE("PV in step with CO that no stick band predicts is no sticking valve") {
-  // A fast loop in a log that holds its values: a play seems to explain them.
+  // A fast loop in a log with held values: play seems to explain them.
   const ValveEvidence held{.phase = -4.0, .play = 0.8, .hammerstein = 0.1, .standing = 0.9};
   CHECK(decide(held, Follows::at_once).probability <= kDecidedBelow);
   ValveEvidence later = held;

@@ -19,7 +19,7 @@ namespace {
 
 using namespace diagnosis;
 
-// Straight moves up and down: travel and length of each are drawn.
+// Straight moves up and down, with random travel and length.
 template <class Travel, class Length>
 Series zigzag(std::size_t moves, Travel travel, Length length) {
   Series co{0.0};
@@ -83,7 +83,8 @@ TEST_CASE("a cycle whose travel and time scatter alike is a swing only while it 
 TEST_CASE("an external oscillation keeps its phase, a limit cycle forgets it") {
   numeric::Random random(5);
   const auto constant = [] { return 4.0; };
-  // Turns up to an eightieth of a cycle early or late, about the places that a clock sets.
+  // Reversals up to an eightieth of a cycle early or late, relative to the times of an external
+  // clock.
   double late = 0.0;
   const auto kept = [&] {
     const double before = std::exchange(late, 2.0 * random.uniform() - 1.0);
@@ -132,7 +133,7 @@ TEST_CASE("CO between its limits is saturation, a stretch away from them is judg
   const Series clipped =
       made_of(1200, [](double k) { return std::clamp(50.0 + 90.0 * sine(k / 60.0), 0.0, 100.0); });
   CHECK(prepared(clipped).gate == Gate::saturation);
-  // The log need not know the limits.
+  // The log need not contain the limits.
   const Series inner =
       made_of(1200, [](double k) { return std::clamp(50.0 + 90.0 * sine(k / 60.0), 10.0, 90.0); });
   CHECK(prepared(inner).gate == Gate::saturation);

@@ -17,7 +17,7 @@ namespace plant = loopwarden::plant;
 
 namespace {
 
-// Loops of other units and speeds than those of the examples.
+// Loops with other units and speeds than the examples.
 std::vector<SearchContext> contexts() {
   return {{.output_high = 10.0, .output_used_low = 2.0, .output_used_high = 7.0},
           {.output_low = 4.0,
@@ -69,7 +69,7 @@ TEST_CASE("the corners of every search are effects that can be stepped", "[effec
   for (const SearchContext& context : contexts()) {
     for (const Candidate& c : candidates(context)) {
       const std::size_t corners = std::size_t{1} << c.search.size();
-      for (std::size_t corner = 0; corner <= corners; ++corner) {  // the last: the middle
+      for (std::size_t corner = 0; corner <= corners; ++corner) {  // the last iteration: the middle
         std::vector<double> values;
         for (std::size_t j = 0; j < c.search.size(); ++j) {
           const double place = corner == corners ? 0.5 : (corner >> j & 1U) != 0 ? 1.0 : 0.0;

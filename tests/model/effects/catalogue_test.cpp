@@ -73,7 +73,7 @@ TEST_CASE("the vocabulary of effects is complete", "[effects][catalogue]") {
     CAPTURE(name);
     CHECK(find_effect(name) != nullptr);
   }
-  CHECK(find_effect("controller_mismatch") == nullptr);  // found in a record, never simulated
+  CHECK(find_effect("controller_mismatch") == nullptr);  // only found in a record, never simulated
   REQUIRE(find_word("controller_mismatch") != nullptr);
   CHECK(find_word("gremlins") == nullptr);
   CHECK(find_effect("Stiction") == nullptr);
@@ -196,7 +196,7 @@ TEST_CASE("every effect is absent at severity 0", "[effects][catalogue]") {
     EffectSpec spec = mid_range(info);
     if (spec.name == "valve_characteristic") spec.options["curve"] = "butterfly";
     plant::EffectChain chain;
-    // Scheduled to come after the end: at severity 0 all the time.
+    // Scheduled after the end: severity 0 all the time.
     chain.add(make_effect(spec, kContext), {.from_s = 1e6});
     REQUIRE(chain.reset(5.0, 0.0) == Approx(5.0));
     for (int k = 0; k < 200; ++k) {

@@ -13,7 +13,7 @@ namespace flow_dependent_dead_time_test {
 
 using namespace loopwarden;
 
-// Samples from a small step at `flow` until half of it has come out.
+// Returns the samples from a small step at `flow` until half of it has come out.
 double late_by(plant::FlowDependentDeadTime& pipe, double flow) {
   pipe.reset(flow);
   for (int k = 1; k < 5000; ++k) {

@@ -36,7 +36,7 @@ TEST_CASE("recycled material is also late by the lag", "[effects][recycle]") {
   double x = 0.0;
   for (int k = 0; k < 10; ++k) x = way.step(1.0);
   CHECK(x == Approx(0.5));
-  // The first stair through a lag of 3 s, 3 s after it began to come.
+  // The first stair through a lag of 3 s, 3 s after its beginning.
   double lagged = 0.0;
   const double keep = std::exp(-0.1 / 3.0);
   for (int k = 0; k < 10; ++k) {

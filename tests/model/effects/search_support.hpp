@@ -13,7 +13,7 @@ namespace loopwarden::test {
 
 struct Named {
   std::string first;
-  double lead_nats;  // before the next name
+  double lead_nats;  // over the next name
   plant::LoopModel corrected;
 };
 

@@ -36,7 +36,7 @@ TEST_CASE("the factor passes through its points, smoothly, and never beyond its 
     if (t < 40.0 - 0.02) CHECK(slope <= 1e-9);
     if (t > 40.0) CHECK(slope >= -1e-9);
   }
-  // Halfway between two points with level ends a cubic is halfway.
+  // Between two points with level ends, a cubic is at half height in the middle.
   const VaryingGain plain({.points = {{{0.0, 1.0}, {10.0, 2.0}}}, .point_count = 2});
   CHECK(plain.factor(5.0) == Approx(1.5));
 }

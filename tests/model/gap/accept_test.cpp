@@ -10,7 +10,7 @@ using namespace loopwarden::gap;
 
 namespace {
 
-// Clear of every limit.
+// Far from every limit.
 constexpr Addition kFirst{
     .score_with = 100.0, .score_without = 0.0, .first = true, .moves_pv = 0.5, .least_rms = 0.1};
 constexpr Addition kFurther{.score_with = 200.0,
@@ -51,7 +51,7 @@ TEST_CASE("a further effect needs twelve nats, on blocks left out too", "[gap][a
   a.score_with = 112.01;
   a.left_out_nats = 11.99;
   CHECK_FALSE(worth_adding(a));
-  a.at_one_moment = true;  // the block in which it shows can't be foretold
+  a.at_one_moment = true;  // the block in which it shows can't be predicted
   CHECK(worth_adding(a));
 }
 
@@ -81,7 +81,7 @@ TEST_CASE("a further effect makes the free run better", "[gap][accept]") {
   Addition a = kFurther;
   a.rmse_with = 0.301;
   CHECK_FALSE(worth_adding(a));
-  a.first = true;  // a load may carry PV away from any first one
+  a.first = true;  // a load may move PV away from any first effect
   CHECK(worth_adding(a));
 }
 
@@ -123,7 +123,7 @@ TEST_CASE("a name leads over the best explanation without it, of as many effects
                                      {{"drift", "extra_lag", "backlash"}, 85.0},
                                      {{"stiction"}, 40.0}};
   CHECK(leads(chosen, tried) == std::vector<double>{50.0, 30.0});
-  // The model alone is a rival too.
+  // The model without an effect is a rival, too.
   CHECK(leads({{"drift"}, 7.0}, std::vector<EffectSet>{{{"extra_lag"}, -3.0}}) ==
         std::vector<double>{7.0});
 }

@@ -35,7 +35,7 @@ TEST_CASE("a stick wider than the archive's deviation is named, one that is narr
   CHECK(seen.effects[0].spec.name == "stiction");
   CHECK(seen.effects[0].confidence <= 0.85);
 
-  // The same record from an archive that may have kept it to 0.7 only.
+  // The same record from an archive with a deviation of up to 0.7.
   const gap::Result hidden = find(record, {.pv = 0.7, .co = 0.7});
   CHECK(hidden.outcome != gap::Outcome::missing_effect);
   CHECK(hidden.corrected == test::believed_model());

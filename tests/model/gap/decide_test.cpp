@@ -18,7 +18,7 @@ constexpr std::array kMore{ConfidenceRow{0.0, 18, 9}};
 const ConfidenceTable kTable{kNoise, kMore, {0.0, 38, 38}};
 constexpr Scale kScale{.noise_rms = 0.01, .least_rms = 0.015};
 
-// One clear name over noise.
+// One clear name, with an error of noise only.
 Competition one_name() {
   return {{{"stiction"}, 100.0, 0.01}, {{{"backlash"}, 50.0}, {{"stiction"}, 100.0}}, 0.5};
 }
@@ -105,7 +105,7 @@ TEST_CASE("a remaining error above noise needs the proof of the holdout", "[gap]
   CHECK_FALSE(d.believable);
   CHECK(d.unexplained);
   CHECK(outcome_of(d, Proof::refuted) == Outcome::unexplained);
-  // Unless the names hold on data that the fit never saw.
+  // Unless the names hold on data that the fit did not use.
   CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
   CHECK(outcome_of(d, Proof::partly) == Outcome::missing_effect);
 

@@ -29,7 +29,7 @@ inline plant::LoopModel believed_model() {
   return model;
 }
 
-// A run, measured every sample.
+// A simulated run, measured every sample.
 inline gap::Record run_of(const plant::LoopModel& truth, double seconds) {
   plant::SimulatedLoop loop(truth, 10.0 / 4096.0);
   gap::Record record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
@@ -81,7 +81,7 @@ inline std::vector<double> driven(const plant::LoopModel& model, const std::vect
   return pv;
 }
 
-// The candidates as the workflow makes them for a model and a CO.
+// Returns the candidates that the workflow makes for a model and a CO.
 inline std::vector<gap::Candidate> candidates_for(const plant::LoopModel& m,
                                                   const std::vector<double>& co) {
   const auto [low, high] = std::minmax_element(co.begin(), co.end());

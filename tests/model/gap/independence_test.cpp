@@ -86,7 +86,7 @@ TEST_CASE("a load that wanders by itself follows neither SP nor CO", "[gap][inde
     follows += test.follows() ? 1 : 0;
   }
   CHECK(made >= 45);
-  CHECK(follows <= 2);  // 1 % each, were all of it large enough to matter
+  CHECK(follows <= 2);  // 1 % each, if all of them were large enough to matter
 }
 
 TEST_CASE("a response to SP is found under a load, with its size", "[gap][independence]") {
@@ -151,7 +151,7 @@ TEST_CASE("without moves of SP the test has no power, and reports this", "[gap][
   const Independence unknown = tested(load, {});
   CHECK_FALSE(unknown.tested);
   CHECK(unknown.why_not == "SP is not known");
-  // Before the stretch only.
+  // Moves only before the tested stretch.
   Column early = moving_sp();
   for (std::size_t k = kFrom; k < kSamples; ++k) early[k] = early[kFrom];
   CHECK_FALSE(tested(load, early).tested);

@@ -94,7 +94,8 @@ TEST_CASE("a law outperforms names by a fifth of the gap, in all or on two block
         {.range = {10 * b, 10 * b + 10}, .samples = 10.0, .model = 10.0, .learned = 1.0});
   }
   const std::vector<bool> counts(60, true);
-  // Names that leave `rms` of the first `blocks`, and as much as the law of the others.
+  // Squared error of names that leave `square` in the first `blocks`, and as much as the law in the
+  // others.
   const auto left = [](std::size_t blocks, double square) {
     std::vector<double> out(60, std::sqrt(0.1));
     std::fill(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(10 * blocks),
@@ -105,8 +106,9 @@ TEST_CASE("a law outperforms names by a fifth of the gap, in all or on two block
   CHECK_FALSE(gap::ousts(law, left(6, 0.299), counts, 0.0));
   CHECK(gap::ousts(law, left(4, 0.301), counts, 0.0));
   CHECK_FALSE(gap::ousts(law, left(3, 0.301), counts, 0.0));
-  CHECK(gap::ousts(law, left(1, 1.4), counts, 0.0));  // so much in one that it is a fifth in all
-  // Blocks without a gap have no say.
+  // so much in one block that it is a fifth in all
+  CHECK(gap::ousts(law, left(1, 1.4), counts, 0.0));
+  // Blocks without a gap don't count.
   CHECK_FALSE(gap::ousts(law, left(6, 0.301), counts, 0.6));
   CHECK_FALSE(gap::ousts(law, left(6, 0.301), std::vector<bool>(60, false), 0.0));
 }

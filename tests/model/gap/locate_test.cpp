@@ -124,7 +124,7 @@ TEST_CASE("without a pattern the conditions share the gap", "[gap][locate]") {
   const std::vector<double> co = exciting_output(kSamples);
   const auto [low, high] = std::minmax_element(co.begin(), co.end());
   const double upper = *low + 0.7 * (*high - *low);
-  // PV differs while CO was high a dead time before.
+  // PV differs if CO was high one dead time before.
   Case r = missing(
       [&](double t) {
         const auto k = static_cast<std::size_t>(std::lround(t / 0.1));

@@ -146,7 +146,7 @@ TEST_CASE("faults that don't prevent the work are stated", "[gap][record]") {
     const gap::RecordCheck check = gap::check_record(record, model);
     CHECK(check.usable);
     CHECK(noted(check, "missing"));
-    // One sample is bridged by the value before.
+    // One sample is bridged by the previous value.
     CHECK(gap::usable_samples(record, model) == std::vector<bool>(record.size(), true));
   }
   SECTION("CO was not measured at all") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search itself, among few candidates that are quick to fit.
+// Tests only the search, with few candidates that are quick to fit.
 #include "model/gap/search.hpp"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ Found search_for(const plant::LoopModel& truth, const std::set<std::string>& amo
   std::vector<double> pv = test::driven(truth, co);
   numeric::Random random(5);
   for (double& v : pv) v += 0.015 * random.normal();
-  static std::vector<Candidate> searched;  // the result points into it
+  static std::vector<Candidate> searched;  // the result has pointers into it
   searched = test::candidates_for(believed, co);
   std::erase_if(searched, [&](const Candidate& c) { return among.count(c.name) == 0; });
   const FreeRun run(believed, co);
@@ -76,7 +76,7 @@ TEST_CASE("two effects are both chosen, but only if several are allowed", "[gap]
 }
 
 TEST_CASE("a wrong first name is withdrawn", "[gap][search]") {
-  // A step early and one late in the record look most like a drift, until both are there.
+  // One early and one late step look most like a drift, until both are found.
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 1.12;
   truth.disturbances = {{"step_disturbance", {{"size", 0.9}, {"time", 45.0}}}};

@@ -111,7 +111,7 @@ TEST_CASE("the end of the transmitter's own range is no fault", "[gap][long]") {
   INFO(result.sentence);
   CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(result.effects.empty());
-  // Samples at the end show no noise, and don't count for it.
+  // Samples at the limit show no noise, and don't count for it.
   CHECK(result.check.noise_rms == Approx(0.015).epsilon(0.2));
 }
 
@@ -287,7 +287,7 @@ TEST_CASE("each step of the workflow can be left out", "[gap][long]") {
 
 namespace {
 
-// A loop under a load of 0.1 % of span per root second, its SP moved every 20 s for `moved_s`.
+// A loop under a load of 0.1 % of span per root second. Its SP moves every 20 s for `moved_s`.
 gap::Record under_load(plant::LoopModel truth, double seconds, double moved_s) {
   truth.transmitter.noise = 0.015;
   truth.disturbances.push_back({"random_load", {{"intensity", 0.01}, {"time_constant", 300.0}}});
@@ -325,7 +325,7 @@ TEST_CASE("if SP is constant a load is not tested, and no name is sure", "[gap][
     CHECK(effect.confidence <= 0.8);
     CHECK(effect.evidence.find("can't be tested: SP stands there") != std::string::npos);
   }
-  // The load of a model that states one is known.
+  // If the model states a load, the load is known.
   plant::LoopModel stated = test::believed_model();
   stated.disturbances.push_back({"random_load", {{"intensity", 0.01}, {"time_constant", 300.0}}});
   const gap::Result known = find_one(under_load(truth, 150.0, 90.0), stated);

@@ -50,7 +50,7 @@ bool apply(Alarm& alarm, Event event, Seen& seen) {
     case Event::on: {
       if (!seen.on) ++seen.times_raised;
       seen.on = true;
-      // A severity that could not be computed must not stay for ever.
+      // A severity that could not be computed must be replaced later.
       const bool computed = one_of(10) != 0;
       alarm.condition_on(seen.now_ms,
                          computed ? number(0.0, 100.0) : std::numeric_limits<double>::quiet_NaN());

@@ -20,7 +20,7 @@ constexpr double kSampleTime = 0.1;  // s
 constexpr std::uint64_t kStretch = kWindowSamples;
 constexpr WindowSettings kSettings{.sample_time_s = kSampleTime, .co_low = 0.0, .co_high = 20.0};
 
-// CO that steps by 10 % of its span up and down every 12 s.
+// CO steps by 10 % of its span up and down every 12 s.
 double steps(std::uint64_t k) { return k / 120 % 2 == 0 ? 9.0 : 11.0; }
 
 Cycle cycle(std::uint64_t k, double stem) {
@@ -124,7 +124,7 @@ TEST_CASE("bad read-backs, bad PV, late and missing cycles are shares of the str
   ConditionWatch watch(kSettings);
   std::uint64_t k = 0;
   for (; k < 915; ++k) {
-    // A read-back that was there once counts as missing later.
+    // A read-back that was there before counts as missing later.
     watch.add(cycle(k, k < 24   ? kNan
                        : k < 48 ? steps(k)
                        : k < 96 ? kNan
@@ -259,7 +259,7 @@ TEST_CASE("the absence of an alarm is no measurement of valve or actuator",
   CHECK(std::isnan(watch.indices().valve));
   CHECK(std::isnan(watch.indices().actuator));
   CHECK(std::isfinite(watch.indices().positioner));
-  // One window names stiction: too few to say, and no sign of health.
+  // One window names stiction: too few for an alarm, but no sign of health.
   conditions[index_of(AlarmKind::stiction)] = {false, 6.8};
   watch.window(measures, &conditions);
   CHECK(std::isnan(watch.indices().valve));

@@ -21,7 +21,7 @@ WindowMeasures errors(double variability, double mean = 0.0, double set_point_ra
   return m;
 }
 
-// Windows with this error, the valve sticking; the last step that changed something.
+// Adds windows with this error of a sticking valve; returns the last step that changed something.
 CorrectiveStep windows(CorrectiveAction& action, int count, const WindowMeasures& m,
                        bool came = false) {
   CorrectiveStep last;
@@ -55,9 +55,9 @@ TEST_CASE("corrective action is off by default", "[monitor][corrective]") {
 TEST_CASE("the jacket is switched on for a newly raised alarm, from a steady baseline",
           "[monitor][corrective]") {
   CorrectiveAction action({.enabled = true});
-  // Sticking since before: no reason to act.
+  // Sticking since earlier: no reason to act.
   CHECK_FALSE(windows(action, 10, errors(10.0)).changed());
-  // Set points that move are no baseline.
+  // Moving set points give no baseline.
   CorrectiveAction moving({.enabled = true});
   CHECK_FALSE(windows(moving, 10, errors(10.0, 0.0, 5.0), true).changed());
   CHECK_FALSE(windows(moving, kWait - 1, errors(3.0, 4.0)).changed());
@@ -221,7 +221,7 @@ MovesState ended(GivenBack reason, bool shadow = false, bool for_good = true) {
   return {.phase = MovePhase::given_back, .reason = reason, .for_good = for_good, .shadow = shadow};
 }
 
-// In shadow, with a baseline of this RMS.
+// In shadow, after a baseline with this RMS.
 CorrectiveAction shadowing(double rms = 10.0, bool may_act = true) {
   CorrectiveAction action(planned());
   action.explained(may_act);

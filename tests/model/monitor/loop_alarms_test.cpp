@@ -44,7 +44,7 @@ TEST_CASE("low air explains the others: one root alarm", "[monitor][alarm]") {
 
   const AlarmTransitions root =
       alarms.window_judged(3, with({{K::stiction, 6.0}, {K::low_air_supply, 20.0}}));
-  REQUIRE(root.view().size() == 6);  // the root, the raised one, four that are off
+  REQUIRE(root.view().size() == 6);  // the root alarm, the raised alarm, and four that are off
   CHECK(alarms.alarm(K::low_air_supply).state() == S::unacknowledged);
   for (const K kind : {K::stiction, K::backlash, K::hysteresis, K::unknown}) {
     CHECK(alarms.alarm(kind).state() == S::suppressed);
@@ -125,13 +125,13 @@ TEST_CASE(
     "low air",
     "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
-  CHECK(alarms.alarm(K::bad_pv).state() == S::normal);  // it needs no window to come
+  CHECK(alarms.alarm(K::bad_pv).state() == S::normal);  // it can be raised without a window
   const AlarmTransitions came = alarms.process_changed(5, one(K::bad_pv, true));
   REQUIRE(came.view().size() == 2);
   CHECK(came.view()[0].kind == K::bad_pv);
   CHECK(came.view()[0].to == S::unacknowledged);
   CHECK(came.view()[0].reason == AlarmReason::process);
-  CHECK(came.view()[1].kind == K::not_normal_mode);  // it could follow from it
+  CHECK(came.view()[1].kind == K::not_normal_mode);  // a possible consequence
   CHECK(came.view()[1].to == S::suppressed);
   CHECK(alarms.alarm(K::bad_pv).memory().raised_ms == 5);
 
@@ -159,7 +159,7 @@ TEST_CASE("a consequence is suppressed while its cause is on, and is raised afte
   alarms.fit(K::deviation);
   alarms.process_changed(1, one(K::deviation, true));
   const AlarmTransitions lost = alarms.process_changed(2, one(K::output_lost, true));
-  CHECK(lost.view().size() == 4);  // itself, the deviation, and two that could come of it
+  CHECK(lost.view().size() == 4);  // itself, the deviation, and two possible consequences
   CHECK(alarms.alarm(K::deviation).state() == S::suppressed);
   CHECK(alarms.cause_of(K::deviation) == K::output_lost);
   CHECK_FALSE(alarms.cause_of(K::bad_pv));
@@ -223,7 +223,7 @@ TEST_CASE("the first raised of several process alarms is marked", "[monitor][ala
   alarms.process_changed(6, one(K::bad_pv, true));
   CHECK(alarms.first_out(K::output_lost));
   CHECK_FALSE(alarms.first_out(K::bad_pv));
-  // Gone, but not seen yet, it still is the first.
+  // Cleared but not acknowledged, it still is the first.
   alarms.process_changed(7, one(K::output_lost, false));
   CHECK(alarms.first_out(K::output_lost));
   alarms.act(K::output_lost, AlarmAction::acknowledge, 8);
@@ -318,7 +318,7 @@ TEST_CASE("NE 107: the gravest of the present conditions", "[monitor][ne107]") {
   CHECK(condensed({.failed = true, .simulated = true, .manual = true, .pv_uncertain = true}, alarms,
                   kSevere) == Ne107::failure);
 
-  // A loop that is not in its normal mode, and is not in manual either, is no sick device.
+  // A loop that is neither in its normal mode nor in manual is no sign of a faulty device.
   alarms.process_changed(1, one(K::not_normal_mode, true));
   CHECK(condensed({}, alarms, kSevere) == Ne107::normal);
 
@@ -348,12 +348,12 @@ TEST_CASE("a condition that is explained counts for the other alarm until it cle
   CHECK(alarms.alarm(K::backlash).state() == S::unacknowledged);
   CHECK(alarms.alarm(K::backlash).memory().severity_percent == 4.0);
 
-  // The windows go on to say stiction: that is the backlash.
+  // The windows still name stiction, which now counts as backlash.
   CHECK(alarms.window_judged(4, with({{K::stiction, 6.0}})).empty());
   CHECK(alarms.alarm(K::backlash).memory().severity_percent == 4.0);
   alarms.window_judged(5, {});
   CHECK(alarms.alarm(K::backlash).state() == S::returned_unacknowledged);
-  // It is over; the next stiction is one.
+  // The condition has ended, so the next stiction counts as stiction.
   alarms.window_judged(6, with({{K::stiction, 6.0}}));
   CHECK(alarms.alarm(K::stiction).state() == S::unacknowledged);
 }
@@ -377,7 +377,7 @@ TEST_CASE("a condition that is explained again counts for the newest name, or fo
   CHECK(alarms.alarm(K::model_gap).active());
   alarms.judged(5, on({K::model_gap}), AlarmReason::twin);
   CHECK(alarms.alarm(K::model_gap).active());
-  // Windows show the stick as well: it stays when the twin's gap is no stick.
+  // Windows also show the stick: it stays on when the twin's gap is no stick.
   alarms.explained(6, K::model_gap, K::stiction, 4.0);
   alarms.judged(7, on({K::model_gap, K::stiction}), AlarmReason::windows);
   alarms.explained(8, K::model_gap, K::model_gap, 0.0);

@@ -23,7 +23,7 @@ AlarmConditions with(std::initializer_list<K> on) {
   return conditions;
 }
 
-// A loop's alarms and its incident, as the daemon steps them.
+// A loop's alarms and its incident, with the steps of the daemon.
 struct Loop {
   LoopAlarms alarms{AlarmSettings{}};
   LoopIncident incident;
@@ -195,7 +195,7 @@ TEST_CASE("the explanation names an incident if it is sure", "[monitor][incident
     CHECK(loop.now().cause == Block::process);
     CHECK(loop.now().confidence == 0.93);
     CHECK(loop.now().from_ms == kMinute / 2);
-    // An alarm that joins later does not know better.
+    // An alarm that joins later does not change the name.
     loop.shows(6 * kMinute, {K::model_gap, K::stiction, K::backlash});
     CHECK(loop.now().name == "gain_change");
 

@@ -40,7 +40,7 @@ ProcessCycle with_bad_pv() {
   return cycle;
 }
 
-// A loop that has run well for a minute.
+// A loop that has been healthy for a minute.
 struct Loop {
   explicit Loop(NormalMode normal = NormalMode::automatic, bool run_first = true)
       : Loop(ProcessSettings{.normal_mode = normal, .limits = {}}, run_first) {}

@@ -21,7 +21,7 @@ namespace {
 
 using namespace monitor;
 
-constexpr double kSetPoint = 20.0;  // as SmallLoop has it
+constexpr double kSetPoint = 20.0;  // in the form of SmallLoop
 constexpr std::size_t kWindows = 4;
 constexpr std::size_t kLoops = 16;
 
@@ -54,7 +54,7 @@ struct Raised {
       0;  // in which diagnose() first saw stiction in it and the one before as one record
 };
 
-// In the two windows up to `end`.
+// Returns whether diagnose() sees stiction in the two windows up to `end`.
 bool stiction_is_seen(const SmallLoop::Run& run, std::size_t end) {
   constexpr std::size_t kBoth = 2 * RoutineWatch::kSamples;
   const std::span<const double> pv(run.pv);

@@ -18,7 +18,7 @@ namespace {
 
 using namespace monitor;
 
-constexpr double kSetPoint = 20.0;  // as SmallLoop has it
+constexpr double kSetPoint = 20.0;  // in the form of SmallLoop
 
 // Samples of 2 s: the first level uses each unchanged.
 const WindowSettings kSettings{.sample_time_s = 2.0};
@@ -103,7 +103,7 @@ TEST_CASE("two windows with a break between are no single record", "[routine]") 
   CHECK(lengths == std::vector<double>{1500.0, 1500.0});
 }
 
-// The same of a source that reports a value when it has changed by more than a band.
+// Returns the same from a source that reports a value when it has changed by more than a band.
 SmallLoop::Run on_change(SmallLoop::Run run, double pv_band, double co_band) {
   const auto hold = [](std::vector<double>& values, double band) {
     double held = values.front();

@@ -26,7 +26,7 @@ TEST_CASE("a loop that is not judged is reported once it lasts, and again when i
   const TwinRemarks here{.judging = Judging::here};
   const TwinRemarks outside{.judging = Judging::outside};
   const TwinRemarks settling{.judging = Judging::settling};
-  // Moves that leave the healthy record for a while fill no journal.
+  // Moves that leave the healthy range for a while are not journalled.
   for (int i = 0; i < 10; ++i) {
     CHECK_FALSE(news.add(outside, 500.0));
     CHECK_FALSE(news.add(here, 1.0));

@@ -36,7 +36,7 @@ struct Side {
   double controller_s = 0.0;  // when the condition is raised; 0: never
   double change_s = 0.0;
   double load_s = 0.0;
-  // model_gap of a loop that another controller has, and of one of our own; 0: never.
+  // model_gap of a loop with another controller, and of a loop that this daemon controls; 0: never.
   double foreign_gap_s = 0.0;
   double own_gap_s = 0.0;
   double load_size = 0.0;
@@ -54,7 +54,7 @@ struct Change {
   double sp_move = 1.0;  // PV units
 };
 
-// A loop of 20 minutes with a move of SP each two.
+// Runs a loop for 20 minutes with a move of SP every two minutes.
 Side beside(const Change& change, const plant::LoopModel& twin = twin_model()) {
   plant::LoopModel healthy = test::believed_model();
   plant::Plant before(healthy, 1);
@@ -135,7 +135,7 @@ TEST_CASE("a controller that was retuned or limited is seen, and only there", "[
   CHECK(side.controller_s < 500.0);
   CHECK(side.change_s == 0.0);
   CHECK(side.foreign_gap_s == Approx(side.controller_s).margin(1.0));
-  // Here it was this program that has changed it.
+  // In this loop the daemon itself has changed the controller.
   CHECK(side.own_gap_s == 0.0);
 
   Change limited;

@@ -72,7 +72,7 @@ TEST_CASE("a condition clears when the windows have forgotten it, not before", "
   REQUIRE(on(rule, AlarmKind::low_air_supply));
   for (int i = 0; i < 50; ++i) rule.add(quiet());
   CHECK(on(rule, AlarmKind::low_air_supply));
-  // Healthy, but with a suspicion above the lower threshold.
+  // Healthy, but with a probability above the lower threshold.
   WindowJudgement suspicious = healthy();
   suspicious.probability[index_of(AlarmKind::low_air_supply)] = 0.35;
   for (int i = 0; i < 10; ++i) rule.add(suspicious);
@@ -88,7 +88,7 @@ TEST_CASE("the daemon's rule needs fifteen windows to accept a repair", "[monito
   VerdictRule rule(kAlarmRule);
   for (int i = 0; i < 3; ++i) rule.add(fault(AlarmKind::stiction, 0.9));
   REQUIRE(on(rule, AlarmKind::stiction));
-  // A valve that sticks may look healthy for a while: two in fifteen keep the alarm.
+  // A sticking valve may look healthy for a while: two in fifteen keep the alarm.
   for (int round = 0; round < 4; ++round) {
     for (int i = 0; i < 6; ++i) rule.add(healthy());
     rule.add(fault(AlarmKind::stiction, 0.9));
@@ -112,7 +112,7 @@ TEST_CASE("a restart forgets windows and keeps conditions; one can be restored",
   CHECK_FALSE(on(rule, AlarmKind::stiction));
   rule.restore(AlarmKind::backlash, true, 3.0);
   CHECK(on(rule, AlarmKind::backlash));
-  // Too few windows to say that it is gone.
+  // Too few windows to clear it.
   for (int i = 0; i < 3; ++i) rule.add(healthy());
   CHECK(on(rule, AlarmKind::backlash));
   rule.add(healthy());
@@ -136,7 +136,7 @@ TEST_CASE("the size of an alarm is the median of the windows that name it", "[mo
   rule.add(fault(AlarmKind::backlash, 0.9, 50.0));
   rule.add(fault(AlarmKind::stiction, 0.4, 50.0));
   CHECK(severity() == Approx(6.1));
-  // A fault that grows is followed once most windows agree.
+  // The size follows a growing fault once most windows agree.
   for (int i = 0; i < 8; ++i) rule.add(fault(AlarmKind::stiction, 0.9, 12.0));
   CHECK(severity() == Approx(12.0));
   // A few windows, as after a restart, keep the severity.

@@ -177,7 +177,7 @@ TEST_CASE("late cycles are bridged, counted, and limited per window", "[monitor]
     }
     CHECK(on_the_line);
     CHECK(co_behind);
-    // They leave with the window that they belong to.
+    // The bridged cycles leave with their window.
     while (builder.add(cycle(++at)) != Progress::full) {
     }
     CHECK(builder.window().bridged_cycles == 0);
@@ -211,7 +211,7 @@ TEST_CASE("a stretch that can't be used is reported once, and again when its rea
   CHECK(builder.add(c) == Progress::broken);
   c.period_index = 2;
   CHECK(builder.add(c) == Progress::none);
-  c.period_index = 9;  // a gap within it is no news
+  c.period_index = 9;  // a gap within it is not reported
   CHECK(builder.add(c) == Progress::none);
   c.period_index = 10;
   c.automatic = true;

@@ -21,7 +21,7 @@ using Place = std::array<double, 2>;
 
 constexpr std::size_t kMembers = 64;
 
-// Judges `batch` trials at a time; returns the best place and its cost.
+// Evaluates `batch` trials at a time; returns the best place and its cost.
 struct Run {
   Place best;
   double cost;

@@ -33,7 +33,7 @@ TEST_CASE("Rosenbrock's valley to its end (Hock-Schittkowski 1)", "[numeric]") {
 }
 
 TEST_CASE("Rosenbrock's valley cut off by a bound (Hock-Schittkowski 2)", "[numeric]") {
-  // From the right-hand side; the other valley's answer is a worse one.
+  // Starts from the right-hand side. The other valley has a worse answer.
   const LeastSquares found =
       least_squares({{.value = 2.0}, {.value = 2.0, .low = 1.5}}, rosenbrock);
   CHECK(found.x[0] == Approx(1.224370749).epsilon(1e-6));

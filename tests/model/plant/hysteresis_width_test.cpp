@@ -40,7 +40,7 @@ TEST_CASE("the loop opens gradually and a minor loop closes", "[plant][hysteresi
   hysteresis.reset(0.0);
   sweep(hysteresis, 0.0, 50.0);
   const double top = sweep(hysteresis, 50.0, 60.0);
-  // Just after the reversal only the narrowest plays have turned: the slope is below 1 and rises.
+  // Just after the reversal only the narrowest plays have reversed: the slope is below 1 and rises.
   const double at_59 = sweep(hysteresis, 60.0, 59.0);
   const double at_58 = sweep(hysteresis, 59.0, 58.0);
   CHECK(at_59 < top);

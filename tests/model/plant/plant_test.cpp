@@ -76,7 +76,7 @@ TEST_CASE("the composed loop is its parts in a row", "[plant][loop]") {
   for (int k = 0; k < 400; ++k) {
     const double co = 5.0 + 2.0 * std::sin(0.02 * k);
     const double stem = backlash.step(co);
-    // PV at sample k + 1 follows from CO held since sample k; disturbances go by PV's own time.
+    // PV at sample k + 1 follows from CO held since sample k. Disturbances use the time of PV.
     const double true_pv = sine.step(process.step(lag.step(0.8 * stem)), 0.1 * (k + 1));
     const double pv = 0.01 * std::round((true_pv + 0.25) / 0.01);
     REQUIRE(plant.step(co) == Approx(pv).margin(1e-9));
@@ -137,7 +137,7 @@ TEST_CASE("an integrating plant starts at the set point and keeps it", "[plant][
   model.scenario.set_point = {{0.0, 7.0}};
   Plant plant(model, 1);
   const double co = plant.output_for(7.0);
-  CHECK(co == 5.0);  // rests at any: the middle of the range
+  CHECK(co == 5.0);  // rests at any output: the middle of the range
   plant.reset(co);
   for (int k = 0; k < 50; ++k) REQUIRE(plant.step(co) == Approx(7.0));
   for (int k = 0; k < 50; ++k) plant.step(co + 1.0);

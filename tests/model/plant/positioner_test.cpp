@@ -23,7 +23,7 @@ double after(Positioner& positioner, double u, int periods) {
   return x;
 }
 
-// The equations of the header, integrated in ten thousand Euler steps a period.
+// The equations of the header, integrated in ten thousand Euler steps per period.
 struct Euler {
   Positioner::Parameters p;
   double z, x;

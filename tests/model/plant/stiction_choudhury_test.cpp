@@ -42,7 +42,7 @@ class FlowChart {
     return x_;
   }
 
-  // Starts as if it had just come upwards and stopped.
+  // Starts in the state after a move upwards and a stop.
   void came_upwards() {
     came_from_ = 1.0;
     x_ = u_ - (s_ - j_) / 2.0;

@@ -39,7 +39,7 @@ TEST_CASE("on a ramp it has stick-slip where the Choudhury law moves on", "[plan
     if (u > 4.0) {
       he_at_rest += x == he_last ? 1 : 0;
       choudhury_at_rest += y == choudhury_last ? 1 : 0;
-      // Never farther from each other than a jump.
+      // The two are never farther apart than a jump.
       REQUIRE(std::abs(x - y) <= 2.0 + 1e-9);
     }
     he_last = x;

@@ -112,7 +112,7 @@ TEST_CASE("a slip ends where the travel ends, and friction holds the stem there"
   }
   if (damping < 1.0) {
     CHECK(farthest > 10.5);
-    // Held up to the static friction as anywhere, then off again.
+    // Held up to the static friction, as at any other place, then released.
     CHECK(valve.step(9.31) == 10.0);
     double x = 10.0;
     for (int k = 0; k < 20; ++k) x = valve.step(9.29);

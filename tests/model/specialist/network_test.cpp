@@ -135,7 +135,7 @@ TEST_CASE("training ends by each of its stops", "[specialist]") {
   const Learned failed = learn(start, training, opposite, {}, settings);
   CHECK(failed.stop == Stop::validation);
   CHECK(failed.epochs.size() == failed.best + 4);
-  // Nothing but the mean can be learned of a constant input: no step helps in the end.
+  // Only the mean can be learned from a constant input: in the end no step helps.
   settings.most_failures = 1000;
   Lessons constant = training;
   constant.inputs.setConstant(0.3);

@@ -9,7 +9,7 @@
 
 namespace loopwarden::tests {
 
-// A loop like the thesis's plant 1, 0 to 10 on both sides.
+// A loop like the thesis's plant 1, 0 to 10 for both CO and PV.
 inline plant::LoopModel flow_loop() {
   plant::LoopModel m;
   m.sample_time_s = 0.1;

@@ -94,12 +94,12 @@ TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[s
   // The faults together are sure, but no single one is: the window can't separate them.
   CHECK(verdict({0, 0, 7, 6.9, 0, 0}, plain).verdict == VerdictName::not_enough_movement);
   CHECK(verdict({0, 0, 7, 5, 0, 0}, plain).verdict == VerdictName::backlash);
-  // Something is wrong, but a fault may be it as well.
+  // Something is wrong, but it may also be a fault.
   CHECK(verdict({0, 0, 0, 0, 5, 5.5}, plain).verdict == VerdictName::not_enough_movement);
   WindowFits shut = plain;
   shut.shut_share = 0.4;
   CHECK(verdict({0, 6, 0, 0, 0, 0}, shut).verdict == VerdictName::not_enough_movement);
-  // Torn between healthy and a fault that would not show.
+  // Undecided between healthy and a fault that would not show.
   CHECK(verdict({2, 2, 0, 0, 0, 0}, plain).verdict == VerdictName::not_enough_movement);
 
   WindowFits misfit = plain;

@@ -204,7 +204,7 @@ TEST_CASE("neighbours: unrelated loops that look alike, or loops with one load",
   std::size_t alike = 0;
   std::size_t load = 0;
   for (std::uint64_t seed = 1000; seed < 1200; ++seed) {
-    // By pairs: both stick, one does, or both swing by their tuning.
+    // In turn: both stick, one does, or both swing by their tuning.
     const Two two = seed % 2 == 0 ? on_header(Sticks::both, 0.0, seed) : behind_tight(0.0, seed);
     const LoopMoves first = moves(two.first);
     const LoopMoves second =

@@ -42,7 +42,7 @@ TEST_CASE("play is found with its size, but not in a healthy loop", "[specialist
 
 TEST_CASE("units, spans and a constant load don't change the fit", "[specialist]") {
   const WindowFits volts = WindowFitter(kFacts).fit(play_window(0.7, 0.02).view());
-  // CO as 4 to 20 mA, PV 50 m3/h a unit, with 30 m3/h from elsewhere.
+  // CO as 4 to 20 mA, PV 50 m3/h per unit, with 30 m3/h from elsewhere.
   LoopFacts other{0.1, 1.2 * 50.0 / 1.6, 1.7, 2.6, 4.0, 20.0, 0.0, 500.0};
   tests::PlayWindow w = play_window(0.7, 0.02, 1.6, 4.0, 50.0);
   for (double& pv : w.pv) pv += 30.0;

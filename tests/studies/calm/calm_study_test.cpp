@@ -112,7 +112,7 @@ TEST_CASE("each kind of trouble during planned moves is tried separately", "[cal
     CHECK((row.share_worse == 0.0 || row.worst > 1.3));
     CHECK(row.worst < 1.6);
   }
-  CHECK(factors.size() == rows.size());  // each is another trouble
+  CHECK(factors.size() == rows.size());  // each kind gives a different result
   const std::vector<TroubleRow> alone = study_troubles(1, kSeed, {});
   for (std::size_t k = 0; k < rows.size(); ++k) CHECK(alone[k].worst <= rows[k].worst);
   CHECK(study_troubles(0, kSeed, {}).empty());

@@ -108,12 +108,12 @@ TEST_CASE("paper parks a sticky valve off the set point", "[calm][studies]") {
 TEST_CASE("the converter and the read-back have their resolution", "[calm][studies]") {
   CalmTrial trial = quiet_trial();
   trial.model.scenario.set_point = {{0.0, 4.2}, {0.0, 6.3}};
-  trial.output_resolution = 0.5;  // coarser than a loop can settle with
+  trial.output_resolution = 0.5;  // too coarse for a loop to settle
   CHECK(run_trial(trial).settled.rms_error > 0.05);
 
   trial.output_resolution = 0.0;
   trial.model.controller.jacket = {.form = control::JacketForm::paper, .gain_per_s = 0.4};
-  trial.read_back.resolution = 5.0;  // reads 5 V all the time
+  trial.read_back.resolution = 5.0;  // always reads 5 V
   const TrialResult coarse = run_trial(trial);
   CHECK(std::abs(coarse.settled.mean_error) > 0.01);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study gap as its users call it.
+// Runs loopwarden-study gap as a user does.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -17,7 +17,7 @@ ShellOutcome run_program(const std::string& call) {
   return bash(LOOPWARDEN_BIN_DIR "/" + call + " 2>/dev/null");
 }
 
-// A program that never sees a gap.
+// A program that never finds a gap.
 std::string blind_program(const TemporaryFolder& folder) {
   const fs::path path = folder / "blind";
   write_file(path,
