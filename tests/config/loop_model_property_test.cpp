@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Model files: what is written reads back equal, for every effect with any parameters it takes.
+// A written model file reads back equal, for every effect with any valid parameters.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -61,7 +61,7 @@ plant::EffectSpec any_spec(const effects::Descriptor& info) {
   return spec;
 }
 
-// Some sets of parameters exclude each other: those are no models.
+// Some parameters exclude each other: such sets are no models.
 bool possible(const plant::EffectSpec& spec, plant::Block block, const plant::LoopModel& model) {
   try {
     effects::check_effect(spec, block,
