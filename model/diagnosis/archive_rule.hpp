@@ -13,7 +13,7 @@
 //   healthy, or another cause, where a band of 3 % of the span, or of three
 //   tenths of what CO moves, could hide                                      can't tell
 //
-// What it can't do: more than bound what was lost; the deviations are estimates within a factor of two.
+// Limits: it can't more than bound what was lost; the deviations are estimates within a factor of two.
 #pragma once
 
 #include <span>

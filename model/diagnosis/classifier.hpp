@@ -11,7 +11,7 @@
 // to simulated loops. The table, classifier.table, is written by `loopwarden-study diagnose --train`; nothing in it comes
 // from a real record.
 //
-// What it can't do: a loop unlike all that was simulated gets a probability like the nearest that was.
+// Limits: it can't a loop unlike all that was simulated gets a probability like the nearest that was.
 #pragma once
 
 #include <array>

@@ -11,7 +11,7 @@
 // The controller is linear, so its output follows from the error:
 //   output(k) - output(k-1) = -gain [ error(k) - error(k-1) + error(k) h / Ti ]
 //
-// What it can't do: a set point that moves and is not given spoils both.
+// Limits: it can't a set point that moves and is not given spoils both.
 #pragma once
 
 #include <span>

@@ -26,7 +26,7 @@
 //   can't tell  p from 0.35 to 0.65; p >= 0.65 and CO turns by time or like clockwork; phase and play for a valve where they mean
 //               nothing
 //
-// What it can't do: tell the valve from anything else behind the controller that sticks.
+// Limits: it can't tell the valve from anything else behind the controller that sticks.
 #pragma once
 
 #include <array>

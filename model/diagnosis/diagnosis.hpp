@@ -8,7 +8,7 @@
 //
 // A loop with several windows gets one verdict: the mean of the windows' logits decides, so that one odd window does not.
 //
-// What it can't do: see docs/diagnose.md, which has the figures too.
+// Limits: it can't see docs/diagnose.md, which has the figures too.
 #pragma once
 
 #include <array>

@@ -14,7 +14,7 @@
 //   sticky pairs    share in which a steady stretch is followed by a move in CO's direction
 //                   (Y. Yamashita, Control Engineering Practice 14, 2006, and J. Process Control 16, 2006)
 //
-// What it can't do: load changes as large as the valve's steps hide the dwelling.
+// Limits: it can't load changes as large as the valve's steps hide the dwelling.
 #pragma once
 
 #include <cstddef>

@@ -19,7 +19,7 @@
 // Source: R. Srinivasan, R. Rengaswamy, S. Narasimhan and R. Miller, Ind. Eng. Chem. Res. 44 (2005); M. Jelali,
 // J. Process Control 18 (2008), with ARX in place of ARMAX and a grid in place of a global search.
 //
-// What it can't do: see a band smaller than the noise of CO, or a jump that the sampling hides.
+// Limits: it can't see a band smaller than the noise of CO, or a jump that the sampling hides.
 #pragma once
 
 #include <cstddef>

@@ -6,7 +6,7 @@
 // r > 1 is an oscillation (N. F. Thornhill, B. Huang and H. Zhang, J. Process Control 13, 2003).
 // At most the first ten intervals count.
 //
-// What it can't do: two oscillations at once; slow drift must have been removed.
+// Limits: it can't two oscillations at once; slow drift must have been removed.
 #pragma once
 
 #include <cstddef>

@@ -11,7 +11,7 @@
 // Source: A. Horch, "A simple method for detection of stiction in control valves", Control Engineering Practice
 // 7 (1999); share of energy and scales in place of its two lags.
 //
-// What it can't do: on integrating processes, and where integral control meets a slow load at a constant set point, the
+// Limits: it can't on integrating processes, and where integral control meets a slow load at a constant set point, the
 // phase is a quarter period without any stiction.
 #pragma once
 

@@ -13,7 +13,7 @@
 // and D. S. Shook, Control Engineering Practice 14 (2006), who fit an ellipse; play operator as in
 // model/plant/backlash.hpp.
 //
-// What it can't do: a longer lag makes a loop of PV over CO too, so alone it is a weak witness.
+// Limits: it can't a longer lag makes a loop of PV over CO too, so alone it is a weak witness.
 #pragma once
 
 #include "model/diagnosis/scales.hpp"

@@ -8,7 +8,7 @@
 // A quarter period to the first zero is exact for a sine and for a square wave; of movement that does not
 // repeat, P is four times its memory.
 //
-// What it can't do: two cycles at once; fast noise as large as the movement shortens P.
+// Limits: it can't two cycles at once; fast noise as large as the movement shortens P.
 #pragma once
 
 #include <array>

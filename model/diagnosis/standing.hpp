@@ -11,7 +11,7 @@
 //
 // Source: words of PV and CO after Y. Yamashita, Control Engineering Practice 14 (2006).
 //
-// What it can't do: a slow lag rounds the levels, on levels and temperatures PV never stands.
+// Limits: it can't a slow lag rounds the levels, on levels and temperatures PV never stands.
 #pragma once
 
 #include <span>

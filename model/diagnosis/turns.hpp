@@ -19,7 +19,7 @@
 //               tight control can look like a sticking valve in all else, so nothing can be told
 //   neither     fewer than kLeastTurns turns, or none of these
 //
-// What it can't do: tell a valve in a cycle that a steady load forces upon it (it reads as time).
+// Limits: it can't tell a valve in a cycle that a steady load forces upon it (it reads as time).
 #pragma once
 
 #include <cstddef>

@@ -14,7 +14,7 @@
 // Source: the scheme of R. Srinivasan, R. Rengaswamy, S. Narasimhan and R. Miller, Ind. Eng. Chem. Res.
 // 44 (2005), and M. Jelali, J. Process Control 18 (2008), with grids in place of a global search.
 //
-// What it can't do: alone it is a weak witness, as a valve model fits loads too; no second order; gain
+// Limits: it can't alone it is a weak witness, as a valve model fits loads too; no second order; gain
 // and load that change.
 #pragma once
 

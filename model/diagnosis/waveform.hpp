@@ -12,7 +12,7 @@
 // The mean cycle gives harmonics: with x = a1 cos(wt) + a3 cos(3wt), a3/a1 is -1/3 for a square wave
 // and +1/9 for a triangle.
 //
-// What it can't do: fewer than four half cycles, or fewer than four samples in each, have no shape.
+// Limits: it can't fewer than four half cycles, or fewer than four samples in each, have no shape.
 #pragma once
 
 #include <cstddef>

@@ -19,7 +19,7 @@ double resolution_of(const plant::SeenController& seen, double co_span) {
 
 control::PidSettings tolerant(const plant::LoopModel& twin) {
   control::PidSettings settings = twin.controller.pid;
-  // What a converter rounds away is no windup.
+  // The rounding of a converter is no windup.
   if (twin.twin && twin.twin->controller) {
     settings.tolerance = std::max(settings.tolerance, twin.twin->controller->resolution);
   }
@@ -33,7 +33,7 @@ control::PidSettings higher(control::PidSettings settings) {
   return settings;
 }
 
-// The law's output within the range, and its integral towards the measured one.
+// Returns the law's output within the range, and moves its integral towards the measured CO.
 double follow(control::Pid& law, double sp, double pv, double last_co, double co, double share) {
   const control::PidSettings& s = law.settings();
   const double u = std::clamp(law.step(sp, pv, last_co, 0.0), s.output_low, s.output_high);

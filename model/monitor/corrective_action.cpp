@@ -58,7 +58,7 @@ CorrectiveStep CorrectiveAction::explained(bool may_act) noexcept {
   if (!planned() || state_ == State::off || state_ == State::given_up) return {};
   may_act_ = may_act;
   disengaged_ = 0;
-  if (acting()) return {};  // they know the valve better by now
+  if (acting()) return {};  // by now they have better values of the valve
   due_ = true;
   if (state_ != State::in_shadow) return {};
   CorrectiveStep step = begin();
@@ -92,7 +92,7 @@ CorrectiveStep CorrectiveAction::moves(const control::MovesState& state, double 
   }
   if (state.for_good || ++disengaged_ >= kMostDisengaged)
     return go(State::given_up, to_text(state.reason));
-  due_ = true;  // the alarm stands: once more, by a time in shadow
+  due_ = true;  // the alarm is still on: try again, after a time in shadow
   return go(State::waiting, to_text(state.reason));
 }
 
@@ -170,11 +170,11 @@ CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
   steady_ = 0;
   settling_ = 0;
   if (!acting() && state_ != State::in_shadow) return {};
-  if (controlling) {  // saturated, a gap: it stays, its trial begins anew
+  if (controlling) {  // saturated, or a gap: stay, and restart the trial
     settling_ = acting() ? kSettling : 0;
     return {};
   }
-  due_ = true;  // the alarm stands: once more, from a baseline of its own
+  due_ = true;  // the alarm is still on: try again, with a new baseline
   return go(State::waiting, "the loop is not in automatic on a good PV");
 }
 
@@ -182,14 +182,14 @@ CorrectiveStep CorrectiveAction::refused() noexcept {
   if (!acting() && state_ != State::in_shadow) return {};
   settling_ = 0;
   CorrectiveStep step = go(State::given_up, "the loop refused the order");
-  // The jacket stays as it was; planned moves in shadow would stay there for good.
+  // The jacket was not changed. Planned moves in shadow would stay there for good.
   if (!planned()) step.order = Order::none;
   return step;
 }
 
 CorrectiveStep CorrectiveAction::reloaded() noexcept {
   if (!acting() && state_ != State::in_shadow) return {};
-  due_ = true;  // the alarm stands: once more, from a baseline of its own
+  due_ = true;  // the alarm is still on: try again, with a new baseline
   settling_ = 0;
   return go(State::waiting, "a reload has set the loop anew");
 }
@@ -197,11 +197,11 @@ CorrectiveStep CorrectiveAction::reloaded() noexcept {
 CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {
   if (state_ == State::off || veto == veto_) return {};
   const Veto before = std::exchange(veto_, veto);
-  // By hand the jacket may have been set to act.
+  // The operator may have set the jacket to act.
   const bool left_as_it_is = !planned() && before == Veto::hands_off;
   CorrectiveStep step;
   if (veto == Veto::none) {
-    if (!planned()) due_ = true;  // if the valve still sticks, it is time
+    if (!planned()) due_ = true;  // a valve that still sticks is due
     step = go(State::waiting, before == Veto::commissioning ? "the commissioning has ended"
                                                             : "the operator's veto is lifted");
   } else {

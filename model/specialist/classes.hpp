@@ -4,7 +4,7 @@
 // The order of both is that of files on users' disks and never changes: weights (config/specialists), evidence.
 //
 // Errors: a name that is none of the known conditions is nothing.
-// What it can't do: two faults at once; how large a fault is (team.hpp has the size).
+// Limits: it can't two faults at once; how large a fault is (team.hpp has the size).
 //
 // Source: the five conditions: Sewdass, thesis (Durban University of Technology), chapter 7; `other`,
 // `unknown` and `not_enough_movement` are ours.

@@ -8,8 +8,8 @@
 //
 // Inference in single precision, all 31 columns at once, no allocation; the same bits with and without AVX2.
 //
-// Errors: none; a signature with a missing sample has non-finite errors and no verdict.
-// What it can't do: say that it does not know; windows that do not begin with the step; other set points,
+// No errors; a signature with a missing sample has non-finite errors and no verdict.
+// Limits: it can't say that it does not know; windows that do not begin with the step; other set points,
 // step sizes and loops than those it was trained on. For all of that see team.hpp.
 //
 // Source: Sewdass, thesis (Durban University of Technology), equations 8.1 to 8.8.

@@ -5,8 +5,8 @@
 //
 //   x  inputs, without unit     y  outputs, without unit     W, b  weights and biases
 //
-// Errors: none; a non-finite input gives non-finite outputs.
-// What it can't do: learn (levenberg_marquardt.hpp, team_training.hpp), read files (config/).
+// No errors; a non-finite input gives non-finite outputs.
+// Limits: it can't learn (levenberg_marquardt.hpp, team_training.hpp), read files (config/).
 //
 // Source: Sewdass, thesis (Durban University of Technology), section 8.4.
 #pragma once

@@ -16,7 +16,7 @@
 // Where the window starts, set points, step sizes and units do not matter; another process means other
 // LoopFacts and no other networks (docs/specialists.md says how well that goes).
 //
-// What it can't do: two faults at once have one name; a fault that the window's movement does not
+// Limits: it can't two faults at once have one name; a fault that the window's movement does not
 // touch leaves no trace, and a healthy verdict on such a window says nothing about it.
 //
 // Sources: the set of specialists and the lowest error: Sewdass, thesis (Durban University of Technology), ch. 8;

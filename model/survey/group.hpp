@@ -5,7 +5,7 @@
 // twenty-five). In a group the likely source stands first: loops whose valve shows an effect by the probability of that, then
 // those with the strongest nonlinearity (nonlinearity.hpp), the shorter name first where they are equal.
 //
-// What it can't do: it is a list to look at, no finding. Loops that swing at one period by chance are in it; that a group
+// Limits: it can't it is a list to look at, no finding. Loops that swing at one period by chance are in it; that a group
 // lies in one part of the plant nobody told the survey.
 #pragma once
 

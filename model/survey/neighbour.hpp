@@ -29,8 +29,8 @@
 // Sources: C. W. J. Granger, Econometrica 37 (1969) 424-438 (gain); L. D. Haugh, J. Am. Stat. Assoc. 71 (1976) 378-385
 // (moves after the own past is taken out); T. Yuan and S. J. Qin, J. Process Control 24 (2014) 450-459, and M. Bauer et
 // al., IEEE Trans. Control Systems Technology 15 (2007) 12-21 (the same question of a whole plant).
-// Errors: none. Too few samples, or signals without moves, give no push.
-// What it can't do: tell a source from a third loop or a load that reaches both in this order; see a push that takes longer than
+// No errors. Too few samples, or signals without moves, give no push.
+// Limits: it can't tell a source from a third loop or a load that reaches both in this order; see a push that takes longer than
 // the loops' own noise hides; tell who pushes where both swing without noise, or where valve and victim answer in one sample and
 // no jump shows.
 #pragma once

@@ -8,8 +8,8 @@
 //   N        (mean of the surrogates' Gamma - Gamma) / (3 their standard deviation); above 1: nonlinear
 //
 // Source: N. F. Thornhill, J. Process Control 15 (2005) 833-846.
-// Errors: none. Fewer than four cycles give 0.
-// What it can't do: tell a nonlinear valve from a nonlinear process or sensor; name the loop with certainty.
+// No errors. Fewer than four cycles give 0.
+// Limits: it can't tell a nonlinear valve from a nonlinear process or sensor; name the loop with certainty.
 #pragma once
 
 #include <cstdint>

@@ -7,9 +7,9 @@
 // y: PV - SP, or PV about its mean where there is no SP; b: dead time, samples. What could be foretold b samples ahead
 // could have been corrected: 0 is a controller of minimum variance, 1 one whose whole error was foreseeable.
 //
-// Errors: none. Fewer than 10 (b + m) samples, or a y that does not vary, give NaN.
+// No errors. Fewer than 10 (b + m) samples, or a y that does not vary, give NaN.
 // Sources: T. J. Harris, Can. J. Chem. Eng. 67 (1989); L. Desborough and T. Harris, Can. J. Chem. Eng. 70 (1992).
-// What it can't do: say that a controller of this structure could do it, or that it ought to: a tank that is meant to
+// Limits: it can't say that a controller of this structure could do it, or that it ought to: a tank that is meant to
 // buffer has an index near 1. The dead time is an estimate; twice the dead time takes a few hundredths off.
 #pragma once
 

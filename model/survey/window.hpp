@@ -11,7 +11,7 @@
 //   travel      sum of |CO(k) - CO(k-1)| beyond the noise of CO, CO units/h; reversals: changes of its direction, 1/h
 //   noise       PV units: from second differences, sqrt(median (d2 y)^2 / (6 * 0.455))
 //
-// What it can't do: dead time is an estimate from CO and PV together, at least one sample.
+// Limits: it can't dead time is an estimate from CO and PV together, at least one sample.
 #pragma once
 
 #include <cstddef>

@@ -12,7 +12,7 @@
 // is an ordinary one on 31 inputs.
 //
 // Errors: std::invalid_argument where a condition has no signature to train on or to validate by.
-// What it can't do: learn from signatures of another set point, period or plant than those it will judge.
+// Limits: it can't learn from signatures of another set point, period or plant than those it will judge.
 //
 // Source: Sewdass, thesis (Durban University of Technology), sections 8.3, 8.4 and 9.3.
 #pragma once

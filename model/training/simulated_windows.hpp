@@ -18,7 +18,7 @@
 //
 // Errors: std::invalid_argument for a name that is none of other_names(); effects::EffectError for a model that
 // can't be simulated.
-// What it can't do: two faults at once, a fault that comes or goes within the window, a valve of another make than
+// Limits: it can't two faults at once, a fault that comes or goes within the window, a valve of another make than
 // the laws of model/plant.
 //
 // Source: none: the ranges are our choice of what plants have, and the figures of docs/specialists.md hold for them.

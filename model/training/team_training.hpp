@@ -7,8 +7,8 @@
 //
 // The same model, settings and seed give the same bits, whatever the number of threads.
 //
-// Errors: none, of examples of every condition.
-// What it can't do: better than its windows: what they never show, no network has seen.
+// No errors, of examples of every condition.
+// Limits: it can't better than its windows: what they never show, no network has seen.
 //
 // Source: D. Kingma and J. Ba, Proc. ICLR (2015).
 #pragma once

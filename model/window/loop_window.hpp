@@ -5,8 +5,8 @@
 //
 //   PV, CO  their units     gain  PV units / CO unit, not 0     dead_time  s, >= 0     time_constant  s, > 0
 //
-// Errors: none; who makes them keeps to the ranges.
-// What it can't do: a second lag, an integrating process, a gain that depends on the opening.
+// No errors; who makes them keeps to the ranges.
+// Limits: it can't a second lag, an integrating process, a gain that depends on the opening.
 //
 // Sources: the model that PI settings are commonly made from (model/analysis/tuning_rules.hpp);
 // 961 samples, 31 x 31: Sewdass, thesis (Durban University of Technology), section 8.3.

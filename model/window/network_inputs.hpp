@@ -11,8 +11,8 @@
 //
 // Each is held within -8 to 8, and what is no number is 0: nothing depends on units.
 //
-// Errors: none, of fits that are usable.
-// What it can't do: say more than the fits do. 0.1 and 0.05 keep the logarithms finite; which numbers
+// No errors, of fits that are usable.
+// Limits: it can't say more than the fits do. 0.1 and 0.05 keep the logarithms finite; which numbers
 // matter is left to the networks.
 //
 // Source: none: the choice is ours, and docs/specialists.md says how far it carries.

@@ -6,7 +6,7 @@
 //
 //   PV, centre, half_span  PV units, half_span > 0
 //
-// What it can't do: a signature that begins anywhere but at the step is another signature.
+// Limits: it can't a signature that begins anywhere but at the step is another signature.
 //
 // Source: Sewdass, thesis (Durban University of Technology), section 8.3, figure 8.2.
 #pragma once

@@ -20,8 +20,8 @@
 //
 //   p, u, v, r  % of CO span     D, s, offset  % of CO span, >= 0     R  %/s     l  s
 //
-// Errors: none. Without movement every fault model is as good as the other, and the evidence says so.
-// What it can't do: loops that integrate, oscillate by themselves or have a bent characteristic beyond
+// No errors. Without movement every fault model is as good as the other, and the evidence says so.
+// Limits: it can't loops that integrate, oscillate by themselves or have a bent characteristic beyond
 // what g takes up; a dead time of more than half the window.
 //
 // Sources: the laws are those of model/plant, stepped as they stand there, four stems in a row;
