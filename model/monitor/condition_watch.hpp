@@ -24,7 +24,8 @@
 // long. Its measures of the stem are unknown until a window and an interval are wholly after the
 // change. A change that a window itself causes counts from that window on.
 //
-// Stepped by the caller; no clock, no allocation. No errors. Unknown values stay NaN.
+// Stepped by the caller; no clock, no allocation.
+// No errors. Unknown values stay NaN.
 // Limits: it can't separate backlash from lag (a stem that follows with backlash at constant speed
 // looks late by backlash/speed); see a lag while the stem rests.
 // play/speed); see a lag while the stem rests.

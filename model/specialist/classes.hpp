@@ -34,7 +34,7 @@ const char* to_text(Condition condition) noexcept;
 // Returns the known condition with this name.
 std::optional<Condition> condition_of(std::string_view name) noexcept;
 
-// The name of a condition, or the reason why there is none: no specialist explains the window, or
+// The name of a condition, or the reason for its absence: no specialist explains the window, or
 // the window has too little movement.
 enum class VerdictName : std::uint8_t {
   no_fault,

@@ -13,7 +13,7 @@
 //
 // No errors; a signature with a missing sample has non-finite errors and no verdict.
 // Limits: it has no verdict "unknown". It judges only windows that begin with the step, and only
-// the set points, step sizes and loops of its training. team.hpp has none of these limits.
+// the set points, step sizes and loops of its training. team.hpp doesn't have these limits.
 //
 // Source: Sewdass, thesis (Durban University of Technology), equations 8.1 to 8.8.
 #pragma once
