@@ -2,8 +2,8 @@
 // The performance of an alarm system in the figures of ISA-18.2.
 //
 //   rate        alarms raised per hour; the most within one interval of 10 min
-//   flood       from an interval of 10 min with more than kFloodBegins alarms to one with fewer than
-//               kFloodEnds
+//   flood       from an interval of 10 min with more than kFloodBegins alarms to one with fewer
+//               than kFloodEnds
 //   chattering  an alarm that is raised kChatters times or more within a minute
 //   top         the most frequent alarms, with their share of all
 //
@@ -14,11 +14,10 @@
 // Limits: it can't report which operator's console had an alarm. The targets apply to a console,
 // and a box has one.
 //
-// Source: ANSI/ISA-18.2-2016 (IEC 62682), monitoring and assessment. About 6 alarms per hour and 1
-// in
-// 10 min are manageable. 10 in 10 min are a flood; floods should take less than 1 % of the time.
-// The ten most frequent alarms should be less than 5 % of all. No alarm should chatter, and fewer
-// than five should be stale (on for more than a day).
+// Source: ANSI/ISA-18.2-2016 (IEC 62682), monitoring and assessment. About 6 alarms per hour and
+// 1 in 10 min are manageable. 10 in 10 min are a flood; floods should take less than 1 % of the
+// time. The ten most frequent alarms should be less than 5 % of all. No alarm should chatter, and
+// fewer than five should be stale (on for more than a day).
 #pragma once
 
 #include <cstddef>

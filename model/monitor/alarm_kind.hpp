@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kinds of alarm of a loop.
 //
-//   valve alarms     one per valve fault with a name, `unknown` for a valve that is faulty in a way that
-//                    no specialist recognises, and `model_gap` for a loop that no longer behaves as its twin
-//   process alarms   the loop doesn't do its work: PV, output or mode are wrong, or PV is outside its
-//                    range (process_watch.hpp)
+//   valve alarms     one per valve fault with a name, `unknown` for a valve that is faulty in a way
+//                    that no specialist recognises, and `model_gap` for a loop that no longer
+//                    behaves as its twin
+//   process alarms   the loop doesn't do its work: PV, output or mode are wrong, or PV is outside
+//                    its range (process_watch.hpp)
 //
 // A loop has the alarms that are fitted to it: those with a source of evidence and, if they need
 // one, a limit.

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The alarms of the box itself: the group `box`. Their states are those of all alarms (alarm.hpp).
 //
-//   disk_full            the state directory has little room, the journal can't write, or the disk hangs
+//   disk_full            the state directory has little room, the journal can't write, or the disk
+//                        hangs
 //   clock_stepped        the clock was set by more than a second: times in records and journal jump
 //   feeder_lost          a feeder of watched loops is not connected
 //   service_failed       a service of the box has died
 //   certificate_expires  a certificate ends within 14 days
-//   records_dropped      recorder or monitor was too slow, and cycles are missing in records or windows
+//   records_dropped      recorder or monitor was too slow, and cycles are missing in records or
+//                        windows
 //
 // A condition is raised after it was found without a break for its on-delay. It clears after it was
 // absent for kBoxOffDelay_ms. A finding without a value leaves the condition as it is and restarts

@@ -6,11 +6,13 @@
 // full one:
 //   read-back bad   share of its cycles without a good read-back, once one has been there
 //   PV bad          share of its cycles with a bad PV
-//   cycle bad       share of its cycles that were late, missing, or whose command did not reach the device
+//   cycle bad       share of its cycles that were late, missing, or whose command did not reach the
+//                   device
 //   deviation       mean |CO - stem|, % of the CO span
-//   lag             s: sum of (mean of CO - stem) (move of the stem) over sum of (move)^2, times the length of a
-//                   block, over the blocks of a 24th of a window in which the stem moves by more
-//                   than `resolution`. Exact for a first-order lag with CO at any course.
+//   lag             s: sum of (mean of CO - stem) (move of the stem) over sum of (move)^2, times
+//                   the length of a block, over the blocks of a 24th of a window in which the stem
+//                   moves by more than `resolution`. Exact for a first-order lag with CO at any
+//                   course.
 // Windows add the RMS of SP - PV and the stick band. The stick band is the larger of two values:
 // the one from the read-back, and the severity of an active stiction, backlash or hysteresis alarm.
 // Without an active alarm the index is unknown, because a fault that the movement doesn't reach

@@ -2,9 +2,13 @@
 // Detects whether the controller has changed since the loop was commissioned. The twin's controller
 // runs in parallel, from the measured SP and PV to CO. Stepped by the caller.
 //
-//   u(k)   CO of the twin's law (control/pid.hpp) from SP, PV and the measured CO before, within the output's range
-//   n = CO - u; the law's integral moves by g n, g = h over the loop's answer, as its start is unknown
-//   S <- clamp(S + min(mean n^2/N^2 - limit, kMostInBlock), 0, 2 kAlarm)     over blocks of half an answer
+//   u(k)   CO of the twin's law (control/pid.hpp) from SP, PV and the measured CO before, within
+//          the output's range
+//   n = CO - u; the law's integral moves by g n with g = h over the loop's answer, because its
+//   start
+//          is unknown
+//   S <- clamp(S + min(mean n^2/N^2 - limit, kMostInBlock), 0, 2 kAlarm)
+//          over blocks of half an answer
 //
 // N is the error that remained in the healthy record, at least twice a converter's rounding. The
 // limit is kLimit. The watch is on when S reaches kAlarm. It is off when S has been below a quarter

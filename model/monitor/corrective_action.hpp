@@ -10,40 +10,29 @@
 //   r, m    the same over kTrial steady windows in action, without the first kSettling
 //   g       planned moves: RMS predicted with them in shadow, over RMS without (MovesState::gain)
 //
-//   waiting    jacket: stiction was raised since this started, and there is a baseline -> on,
-//              trying
-//              planned moves: it has been explained since                           -> shadow,
-//              in_shadow
-//                             the same, and the operator must command them          -> offered
-//   offered    the operator's command                                               -> shadow,
-//              in_shadow
-//   in_shadow  after kShadow_s, with a baseline: g <= 1 - kLeastGain                -> on, trying
-//                                                otherwise, or disengaged           -> back,
-//                                                given_up
-//   trying     r <= (1 - kLeastGain) R; of the jacket m <= max(M, allowed_mean_error) -> helping
-//              otherwise                                                            -> back,
-//              given_up
-//   helping    the same over each kTrial steady windows; otherwise                  -> back,
-//              given_up
-//   offered, in_shadow   the newest explanation is another one                      -> back,
-//                        waiting
-//   in_shadow            a new explanation has other s and j                        -> shadow,
-//                        in_shadow
-//   trying, helping   planned moves: the stem follows their probe                   -> back,
-//                     waiting
-//                     they disengage for good, or for the third time                -> back,
-//                     given_up
-//                     they disengage                                                -> back,
-//                     waiting
-//   any        stiction no longer raised                                            -> back,
-//              waiting
-//              the loop refused the command                                         -> given_up
-//              the loop leaves automatic, or its PV is not good                     -> back,
-//              waiting
-//              a reload                                                             -> back,
-//              waiting
-//              the operator's veto, a commissioning                                 -> back, vetoed
-//   vetoed     the veto is lifted, the commissioning ends                           -> waiting
+//   waiting    jacket: stiction was raised since this started, and there is
+//              a baseline                                              -> on, trying
+//              planned moves: it has been explained since              -> shadow, in_shadow
+//              the same, and the operator must command them            -> offered
+//   offered    the operator's command                                  -> shadow, in_shadow
+//   in_shadow  after kShadow_s, with a baseline: g <= 1 - kLeastGain   -> on, trying
+//              otherwise, or disengaged                                -> back, given_up
+//   trying     r <= (1 - kLeastGain) R; of the jacket also
+//              m <= max(M, allowed_mean_error)                         -> helping
+//              otherwise                                               -> back, given_up
+//   helping    the same over each kTrial steady windows; otherwise     -> back, given_up
+//   offered, in_shadow   the newest explanation is another one         -> back, waiting
+//   in_shadow            a new explanation has other s and j           -> shadow, in_shadow
+//   trying, helping      planned moves: the stem follows their probe   -> back, waiting
+//                        they disengage for good, or for the third time
+//                                                                      -> back, given_up
+//                        they disengage                                -> back, waiting
+//   any        stiction no longer raised                               -> back, waiting
+//              the loop refused the command                            -> given_up
+//              the loop leaves automatic, or its PV is not good        -> back, waiting
+//              a reload                                                -> back, waiting
+//              the operator's veto, a commissioning                    -> back, vetoed
+//   vetoed     the veto is lifted, the commissioning ends              -> waiting
 //              (a jacket that was set manually returns to shadow)
 //
 // A steady window is judged, isn't saturated, and SP didn't move: otherwise the error of a step

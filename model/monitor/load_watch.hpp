@@ -8,9 +8,9 @@
 //             healthy record and the intensity of the disturbance, and at least kLeast of the span;
 //             until it is below kBack of that
 //   step      means of blocks of half an answer: both newest ones differ from both before the third
-//             newest by three values: kDeviations times the effect of load and noise in that time,
-//             kSlack times the largest of the healthy record, and kLeast of the span. It lasts
-//             until the mean over minutes has returned by half of it, at most kStands_s
+//             newest by the largest of: kDeviations times the effect of load and noise in that
+//             time, kSlack times the largest of the healthy record, and kLeast of the span. It
+//             lasts until the mean over minutes has returned by half of it, at most kStands_s
 //
 //   h  s, sample time
 //

@@ -2,13 +2,12 @@
 // The monitor of one loop: takes cycles, judges windows and returns the conditions of the alarms.
 // The daemon's monitor thread and `loopwarden replay` step this same class.
 //
-//   cycle -> WindowBuilder -> measures -> fit to be judged? -> WindowJudge -> VerdictRule ->
-//   conditions
-//         -> RoutineWatch -----------------------------------------------------------------^
-//         -> TwinWatch, ControllerWatch (with a twin): model_gap ----------------------------^
-//         -> LoadWatch: raises no valve alarm while the load is outside of the healthy record's and
-//         the
-//            twin is quiet
+//   cycle -> WindowBuilder -> measures -> fit to be judged? -> WindowJudge -> VerdictRule
+//                                                                             -> conditions
+//         -> RoutineWatch --------------------------------------------------> conditions
+//         -> TwinWatch, ControllerWatch (with a twin): model_gap -----------> conditions
+//         -> LoadWatch: raises no valve alarm while the load is outside of the healthy record's
+//            and the twin is quiet
 //
 // If the specialists' windows name a fault, that fault is used, because they distinguish valve
 // effects better. If they name no fault, routine evidence may name one. The specialists' opinion

@@ -5,7 +5,7 @@
 //   cycles -> kLevels of samples, each four times as long -> full: diagnose() -> logit -> CUSUM
 //          -> condition
 //
-//   S <- min(kMost, max(0, S + ln(p / (1 - p)) + w - kDrift))   once for each full window of a level
+//   S <- min(kMost, max(0, S + ln(p / (1 - p)) + w - kDrift))   once per full window of a level
 //   off -> on   S >= kRaise: more than one window must agree
 //   on  -> off  S <= kClear
 //
