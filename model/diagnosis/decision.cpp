@@ -16,7 +16,7 @@ constexpr double kLeastPlay = -0.5;
 constexpr double kMostPlay = 0.8;
 constexpr double kMostHammerstein = 0.5;
 
-// What is left means nothing here, either way.
+// Returns an undecided verdict, because the remaining evidence has no meaning in this case.
 ValveDecision undecided(std::string reason, std::string settle) {
   ValveDecision d;
   d.undecided = true;
@@ -108,7 +108,7 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
               "sticking valve foretells PV no better",
         kManualSteps);
   }
-  // Neither way, but the cycle speaks for a swing from elsewhere.
+  // Undecided, but the cycle suggests an external oscillation.
   if (turns == TurnsBy::time) d.probability = std::min(d.probability, kDecidedBelow);
   if (d.probability <= kDecidedBelow) return d;
   d.undecided = true;

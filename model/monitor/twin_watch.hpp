@@ -4,8 +4,8 @@
 //
 //   y(k)        PV of the twin under the measured CO, without noise and load
 //   y_i(k)      the same with the change i of kChanges
-//   n = r - d,  d <- d + K n      of r = PV - y: innovation; K a steady Kalman gain of a random
-//                                 load
+//   n = r - d,  d <- d + K n
+//               of r = PV - y: innovation; K a steady Kalman gain of a random load
 //   s_i         the same of r = y_i - y: the part of n that the change would cause
 //   z_i = (sum w n s_i/v)^2 / (sum w^2 s_i^2/v + sum over j of c_j^2 (sum w f s_i s_j/v)^2)
 //
@@ -29,10 +29,13 @@
 // judged. Counting begins again when both have been back for kAgain answers. A change is tested
 // when kTested times the change would have reached the limit.
 //
-//   PV, y, d, n, s  PV units     CO  CO units     z, w  1     c  parts of the change
+//   PV, y, d, n, s  PV units
+//   CO              CO units
+//   z, w            1
+//   c               parts of the change
 //
-// An integrating process has a slope in addition to d, because its balance is unknown: b <- b +
-// K^2/4 n.
+// An integrating process has a slope in addition to d, because its balance is unknown:
+// b <- b + K^2/4 n.
 //
 // Errors: the constructor throws effects::EffectError for a twin that can't be stepped.
 // Limits: it can't name the change (the leading change is only the nearest of six), or see changes

@@ -8,8 +8,7 @@
 //
 // `other` is the specialist for faults outside the valve. The verdict is the first that applies:
 //   1. a fault, if the p of all faults together reach kFault, that of the best one reaches kNamed,
-//   and its error is
-//      at most the kMisfitQuantile of its training windows
+//      and its error is at most the kMisfitQuantile of its training windows
 //   2. no_fault, with the same conditions and kNoFault
 //   3. unknown, if `other` reaches kUnknown or no known condition fits
 //   4. not_enough_movement: several fault models fit equally well, or CO hardly moved, or CO was
