@@ -43,8 +43,8 @@ double sees_from(std::span<const double> pv, std::span<const double> co, const A
 bool hidden(DiagnosisVerdict verdict, Cause cause, double size, double sees_from, double co_moves,
             double co_span);
 void mind_archive(Diagnosis& diagnosis, const Archived& archived, double sees_from, double co_span);
-// Limits the verdict of all windows in the same way: an effect that the archive hides in each
-// window is hidden in all of them. `like`: the window that represents the loop.
+// Limits the verdict of all windows in the same way: an effect that the archive hides in the
+// windows is hidden from their common verdict too. `like`: the window that represents the loop.
 void mind_archive(LoopVerdict& verdict, const Diagnosis& like, const Archived& archived,
                   double sees_from, double co_span);
 

@@ -4,10 +4,11 @@
 //
 //   PV(k) = a1 PV(k-1) + a2 PV(k-2) + a3 PV(k-3) + b1 v(k-1-d) + b2 v(k-2-d) + c + c1 k,   d 0 to 8
 //   v = CO                                             linear
-//   v = play(CO, s) or stiction(CO, s, j = s/2)        valve, s 0.1 to 0.95 of the range of CO from
-//   2 to 98 % g_i = log(RSS linear / RSS valve) in part i of eight parts of the record, within -0.5
-//   to 1 A = mean of g_i, at the block length at which it is largest: 1, 2, 4, ... samples
-//   averaged, at least 100 blocks
+//   v = play(CO, s) or stiction(CO, s, j = s/2)        valve
+//       s 0.1 to 0.95 of the range of CO from 2 to 98 %
+//   g_i = log(RSS linear / RSS valve) in part i of eight parts of the record, within -0.5 to 1
+//   A = mean of g_i, at the block length at which it is largest
+//       1, 2, 4, ... samples averaged, at least 100 blocks
 //
 // Weighted least squares of one step ahead. Each part of the record has the same weight (by the
 // variance that its own past leaves unexplained), so one upset or one large set-point step can

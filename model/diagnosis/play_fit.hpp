@@ -4,8 +4,8 @@
 //   r2_lin   best R^2 of PV on CO, dead time 0 to P/4, lag 0 or 0.04 P
 //   r2_play  best R^2 of PV on play(CO, b R), the same dead times and lags, b 0.15 to 0.9, R the
 //            range of CO from 2 to 98 %
-//   pl       mean over three scales (scales.hpp) of log[(1 - r2_lin + 0.01) / (1 - r2_play +
-//            0.01)], within -1.5 to 1.5
+//   pl       mean over three scales (scales.hpp) of
+//            log[(1 - r2_lin + 0.01) / (1 - r2_play + 0.01)], within -1.5 to 1.5
 //
 // Above 0 indicates the valve. The short lag is that of the transmitter and the process. Without
 // it a band would replace the lag, because both round the corners. A longer lag rounds the corners

@@ -2,8 +2,8 @@
 // Standing evidence: measures how often PV rests while CO moves.
 //
 //   du, dy     changes of CO and of PV over a fourteenth of a period
-//   moving     samples with |du| above half the deviation of du;  standing: |dy| below half the
-//              deviation of dy
+//   moving     samples with |du| above half the deviation of du
+//   at rest    samples with |dy| below half the deviation of dy
 //   standing   share of the moving samples at which PV rests, 0 to 1
 //
 // With a sticking valve PV rests on levels and jumps between them, while the controller ramps CO
