@@ -50,7 +50,7 @@ void mind_archive(LoopVerdict& verdict, const Diagnosis& like, const Archived& a
 
 // The reason and the remedy in that case.
 inline constexpr const char* kHiddenReason =
-    "what the archive left out between the stored values hides it";
+    "the archive omitted values, and an effect may be hidden between the stored ones";
 inline constexpr const char* kHiddenSettle =
     "an hour of the loop read directly (OPC, the controller's own trend), or a smaller compression "
     "deviation";

@@ -35,8 +35,9 @@ constexpr double kFollowsSetPoint = 0.8;   // correlation of PV with SP
 constexpr double kComesBack = 0.5;         // correlation of CO with SP
 
 constexpr const char* kLimitedReason =
-    "in more than a third of the samples CO is at a limit, or stands still while PV stays far from "
-    "SP: the valve is too small, SP is out of reach, or the controller is stopped or in manual";
+    "in more than a third of the samples CO is at a limit, or does not move while PV stays far "
+    "from SP: the valve is too small, SP is out of reach, or the controller is stopped or in "
+    "manual";
 
 struct Part {
   std::size_t from = 0;
@@ -372,7 +373,7 @@ Prepared prepare(const RoutineRecord& record) {
     return p;
   }
   if (stands_still(record.co)) {
-    p.refusal = "the controller output does not move: manual, or nothing to correct";
+    p.refusal = "the controller output does not move: manual, or no error to correct";
     p.settle = "a record of at least an hour in automatic";
     return p;
   }
@@ -399,15 +400,15 @@ Prepared prepare(const RoutineRecord& record) {
     return p;
   }
   if (!moves(co, kLeastMovement * (record.co_high - record.co_low))) {
-    p.refusal = "the controller output does not move: manual, or nothing to correct";
+    p.refusal = "the controller output does not move: manual, or no error to correct";
     p.settle = "a record of at least an hour in automatic";
     return p;
   }
   if (no_flow(pv, co, sp, record)) {
     p.gate = Gate::no_flow;
     p.refusal =
-        "PV stays at zero while CO travels: no flow (line shut, pump off), nothing is seen of the "
-        "valve";
+        "PV stays at zero while CO travels: no flow (line shut, pump off), so the valve can't be "
+        "judged";
     p.settle = "a record with flow";
     return p;
   }
@@ -446,7 +447,7 @@ Prepared prepare(const RoutineRecord& record) {
     p.from += inside.from;
     p.used = pv.size();
     if (!moves(co, kLeastMovement * (record.co_high - record.co_low)) || !moves(pv, 0.0)) {
-      call_saturated(p, "CO moves only where it runs into its limits");
+      call_saturated(p, "CO moves only when it reaches its limits");
       return p;
     }
   }

@@ -104,7 +104,8 @@ void ControllerWatch::end_block() noexcept {
 
 std::string ControllerWatch::why_not() const {
   if (watched_) return "";
-  if (!seen_) return "the twin's healthy record says nothing of it: commission the loop again";
+  if (!seen_)
+    return "the twin's healthy record does not show the controller: commission the loop again";
   return numeric::text(
       "CO of the healthy record is %.2g of its span from what the controller makes of SP and PV, "
       "and %.2g is allowed: "

@@ -70,7 +70,7 @@ CorrectiveStep CorrectiveAction::explained_otherwise() noexcept {
   if (!planned() || acting()) return {};
   due_ = ordered_ = false;
   if (state_ != State::offered && state_ != State::in_shadow) return {};
-  return go(State::waiting, "the newest explanation is no stiction that is known");
+  return go(State::waiting, "the newest explanation is no stiction with valid s and j");
 }
 
 CorrectiveStep CorrectiveAction::ordered() noexcept {
@@ -101,8 +101,8 @@ CorrectiveStep CorrectiveAction::shadowed(const control::MovesState& state) noex
   if (!(state.gain > 0.0) || steady_ < kLeastBaseline || !may_act_) return {};
   before_ = newest_mean(std::min(steady_, kBaseline));
   CorrectiveStep step = state.gain <= 1.0 - kLeastGain
-                            ? go(State::trying, "it gains in shadow")
-                            : go(State::given_up, "it gains nothing in shadow");
+                            ? go(State::trying, "planned moves reduce the error in shadow")
+                            : go(State::given_up, "planned moves don't reduce the error in shadow");
   settling_ = kSettling;
   step.rms_before = before_.rms;
   step.mean_before = before_.mean;
@@ -191,7 +191,7 @@ CorrectiveStep CorrectiveAction::reloaded() noexcept {
   if (!acting() && state_ != State::in_shadow) return {};
   due_ = true;  // the alarm is still on: try again, with a new baseline
   settling_ = 0;
-  return go(State::waiting, "a reload has set the loop anew");
+  return go(State::waiting, "a reload has reset the loop");
 }
 
 CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {
