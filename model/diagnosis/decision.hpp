@@ -10,7 +10,8 @@
 // have the same weight, and so has every loop. Weights are at least 0, so more evidence never
 // makes a valve effect less probable. w4 is at most 2, because A ranked held-out measured loops no
 // better than chance. The prior is one half; another prior moves logit p by
-// log(prior / (1 - prior)). One set of weights is for loops whose PV must follow CO at once, and for unknown loops.
+// log(prior / (1 - prior)). One set of weights is for loops whose PV must follow CO at once, and
+// for unknown loops.
 // Another set is for levels, temperatures, and integrating loops: those whose PV moved to a new set
 // point while CO returned to its former value. p is limited to 0.1 to 0.95.
 //
@@ -26,13 +27,13 @@
 //   no relation  a play explains less than 0.2 of PV, so PV does not depend on CO: p at most 0.3
 //   no band      pl at most 0 and A at most 0.05: p at most 0.35
 //   in step      ph below -2 and A at most 0.1: p at most 0.35
-//   a band       pl > 0.2 and A > 0.3: p at least 0.7, whatever the phase is, because set points that
-//                move carry PV and CO along together
+//   a band       pl > 0.2 and A > 0.3: p at least 0.7, whatever the phase is, because set points
+//                that move carry PV and CO along together
 //   slow loops   levels and temperatures get no verdict if the loop does not cycle, or if PV never
 //                rests while CO moves. With a banded valve, an integrating loop under PI cycles
-//                (T. Haegglund, Journal of Process Control 17, 2007), and a load moves any slow loop
-//                in a way that A takes for a band. A slow loop that does not integrate need not
-//                cycle with backlash, and its backlash is missed
+//                (T. Haegglund, Journal of Process Control 17, 2007), and a load moves any slow
+//                loop in a way that A takes for a band. A slow loop that does not integrate need
+//                not cycle with backlash, and its backlash is missed
 //
 // Grades:
 //
@@ -76,7 +77,7 @@ struct ValveEvidence {
   double phase = 0.0;        // ph, votes above 0
   double play = 0.0;         // pl, votes above 0
   double hammerstein = 0.0;  // A, votes above 0.1
-  double parts_for = 1.0;    // share of the record's parts that A comes from
+  double parts_for = 1.0;    // share of the record's parts with g above 0
   double standing = 0.0;     // share of CO's moves during which PV rests, 0 to 1
   double relation = 1.0;     // share of PV's variance that a play explains, 0 to 1
   Turns turns{};

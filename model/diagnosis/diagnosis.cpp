@@ -368,7 +368,7 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
     loop.like = first(undecided);
     const Diagnosis& d = windows[loop.like];
     loop.reason = undecided(d) ? d.reason : "the windows of the loop contradict each other";
-    loop.settle = undecided(d) ? d.settle : "more windows of the same loop, in the state of today";
+    loop.settle = undecided(d) ? d.settle : "more windows of the same loop in its present state";
   } else if (2 * count(other) >= judged) {
     loop.verdict = DiagnosisVerdict::other_cause;
     loop.like = first(other);

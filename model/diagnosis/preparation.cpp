@@ -432,8 +432,8 @@ Prepared prepare(const RoutineRecord& record) {
     if (p.share_at_limit > kClampedShare || inside.size() < least) {
       call_saturated(p, p.share_at_limit > kClampedShare
                             ? "CO rests at its limits in more than a third of the samples"
-                            : "CO runs into its limits again and again, and no stretch between is "
-                              "long enough to be judged");
+                            : "CO reaches its limits repeatedly, and no part between is long "
+                              "enough to be judged");
       return p;
     }
     const auto cut = [&inside](Series& x) {

@@ -6,7 +6,7 @@
 //     no reason to cut. If CO reaches its limits, the longest part between is used.
 //  2. Gates, below.
 //  3. The time scale of the loop, its period, is found (oscillation.hpp), from PV and CO.
-//  4. Samples are averaged to at most kSamplesPerPeriod a period, slow movement is removed with a
+//  4. Samples are averaged to at most kSamplesPerPeriod per period, slow movement is removed with a
 //     moving mean of kWindowPeriods periods, upsets are cut back to 2.5 times the range from 5 to
 //     95 %, and both signals are scaled to a standard deviation of 1.
 //
@@ -81,7 +81,7 @@ struct Prepared {
   bool integrates = false;        // PV moved with SP, CO returned to its former value
   double share_at_limit = 0.0;    // of the samples before the cut, CO held by a limit
   std::size_t complete = 0;       // samples of the record with PV and CO
-  std::size_t limited = 0;        // of these: CO at a limit, or still while PV is far from SP
+  std::size_t limited = 0;        // of these: CO at a limit, or at rest while PV is far from SP
   double fast_share = 0.0;        // of PV's variance that is noise between neighbours, 0 to 1
   double held_share = 0.0;        // of the samples, PV exactly as before, 0 to 1
 };

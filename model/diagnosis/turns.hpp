@@ -2,9 +2,9 @@
 // Decides whether the controller output turns by travel or by time.
 //
 //   CO turns when it has gone back by kTurnDepth of its range (2 to 98 %)
-//   travel_i    |CO(turn i+1) - CO(turn i)|; scatter of the moves up and of the moves down, each the
-//               range from the 25 % to the 75 % quantile over the median, together as root of the
-//               mean square
+//   travel_i    |CO(turn i+1) - CO(turn i)|; scatter of the moves up and of the moves down, each
+//               the range from the 25 % to the 75 % quantile over the median, together as root of
+//               the mean square
 //   cycle_i     time from turn i to turn i+2; its scatter likewise; and that of the time over four
 //               cycles, over the same median
 //

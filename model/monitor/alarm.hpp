@@ -8,7 +8,7 @@
 //   returned_unacknowledged  off        no
 //   latched_unacknowledged   off        no         latching alarms stay until they are reset
 //   latched_acknowledged     off        yes
-//   shelved                  any        put aside by the operator for a limited time
+//   shelved                  any        removed from the list by the operator for a limited time
 //   suppressed               any        not raised, by design
 //
 // The verdict rule reports the condition of a valve alarm once per window that could be judged.

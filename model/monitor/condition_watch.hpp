@@ -2,7 +2,7 @@
 // Collects the inputs of the five condition indices (model/analysis/condition_index.hpp) of a
 // running loop.
 //
-// Cycles are counted in blocks of one window's length, in every mode. An index shows the newest
+// Cycles are counted in intervals of one window's length, in every mode. An index shows the newest
 // full one:
 //   read-back bad   share of its cycles without a good read-back, once one has been there
 //   PV bad          share of its cycles with a bad PV

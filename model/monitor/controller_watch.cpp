@@ -107,9 +107,9 @@ std::string ControllerWatch::why_not() const {
   if (!seen_)
     return "the twin's healthy record does not show the controller: commission the loop again";
   return numeric::text(
-      "CO of the healthy record is %.2g of its span from what the controller makes of SP and PV, "
-      "and %.2g is allowed: "
-      "something else moves it (feed-forward, tracking, override), or its settings are not known",
+      "CO of the healthy record differs from the controller's result by %.2g of its span, and %.2g "
+      "is allowed: CO has other inputs (feed-forward, tracking, override), or the settings are "
+      "unknown",
       seen_->rms / co_span_, kWithin * resolution_of(*seen_, co_span_) / co_span_);
 }
 

@@ -63,7 +63,7 @@ class ControllerWatch {
   double size() const noexcept { return size_; }    // mean n^2/N^2 of the newest block
   double untested_s()
       const noexcept;  // since a change of the gains by a quarter would have been detected
-  bool tested() const noexcept { return tested_; }  // ever
+  bool tested() const noexcept { return tested_; }  // at any time
   // Returns whether the healthy record, in plant::SeenController, allows a watch.
   static bool can_watch(const plant::SeenController& seen, double co_span) noexcept;
 

@@ -49,9 +49,10 @@ CorrectiveStep CorrectiveAction::go(CorrectiveState to, const char* why) noexcep
 
 CorrectiveStep CorrectiveAction::begin() noexcept {
   settling_ = 0;
-  if (settings_.on_order && !ordered_) return go(State::offered, "the valve sticks, and is known");
-  return go(State::in_shadow, may_act_ ? "the valve sticks, and is known"
-                                       : "the valve sticks; s is known too roughly to act");
+  if (settings_.on_order && !ordered_)
+    return go(State::offered, "the valve sticks, with known s and j");
+  return go(State::in_shadow, may_act_ ? "the valve sticks, with known s and j"
+                                       : "the valve sticks; s is too uncertain to act");
 }
 
 CorrectiveStep CorrectiveAction::explained(bool may_act) noexcept {
@@ -181,7 +182,7 @@ CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
 CorrectiveStep CorrectiveAction::refused() noexcept {
   if (!acting() && state_ != State::in_shadow) return {};
   settling_ = 0;
-  CorrectiveStep step = go(State::given_up, "the loop refused the order");
+  CorrectiveStep step = go(State::given_up, "the loop refused the command");
   // The jacket was not changed. Planned moves in shadow would stay there for good.
   if (!planned()) step.order = Order::none;
   return step;

@@ -13,7 +13,7 @@
 // A value beyond a limit is within it again when it is `dead_band` inside.
 //
 // Symbols: SP, PV, limit, dead_band in PV units, of rate_of_change in PV units/s; times in s.
-// Stepped once a cycle. No clock, no allocation.
+// Stepped once per cycle. No clock, no allocation.
 //
 // No errors. A bad PV gives no condition, and an unknown set point gives no deviation.
 // Limits: it can't move a limit with the load or the state of the plant.

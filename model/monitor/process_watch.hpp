@@ -34,7 +34,7 @@
 // deviation keep their state, because the test causes them. Their delays start again when the test
 // has ended. Alarms of PV and of the enable contact continue.
 //
-// Stepped once a cycle. No clock, no allocation.
+// Stepped once per cycle. No clock, no allocation.
 //
 // No errors.
 // Limits: it can't report why the output is lost, because a record's row doesn't contain the
@@ -65,7 +65,7 @@ inline constexpr double kProcessDelay_s = 10.0;
 inline constexpr double kDeviationDelay_s = 60.0;
 // Default off-delay. Without the condition for this time, flapping has ended.
 inline constexpr double kQuiet_s = 60.0;
-inline constexpr std::uint32_t kFlaps = 5;  // raise the alarm
+inline constexpr std::uint32_t kFlaps = 5;  // number that raises the alarm
 
 enum class NormalMode : std::uint8_t { automatic, manual, any };
 
@@ -156,7 +156,7 @@ class ProcessWatch {
 
  private:
   struct Delayed {
-    bool on = false;                           // the alarm's condition
+    bool on = false;                           // condition of the alarm
     bool there = false;                        // by the newest cycle with information
     std::optional<std::uint64_t> other_since;  // period since which cycles show the opposite
     std::uint32_t flaps = 0;
@@ -181,8 +181,8 @@ class ProcessWatch {
   ProcessSettings settings_;
   LimitWatch limits_;
   std::uint64_t quiet_periods_;
-  bool ever_arrived_ = false;  // a command, since the start
-  bool ever_ran_ = false;      // in automatic, or into a fault
+  bool ever_arrived_ = false;  // a command has arrived since the start
+  bool ever_ran_ = false;      // the loop was in automatic, or in a fault
   std::array<Delayed, kProcessAlarmCount> conditions_{};
 };
 

@@ -11,12 +11,14 @@
 //
 // One window often holds too few turns of CO to be sure. Therefore each window is judged a second
 // time as one record with the window before it. S becomes at least kRaise, so the condition is
-// raised after two full windows, if
+// raised after two full windows, in two cases:
 //
-//   that record shows a valve effect of grade seen; or likely stiction, with PV standing during
-//   more than diagnosis::kStandsFrom of CO's moves, while neither window speaks against it (p <
-//   0.5) and all of the record can be judged (CO is not at a limit), and the specialists do not
-//   speak against it (w >= 0)
+//   - The record shows a valve effect of grade seen.
+//   - The record shows likely stiction, and PV rests during more than diagnosis::kStandsFrom of
+//     CO's moves, and neither window contradicts it (p < 0.5).
+//
+// In both cases all of the record must be judged (CO is not at a limit), and the specialists must
+// not contradict it (w >= 0).
 //
 //   p  probability of a valve effect, from diagnose(), at its stated prior. With a verdict of
 //      "can't tell" or "not enough data", S keeps its value. A band below kHealthyBand is that of a

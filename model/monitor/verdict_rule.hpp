@@ -22,9 +22,9 @@
 // loop crosses the stick band, and looks healthy in between. A repair needs more windows as
 // evidence than a fault.
 //
-// Stepped by the caller, once a window. No clock, no allocation.
+// Stepped by the caller, once per window. No clock, no allocation.
 //
-// Errors: settings outside their ranges are brought within them.
+// Errors: settings outside their ranges are set to the nearest limit.
 // Limits: it can't weigh the age of a window.
 //
 // Source: N-of-M voting with hysteresis as in alarm practice, EEMUA 191 (2013), chapter 8.

@@ -3,8 +3,8 @@
 // The verdict is that of the specialist with the lowest mean square error, however large the error
 // is.
 //
-//   mse_i = mean over the 961 samples of (net_i(x) half_span + centre - target_i)^2,   verdict =
-//   argmin mse_i
+//   mse_i = mean over the 961 samples of (net_i(x) half_span + centre - target_i)^2
+//   verdict = argmin mse_i
 //
 //   mse  (PV units)^2
 //

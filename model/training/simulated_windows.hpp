@@ -8,7 +8,7 @@
 // for it.
 //
 //   severity    s, dead band, width: log-uniform, least_percent to 20 % of the CO span; offset to
-//               12 %; fill rate log-uniform, 0.5 to 5 % of the CO span a second
+//               12 %; fill rate log-uniform, 0.5 to 5 % of the CO span per second
 //   tuning      gains times exp(uniform(-0.7, 0.2))
 //   noise       log-uniform, 0.03 to 0.4 % of the PV span
 //   set point   steps 60 %, square wave 15 %, ramps and waves 13 %, constant 12 % of the windows
