@@ -4,8 +4,8 @@
 //
 //   r(L) = sum error(k + L) output(k) / n, |L| up to half a period, both of standard deviation 1
 //
-// On a self-regulating process a sticking valve gives a square wave in PV and, with an integrating
-// controller, a triangle in CO a quarter of a period off: r is odd. A load that oscillates, or
+// On a self-regulating process a sticking valve gives a square wave in PV. With an integrating
+// controller, CO is a triangle a quarter of a period off: r is odd. A load that oscillates, or
 // tight tuning, gives a phase between a quarter and a half period: r tends to even (A. Horch,
 // Control Engineering Practice 7, 1999). On an integrating process that does not hold (Horch 2006).
 //

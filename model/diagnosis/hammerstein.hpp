@@ -10,9 +10,9 @@
 //   A = mean of g_i, at the block length at which it is largest
 //       1, 2, 4, ... samples averaged, at least 100 blocks
 //
-// Weighted least squares of one step ahead. Each part of the record has the same weight (by the
-// variance that its own past leaves unexplained), so one upset or one large set-point step can
-// neither make the evidence nor drown it. PV's own past is the noise model: in a closed loop CO
+// Weighted least squares of one step ahead. Each part of the record has the same weight, by the
+// variance that its own past leaves unexplained. So one upset or one large set-point step can
+// neither create nor hide the evidence. PV's own past is the noise model: in a closed loop CO
 // echoes PV through the controller, and without this model a load looks like a valve. For the same
 // reason v enters at least one block late: within a block CO contains PV's value already, so the
 // linear model would predict a value that is among its inputs. Short blocks show fast processes,

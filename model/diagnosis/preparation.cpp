@@ -117,9 +117,9 @@ Series filled(std::span<const double> x) {
   return any ? out : Series{};
 }
 
-// Returns the samples at which CO rests at an end of its span, or at the highest or lowest value of
-// the record for so long that a limit holds it there. The limits of a controller are seldom in the
-// log.
+// Returns the samples at which CO rests at an end of its span. A long rest at the record's highest
+// or lowest value counts too, because a limit holds CO there. The limits of a controller are seldom
+// in the log.
 std::vector<char> rests_at_limit(const Series& co, double span_low, double span_high) {
   const auto [low, high] = std::minmax_element(co.begin(), co.end());
   const double tolerance = kSameValue * (*high - *low);

@@ -19,10 +19,11 @@
 //   no flow     PV is at zero while CO travels
 //   saturation  CO is at its limits in more than a third of the samples, or no part of a quarter of
 //               the record is between them
-// CO that doesn't move for a fifth of the record counts as at a limit if PV is off SP meanwhile: at
-// an end of its span by more than 0.5 % of the largest PV or SP and three times the noise of PV,
-// elsewhere by ten times and twice as much. Without SP, a rest at an end of the span counts.
-// A rest doesn't count while PV is at zero: the valve is shut, or there is no flow.
+// CO that doesn't move for a fifth of the record counts as at a limit if PV is off SP meanwhile. At
+// an end of its span, PV must be off by more than 0.5 % of the largest PV or SP and three times the
+// noise of PV. Elsewhere it must be off by ten times and twice as much. Without SP, a rest at an
+// end of the span counts. A rest doesn't count while PV is at zero: the valve is shut, or there is
+// no flow.
 #pragma once
 
 #include <cstddef>

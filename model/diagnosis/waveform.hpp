@@ -2,9 +2,9 @@
 // The shape of a cycling signal.
 //
 // Between zero crossings, each half cycle is fitted by least squares with a half sine, a triangle
-// and a flat top, each with its peak or edges where they fit best. A sticking valve gives CO a
-// triangle if the controller integrates, and the quantity after the valve (PV on a self-regulating
-// process, the slope of PV on an integrating one) a flat top; a linear loop gives sines (Q. P.
+// and a flat top. The positions of peak or edges are fitted too. A sticking valve gives CO a
+// triangle if the controller integrates. The quantity after the valve has a flat top: PV on a
+// self-regulating process, the slope of PV on an integrating one. A linear loop gives sines (Q. P.
 // He, J. Wang, M. Pottmann and S. J. Qin, Ind. Eng. Chem. Res. 46, 2007; M. Rossi and C. Scali, J.
 // Process Control 15, 2005). If a valve jumps, the areas before and after the peak differ (A.
 // Singhal and T. I. Salsbury, J. Process Control 15, 2005).

@@ -8,7 +8,7 @@
 //   returned_unacknowledged  off        no
 //   latched_unacknowledged   off        no         latching alarms stay until they are reset
 //   latched_acknowledged     off        yes
-//   shelved                  any        removed from the list by the operator for a limited time
+//   shelved                  any        set aside by the operator for a limited time
 //   suppressed               any        not raised, by design
 //
 // The verdict rule reports the condition of a valve alarm once per window that could be judged.
@@ -26,7 +26,7 @@
 // was set back can't keep an alarm on the shelf for longer than the limit.
 //
 // Errors: an action that doesn't fit the state is refused (false) and leaves the state as it is.
-// Limits: no out-of-service (the standard's ninth state); on and off delays. The windows of
+// Limits: no out-of-service state (the standard's ninth), no on and off delays. The windows of
 // the verdict rule replace the delays, and process_watch.hpp has its own.
 //
 // Source: ANSI/ISA-18.2-2016 (IEC 62682), alarm state transition diagram.

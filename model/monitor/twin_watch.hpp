@@ -11,15 +11,15 @@
 //
 // The weights w are forgotten in kShort answers of the loop and in kLong_s. z_i is twice the
 // logarithm of a likelihood ratio. It has a chi-square distribution with one degree of freedom
-// while the plant is within the twin's own spread c_j (its covariance, and the tolerance of a
-// healthy valve). v is the running mean of n^2, at least that of the noise, so more noise or load
-// is no change.
+// while the plant is within the twin's own spread c_j. The spread is the twin's covariance and the
+// tolerance of a healthy valve. v is the running mean of n^2, at least that of the noise, so more
+// noise or load is no change.
 //
 // A load must be no change either: it moves PV whether CO moves or not, but the controller answers
-// it. So z_i is computed for three K, from that of the healthy record's load to one that follows PV
-// within a tenth of the answer, and the smallest of the three counts. The effect of CO is in all of
-// them, a step of the load only in the slow one. If PV jumps further than ten times any change
-// would take it, that is a load, and counting begins again.
+// it. So z_i is computed for three K, and the smallest of the three counts. The slowest K is that
+// of the healthy record's load, the fastest follows PV within a tenth of the answer. The effect of
+// CO is in all of them, a step of the load only in the slow one. If PV jumps further than ten times
+// any change would take it, that is a load, and counting begins again.
 //
 // The watch is on when a z_i reaches the limit: kAlarm, or kSlack times the largest z of the
 // healthy record. It is off when all have been below a quarter of the limit for kQuiet_s.

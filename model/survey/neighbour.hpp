@@ -19,9 +19,9 @@
 // within a sample, so the order doesn't separate them. The loop that moved far is the source, since
 // each of its jumps moves the others by a part.
 //
-// By order, for any source: pv of the victim is predicted one step ahead from its own past and CO,
-// with and without pv and co of the source 2 to 5 samples ago. Each fourth of the record is
-// predicted with the coefficients of the other three,
+// By order, for any source: pv of the victim is predicted one step ahead from its own past and CO.
+// This is done with and without pv and co of the source 2 to 5 samples ago. Each fourth of the
+// record is predicted with the coefficients of the other three,
 //
 //   gain = 1 - sum of squares with / without        at least 0.1, in each fourth 0.05
 //

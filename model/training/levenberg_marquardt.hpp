@@ -3,10 +3,10 @@
 //
 //   (J'J + mu I) step = J'e,   w <- w + step if that lowers the error: mu / 10, otherwise mu * 10
 //
-// The normal matrix is computed without J. With V the last layer's weights, g the slopes of the
-// tansig layers and x, z1, z2 the layers' inputs (each with a 1 for the bias), every block is a sum
-// over the cases of a Kronecker product, such as (g1 W2' g2 V'V g2 W2 g1) x (x x'): one product of
-// matrices. The output neurons are independent: each has the same block z2 z2', so they are
+// The normal matrix is computed without J. V are the last layer's weights, g the slopes of the
+// tansig layers, and x, z1, z2 the layers' inputs (each with a 1 for the bias). Every block is a
+// sum over the cases of a Kronecker product, such as (g1 W2' g2 V'V g2 W2 g1) x (x x'): one product
+// of matrices. The output neurons are independent: each has the same block z2 z2', so they are
 // eliminated first. For 31-31-31-31 that leaves two thousand unknowns instead of three thousand,
 // and needs no Jacobian of 14 000 rows.
 //

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Simulated windows with a condition of random severity: the training data of the specialists.
 //
-// Each window is drawn from its own seed: gain, time constant and dead time within twice the
-// model's uncertainty, a second lag and a lag of the actuator, tuning, healthy friction, noise,
-// sometimes a random load, and the moves of the set point. The condition has existed for a long
-// time, and the window starts at a random moment. Each fault uses every law that model/plant has
-// for it.
+// Each window is drawn from its own seed. Gain, time constant and dead time are within twice the
+// model's uncertainty. Also drawn are a second lag and a lag of the actuator, tuning, healthy
+// friction, noise, sometimes a random load, and the moves of the set point. The condition has
+// existed for a long time, and the window starts at a random moment. Each fault uses every law that
+// model/plant has for it.
 //
 //   severity    s, dead band, width: log-uniform, least_percent to 20 % of the CO span; offset to
 //               12 %; fill rate log-uniform, 0.5 to 5 % of the CO span per second

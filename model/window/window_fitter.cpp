@@ -45,7 +45,7 @@ namespace {
 constexpr int kMostRounds = 24;
 constexpr double kMostOff = 2.5;  // standard deviations
 
-// Normal equations of at most four unknowns, the lower triangle. Unused unknowns stay 0.
+// Normal equations of at most four unknowns, the lower triangle. Unused unknowns have no effect.
 struct System {
   std::array<std::array<double, 4>, 4> normal{};
   std::array<double, 4> right{};
