@@ -244,7 +244,7 @@ TEST_CASE(
   const std::string list = alarms("").text;
   for (const char* alarm : lost) CHECK_THAT(list, Catch::Contains(alarm));
   const std::string told = alarms("explain FIC-101 output_lost").text;
-  CHECK_THAT(told, Catch::Contains("commands don't reach the valve"));
+  CHECK_THAT(told, Catch::Contains("Commands don't reach the valve"));
   CHECK_THAT(told, Catch::Contains("normal -> unacknowledged"));
   CHECK_THAT(told, !Catch::Contains("evidence"));
   CHECK(alarms("ack FIC-101 output_lost").exit_code == 0);
